@@ -1,0 +1,1 @@
+//! Middleware: how observations come in and substitutes go out.

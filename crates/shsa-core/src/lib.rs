@@ -1,0 +1,27 @@
+//! Self-healing by structural adaptation: observations in, verdicts and substitutes out.
+//!
+//! The way of the data: `Observation -> alignment -> monitor -> diagnosis -> plan -> assurance -> service -> Output`.
+//! The modules stand in reading order; each uses only those above it.
+//!
+//! The core reads no clock, no file and no socket, and starts no thread. Time is an argument. The same inputs
+//! give the same outputs, byte for byte. It cannot fail: loading gives a knowledge base or diagnostics,
+//! interval operations are total, searches end with a reason.
+#![no_std]
+
+extern crate alloc;
+#[cfg(test)]
+extern crate std;
+
+pub mod time;
+pub mod interval;
+pub mod unit;
+pub mod expression;
+pub mod knowledge;
+pub mod observation;
+pub mod substitution;
+pub mod alignment;
+pub mod monitor;
+pub mod diagnosis;
+pub mod plan;
+pub mod service;
+pub mod engine;

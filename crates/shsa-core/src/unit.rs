@@ -1,0 +1,1 @@
+//! Units: SI exponents with scale and offset, as values.

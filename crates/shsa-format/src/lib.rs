@@ -1,0 +1,1 @@
+//! Files: knowledge bases, recordings, journals and stories.

@@ -1,0 +1,3 @@
+//! The command `shsa`.
+
+fn main() {}
