@@ -1,1 +1,95 @@
-//! engine.
+//! Inputs to outputs: alignment, monitor, diagnosis, plan and service, called in this order.
+
+use crate::interval::Interval;
+use crate::knowledge::{NeedId, SignalId, VariableId};
+use crate::observation::Observation;
+use crate::time::{Time, Validity};
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// Everything that goes in.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Input {
+    /// A bridge or a recording delivers a value.
+    Observation(Observation),
+    /// Time has passed: silence is noticed by this.
+    Tick(Time),
+}
+
+/// Everything that comes out.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Output {
+    /// A decision, with its reason.
+    Event(Event),
+    /// A value of a need, to be published under the need's name.
+    Publication(Publication),
+}
+
+/// What has been decided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum EventKind {
+    /// A signal may be faulty; others may be to blame instead.
+    Suspected,
+    /// A signal is faulty, and no other explains the evidence as well.
+    Failed,
+    /// A signal says nothing any more.
+    Silent,
+    /// A need is served from another source than before, because the source was lost.
+    Substituted,
+    /// A signal is trusted again, or a need has gone back to its source.
+    Restored,
+    /// No trusted source can serve a need.
+    Unhealable,
+    /// A contract said no to a substitution.
+    Refused,
+}
+
+/// A decision, with its reason.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// When it was decided.
+    pub time: Time,
+    /// What was decided.
+    pub kind: EventKind,
+    /// The signal that it is about.
+    pub signal: Option<SignalId>,
+    /// The variable, or the need's variable, that it is about.
+    pub variable: Option<VariableId>,
+    /// The evidence in words: which values disagreed, which alternatives there were, which limit was reached.
+    pub because: String,
+    /// What serves the need now, in words: signals and relations.
+    pub substitution: Option<String>,
+}
+
+/// Where a published value comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quality {
+    /// From the need's preferred source.
+    Good,
+    /// From a substitute.
+    Substitute,
+}
+
+/// A value of a need.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Publication {
+    /// The need that it serves.
+    pub need: NeedId,
+    /// When it was computed.
+    pub time: Time,
+    /// When the value was true.
+    pub validity: Validity,
+    /// The value in SI; one interval for a scalar variable, one an element for a vector.
+    pub value: PublishedValue,
+    /// Where it comes from.
+    pub quality: Quality,
+}
+
+/// The shape of a published value.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PublishedValue {
+    /// One number within an interval.
+    Scalar(Interval),
+    /// A list of them.
+    Vector(Vec<Interval>),
+}

@@ -18,7 +18,11 @@ impl Interval {
     /// From `lo` to `hi`; empty when a bound is not a number, when `lo > hi`, or when both are the same infinity.
     #[must_use]
     pub fn new(lo: f64, hi: f64) -> Interval {
-        if lo <= hi && lo < f64::INFINITY && hi > f64::NEG_INFINITY { Interval { lo, hi } } else { Interval::EMPTY }
+        if lo <= hi && lo < f64::INFINITY && hi > f64::NEG_INFINITY {
+            Interval { lo, hi }
+        } else {
+            Interval::EMPTY
+        }
     }
 
     /// Exactly one number; empty for not-a-number and infinities.

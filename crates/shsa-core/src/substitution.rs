@@ -1,1 +1,111 @@
-//! substitution.
+//! A way of knowing a variable: the relations that compute it, in order, and the variables that they start from.
+
+use crate::knowledge::{KnowledgeBase, RelationId, VariableId};
+use alloc::collections::BTreeMap;
+use alloc::collections::BTreeSet;
+use alloc::vec::Vec;
+
+/// One relation that produces one variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Step {
+    /// The relation that is used.
+    pub relation: RelationId,
+    /// The variable that it is used for.
+    pub output: VariableId,
+}
+
+/// A connected acyclic part of the knowledge base with one sink.
+///
+/// Each variable has at most one relation above it, and a shared variable is computed once. Without steps it is
+/// the empty substitution: the variable's own signals.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Substitution {
+    /// The variable that it computes.
+    pub sink: VariableId,
+    /// In the order of computation: what a step reads, an earlier step has produced or a source provides.
+    pub steps: Vec<Step>,
+    /// The variables that it starts from, ascending: provided by a signal or constant.
+    pub sources: Vec<VariableId>,
+}
+
+impl Substitution {
+    /// Puts the choice of one step per computed variable into the order of computation.
+    ///
+    /// `choice` holds, for every variable that is to be computed, the relation above it. Gives `None` when the
+    /// choice is cyclic. Complexity: O(s log s) for s inputs of the chosen relations.
+    #[must_use]
+    pub fn from_choice(
+        knowledge: &KnowledgeBase,
+        sink: VariableId,
+        choice: &BTreeMap<VariableId, RelationId>,
+    ) -> Option<Substitution> {
+        let mut order =
+            Order { knowledge, choice, steps: Vec::new(), sources: BTreeSet::new(), done: BTreeSet::new() };
+        order.visit(sink)?;
+        Some(Substitution { sink, steps: order.steps, sources: order.sources.into_iter().collect() })
+    }
+
+    /// The relations that it uses, ascending.
+    #[must_use]
+    pub fn relations(&self) -> Vec<RelationId> {
+        let mut relations: Vec<_> = self.steps.iter().map(|step| step.relation).collect();
+        relations.sort_unstable();
+        relations.dedup();
+        relations
+    }
+}
+
+/// A depth-first walk that lists a step after all that it reads; an explicit stack, as chains may be long.
+struct Order<'a> {
+    knowledge: &'a KnowledgeBase,
+    choice: &'a BTreeMap<VariableId, RelationId>,
+    steps: Vec<Step>,
+    sources: BTreeSet<VariableId>,
+    done: BTreeSet<VariableId>,
+}
+
+enum Visit {
+    Enter(VariableId),
+    Leave(Step),
+}
+
+impl Order<'_> {
+    fn visit(&mut self, sink: VariableId) -> Option<()> {
+        let mut open = BTreeSet::new();
+        let mut stack = Vec::from([Visit::Enter(sink)]);
+        while let Some(visit) = stack.pop() {
+            match visit {
+                Visit::Enter(variable) if self.done.contains(&variable) => {}
+                Visit::Enter(variable) => match self.choice.get(&variable) {
+                    None => {
+                        self.sources.insert(variable);
+                        self.done.insert(variable);
+                    }
+                    Some(&relation) => {
+                        if !open.insert(variable) {
+                            return None;
+                        }
+                        let step = Step { relation, output: variable };
+                        stack.push(Visit::Leave(step));
+                        self.enter_inputs(step, &mut stack);
+                    }
+                },
+                Visit::Leave(step) => {
+                    open.remove(&step.output);
+                    self.done.insert(step.output);
+                    self.steps.push(step);
+                }
+            }
+        }
+        Some(())
+    }
+
+    fn enter_inputs(&self, step: Step, stack: &mut Vec<Visit>) {
+        let Some(relation) = self.knowledge.relations().find(step.relation) else { return };
+        let first = stack.len();
+        stack.extend(relation.needs(step.output).map(Visit::Enter));
+        if let Some(inputs) = stack.get_mut(first..) {
+            inputs.reverse();
+        }
+    }
+}

@@ -1,1 +1,5 @@
-//! Units: SI exponents with scale and offset, as values.
+//! Units (being written).
+
+/// A unit of measure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit;

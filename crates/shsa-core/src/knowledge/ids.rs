@@ -1,0 +1,142 @@
+//! Dense ids and the vectors that they index.
+
+use alloc::vec::Vec;
+use core::marker::PhantomData;
+use core::ops::{Index, IndexMut};
+
+/// An index into the typed vector that made it.
+pub trait Id: Copy + Ord {
+    /// The id of the element at `index`.
+    fn from_index(index: usize) -> Self;
+    /// Where the element stands.
+    fn index(self) -> usize;
+}
+
+macro_rules! id {
+    ($(#[$doc:meta] $name:ident)*) => {$(
+        #[$doc]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub struct $name(u32);
+
+        impl Id for $name {
+            fn from_index(index: usize) -> Self {
+                $name(u32::try_from(index).unwrap_or(u32::MAX))
+            }
+            fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    )*};
+}
+
+id! {
+    /// A variable of a knowledge base, in file order.
+    VariableId
+    /// A relation of a knowledge base, in file order.
+    RelationId
+    /// A signal of a knowledge base, in file order.
+    SignalId
+    /// A need of a knowledge base, in file order.
+    NeedId
+}
+
+/// A vector whose elements are found by their own kind of id.
+///
+/// Only [`IdVec::push`] makes ids, so an id of this vector always finds its element.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IdVec<I, T> {
+    items: Vec<T>,
+    kind: PhantomData<I>,
+}
+
+impl<I: Id, T> IdVec<I, T> {
+    /// Without elements.
+    #[must_use]
+    pub const fn new() -> Self {
+        IdVec { items: Vec::new(), kind: PhantomData }
+    }
+
+    /// One element for each of `count` ids, made by `make`.
+    pub fn filled(count: usize, make: impl FnMut(I) -> T) -> Self {
+        IdVec { items: (0..count).map(I::from_index).map(make).collect(), kind: PhantomData }
+    }
+
+    /// Appends an element and gives its id.
+    pub fn push(&mut self, item: T) -> I {
+        self.items.push(item);
+        I::from_index(self.items.len() - 1)
+    }
+
+    /// How many elements there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.items.len()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.items.is_empty()
+    }
+
+    /// All ids, in order.
+    pub fn ids(&self) -> impl DoubleEndedIterator<Item = I> + ExactSizeIterator + use<I, T> {
+        (0..self.items.len()).map(I::from_index)
+    }
+
+    /// All elements, in order.
+    pub fn iter(&self) -> core::slice::Iter<'_, T> {
+        self.items.iter()
+    }
+
+    /// All elements, in order, to change.
+    pub fn iter_mut(&mut self) -> core::slice::IterMut<'_, T> {
+        self.items.iter_mut()
+    }
+
+    /// Ids with their elements, in order.
+    pub fn enumerate(&self) -> impl DoubleEndedIterator<Item = (I, &T)> {
+        self.items.iter().enumerate().map(|(index, item)| (I::from_index(index), item))
+    }
+
+    /// The element of an id that may be of another vector.
+    #[must_use]
+    pub fn find(&self, id: I) -> Option<&T> {
+        self.items.get(id.index())
+    }
+}
+
+impl<I: Id, T> Default for IdVec<I, T> {
+    fn default() -> Self {
+        IdVec::new()
+    }
+}
+
+#[expect(
+    clippy::indexing_slicing,
+    reason = "the one place that indexes: ids are made by the vector they index"
+)]
+impl<I: Id, T> Index<I> for IdVec<I, T> {
+    type Output = T;
+    fn index(&self, id: I) -> &T {
+        &self.items[id.index()]
+    }
+}
+
+#[expect(
+    clippy::indexing_slicing,
+    reason = "the one place that indexes: ids are made by the vector they index"
+)]
+impl<I: Id, T> IndexMut<I> for IdVec<I, T> {
+    fn index_mut(&mut self, id: I) -> &mut T {
+        &mut self.items[id.index()]
+    }
+}
+
+impl<'a, I: Id, T> IntoIterator for &'a IdVec<I, T> {
+    type Item = &'a T;
+    type IntoIter = core::slice::Iter<'a, T>;
+    fn into_iter(self) -> Self::IntoIter {
+        self.items.iter()
+    }
+}

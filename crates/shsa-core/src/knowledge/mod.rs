@@ -1,0 +1,279 @@
+//! The knowledge base: variables, relations, signals and needs, built only through checks.
+//!
+//! Everything is found by dense ids in file order. Cycles and relations that are usable in several directions
+//! are ordinary. What can change at run time is the availability of signals; every change bumps the version.
+
+mod ids;
+
+pub use ids::{Id, IdVec, NeedId, RelationId, SignalId, VariableId};
+
+use crate::expression::Formula;
+use crate::interval::Interval;
+use crate::time::Span;
+use crate::unit::Unit;
+use alloc::collections::BTreeMap;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// Named numbers of an element, such as `accuracy` or `cost`.
+pub type Properties = BTreeMap<String, f64>;
+
+/// Whether a variable is one number or a list of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Shape {
+    /// One number.
+    #[default]
+    Scalar,
+    /// A list of numbers whose length the observations decide.
+    Vector,
+}
+
+/// A physical quantity.
+#[derive(Clone, Debug)]
+pub struct Variable {
+    /// Unique in the model.
+    pub name: String,
+    /// What values are read and shown in; `None` when the model does not say. Inside, values are coherent SI.
+    pub unit: Option<Unit>,
+    /// One number or a list.
+    pub shape: Shape,
+    /// Physically possible values, in SI.
+    pub range: Option<Interval>,
+    /// Largest rate of change, SI units a second: how fast the uncertainty of an old value grows.
+    pub max_rate: Option<f64>,
+    /// The value, in SI, when it never changes: a constant is always provided.
+    pub constant: Option<Interval>,
+    /// Named numbers for the utility.
+    pub properties: Properties,
+}
+
+/// How variables determine each other.
+#[derive(Clone, Debug)]
+pub struct Relation {
+    /// Unique in the model.
+    pub name: String,
+    /// Every variable that may be read, ascending. For one output, all of them but that output are needed.
+    pub inputs: Vec<VariableId>,
+    /// Every variable that may be produced, ascending.
+    pub outputs: Vec<VariableId>,
+    /// The formula of each output, in the order of `outputs`; empty for a relation that is structure only.
+    pub formulas: Vec<Formula>,
+    /// What must certainly hold for the result to count.
+    pub condition: Option<Formula>,
+    /// The equation as written in the model; empty for structure only.
+    pub text: String,
+    /// Named numbers for the utility.
+    pub properties: Properties,
+}
+
+impl Relation {
+    /// What must be known to produce `output`, ascending.
+    pub fn needs(&self, output: VariableId) -> impl Iterator<Item = VariableId> + '_ {
+        self.inputs.iter().copied().filter(move |&input| input != output)
+    }
+
+    /// The formula that produces `output`; `None` when it is not an output or the relation is structure only.
+    #[must_use]
+    pub fn formula(&self, output: VariableId) -> Option<&Formula> {
+        self.outputs.iter().position(|&o| o == output).and_then(|at| self.formulas.get(at))
+    }
+}
+
+/// The error of a value: it lies within `[v + lo, v + hi]`, each widened by its share of `|v|`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ValueError {
+    /// Lowest error, SI, at most 0 for a usual sensor.
+    pub lo: f64,
+    /// Highest error, SI.
+    pub hi: f64,
+    /// Plus-minus share of the magnitude of the value (0.02 is 2 %).
+    pub relative: f64,
+}
+
+/// Something on the bus that carries a variable.
+#[derive(Clone, Debug)]
+pub struct Signal {
+    /// Unique in the model.
+    pub name: String,
+    /// What it carries.
+    pub variable: VariableId,
+    /// Where it is found: topic or file, `#`, field or column.
+    pub source: String,
+    /// What its values come in; `None` means the variable's.
+    pub unit: Option<Unit>,
+    /// Observations a second; `None` when it comes when it comes.
+    pub rate_hz: Option<f64>,
+    /// Error of its values.
+    pub value_error: ValueError,
+    /// Lowest and highest error of its time stamps.
+    pub time_error: (Span, Span),
+    /// How much older the content is than its time stamp says.
+    pub delay: Span,
+    /// How long it may say nothing before it counts as silent; `None` when it is never silent.
+    pub timeout: Option<Span>,
+    /// Signals that it is computed from: it is no independent witness about them.
+    pub derived_from: Vec<SignalId>,
+    /// Named numbers for the utility; `prior` is the probability that it is faulty.
+    pub properties: Properties,
+}
+
+/// A variable that must stay available.
+#[derive(Clone, Debug)]
+pub struct Need {
+    /// The variable that is needed.
+    pub variable: VariableId,
+    /// The name under which it is published.
+    pub signal: String,
+    /// How old a published value may be.
+    pub max_age: Span,
+    /// How wide a published interval may be, SI.
+    pub max_width: Option<f64>,
+    /// The least integrity level, `A` to `D`; checked when contracts are.
+    pub integrity: Option<char>,
+    /// How switching behaves.
+    pub switching: Switching,
+}
+
+/// How a need switches between its sources.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Switching {
+    /// At most one voluntary switch in this time; a lost source is replaced at once.
+    pub hold: Span,
+    /// How long a recovered source must stay healthy before the need goes back to it.
+    pub probation: Span,
+    /// How long the output moves from the old source to the new one; zero switches at once.
+    pub blend: Span,
+    /// By how much better the utility of a trusted source must be to leave a healthy one, as a share.
+    pub hysteresis: f64,
+}
+
+impl Default for Switching {
+    fn default() -> Self {
+        Switching {
+            hold: Span::from_millis(1_000),
+            probation: Span::from_millis(2_000),
+            blend: Span::ZERO,
+            hysteresis: 0.0,
+        }
+    }
+}
+
+/// Variables, relations, signals and needs of one system.
+#[derive(Clone, Debug, Default)]
+pub struct KnowledgeBase {
+    variables: IdVec<VariableId, Variable>,
+    relations: IdVec<RelationId, Relation>,
+    signals: IdVec<SignalId, Signal>,
+    needs: IdVec<NeedId, Need>,
+    available: IdVec<SignalId, bool>,
+    /// Relations that can produce each variable, ascending.
+    producers: IdVec<VariableId, Vec<RelationId>>,
+    /// Signals that carry each variable, ascending.
+    carriers: IdVec<VariableId, Vec<SignalId>>,
+    version: u64,
+}
+
+impl KnowledgeBase {
+    /// All variables.
+    #[must_use]
+    pub fn variables(&self) -> &IdVec<VariableId, Variable> {
+        &self.variables
+    }
+
+    /// All relations.
+    #[must_use]
+    pub fn relations(&self) -> &IdVec<RelationId, Relation> {
+        &self.relations
+    }
+
+    /// All signals.
+    #[must_use]
+    pub fn signals(&self) -> &IdVec<SignalId, Signal> {
+        &self.signals
+    }
+
+    /// All needs.
+    #[must_use]
+    pub fn needs(&self) -> &IdVec<NeedId, Need> {
+        &self.needs
+    }
+
+    /// Grows by one with every change.
+    #[must_use]
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// The relations that can produce `variable`, ascending.
+    #[must_use]
+    pub fn producers(&self, variable: VariableId) -> &[RelationId] {
+        &self.producers[variable]
+    }
+
+    /// The signals that carry `variable`, ascending, available or not.
+    #[must_use]
+    pub fn carriers(&self, variable: VariableId) -> &[SignalId] {
+        &self.carriers[variable]
+    }
+
+    /// Whether a signal may be used now.
+    #[must_use]
+    pub fn is_available(&self, signal: SignalId) -> bool {
+        self.available[signal]
+    }
+
+    /// Allows or forbids the use of a signal; the version changes when this does.
+    pub fn set_available(&mut self, signal: SignalId, available: bool) {
+        if self.available[signal] != available {
+            self.available[signal] = available;
+            self.version += 1;
+        }
+    }
+
+    /// Whether a variable is known without a relation: a constant, or carried by an available signal.
+    #[must_use]
+    pub fn is_provided(&self, variable: VariableId) -> bool {
+        self.variables[variable].constant.is_some()
+            || self.carriers[variable].iter().any(|&signal| self.available[signal])
+    }
+
+    /// The variable of a name.
+    #[must_use]
+    pub fn variable(&self, name: &str) -> Option<VariableId> {
+        self.variables.enumerate().find(|(_, variable)| variable.name == name).map(|(id, _)| id)
+    }
+
+    /// The signal of a name.
+    #[must_use]
+    pub fn signal(&self, name: &str) -> Option<SignalId> {
+        self.signals.enumerate().find(|(_, signal)| signal.name == name).map(|(id, _)| id)
+    }
+
+    /// Puts checked parts together; the one constructor, used by the checks and by structure generators.
+    ///
+    /// Relations and signals must name only ids of `variables`; inputs and outputs are sorted here.
+    #[must_use]
+    pub fn from_parts(
+        variables: IdVec<VariableId, Variable>,
+        mut relations: IdVec<RelationId, Relation>,
+        signals: IdVec<SignalId, Signal>,
+        needs: IdVec<NeedId, Need>,
+    ) -> KnowledgeBase {
+        let mut producers = IdVec::filled(variables.len(), |_| Vec::new());
+        let mut carriers = IdVec::filled(variables.len(), |_| Vec::new());
+        for relation in relations.iter_mut() {
+            relation.inputs.sort_unstable();
+            relation.inputs.dedup();
+        }
+        for (id, relation) in relations.enumerate() {
+            for &output in &relation.outputs {
+                producers[output].push(id);
+            }
+        }
+        for (id, signal) in signals.enumerate() {
+            carriers[signal.variable].push(id);
+        }
+        let available = IdVec::filled(signals.len(), |_| true);
+        KnowledgeBase { variables, relations, signals, needs, available, producers, carriers, version: 0 }
+    }
+}
