@@ -1,1 +1,232 @@
-//! alignment.
+//! Observations of different moments brought to one moment.
+//!
+//! A [`History`] keeps the recent past of one input, bounded. It answers two questions: which values overlap a
+//! validity ([`History::overlapping`], for combinations), and what is known at a validity ([`History::at`], the
+//! port): the hull of what overlaps, else the nearest value, grown by the largest rate of change over the gap.
+
+use crate::interval::Interval;
+use crate::time::{Span, Time, Validity};
+use alloc::vec::Vec;
+
+/// One value with the time in which it was true.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// When it was true.
+    pub validity: Validity,
+    /// The value, never empty.
+    pub value: Interval,
+}
+
+/// What is known at a moment, and how far away the knowledge is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// The value, grown by the rate of change over the gap.
+    pub value: Interval,
+    /// Time between the moment and the value that was read; zero when they overlap.
+    pub gap: Span,
+}
+
+/// How an input is brought to a moment at which it was not observed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Largest rate of change, a second; zero when the model gives none.
+    pub max_rate: f64,
+    /// The largest gap over which a value still says something.
+    pub max_gap: Span,
+}
+
+/// What became of an observation that was offered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acceptance {
+    /// Kept, and the newest.
+    Newest,
+    /// Kept among older ones: it came out of order.
+    Reordered,
+    /// Dropped: the same value with the same validity is there.
+    Duplicate,
+    /// Dropped: older than everything that is kept, or without a value.
+    Dropped,
+}
+
+/// The recent past of one input: a ring of at most `capacity` samples in the order of time.
+#[derive(Clone, Debug)]
+pub struct History {
+    samples: Vec<Sample>,
+    capacity: usize,
+    /// Where the oldest sample stands once the ring is full.
+    start: usize,
+}
+
+impl History {
+    /// Room for `capacity` samples (at least one), allocated now.
+    #[must_use]
+    pub fn new(capacity: usize) -> History {
+        let capacity = capacity.max(1);
+        History { samples: Vec::with_capacity(capacity), capacity, start: 0 }
+    }
+
+    /// How many samples are kept.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.samples.len()
+    }
+
+    /// Whether nothing is kept.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.samples.clear();
+        self.start = 0;
+    }
+
+    /// The sample that is `back` before the newest (0 is the newest).
+    #[must_use]
+    pub fn newest(&self, back: usize) -> Option<&Sample> {
+        let from_oldest = self.samples.len().checked_sub(back + 1)?;
+        self.samples.get(self.place(from_oldest))
+    }
+
+    /// All samples, newest first.
+    pub fn newest_first(&self) -> impl Iterator<Item = &Sample> {
+        (0..self.samples.len()).filter_map(|back| self.newest(back))
+    }
+
+    /// Keeps a sample in the order of time; the oldest gives way when the ring is full.
+    ///
+    /// Complexity: O(1) for samples in order, O(capacity) for late ones. No allocation.
+    pub fn push(&mut self, sample: Sample) -> Acceptance {
+        if sample.value.is_empty() {
+            return Acceptance::Dropped;
+        }
+        let later = self.newest_first().take_while(|kept| kept.validity.to > sample.validity.to).count();
+        let same = self.newest_first().skip(later).take_while(|kept| kept.validity.to == sample.validity.to);
+        if same.into_iter().any(|kept| *kept == sample) {
+            return Acceptance::Duplicate;
+        }
+        if later == self.capacity {
+            return Acceptance::Dropped;
+        }
+        self.append(sample);
+        self.sink_newest(later);
+        if later == 0 { Acceptance::Newest } else { Acceptance::Reordered }
+    }
+
+    /// What is known at `moment`: the hull of all samples that overlap it, else the nearest one within reach.
+    ///
+    /// Complexity: O(samples newer than the moment, and those that overlap it).
+    #[must_use]
+    pub fn at(&self, moment: Validity, reach: Reach) -> Option<Reading> {
+        let mut nearest: Option<(Span, Interval)> = None;
+        for sample in self.newest_first() {
+            let gap = sample.validity.gap(moment);
+            nearest = match nearest {
+                Some((best, value)) if best == gap => Some((best, value.hull(sample.value))),
+                Some((best, value)) if best < gap => Some((best, value)),
+                _ => Some((gap, sample.value)),
+            };
+            if sample.validity.to < moment.from {
+                break;
+            }
+        }
+        let (gap, value) = nearest.filter(|(gap, _)| *gap <= reach.max_gap)?;
+        Some(Reading { value: value.widened(gap.seconds() * reach.max_rate), gap })
+    }
+
+    /// All samples whose validity overlaps `moment`, newest first.
+    pub fn overlapping(&self, moment: Validity) -> impl Iterator<Item = &Sample> {
+        self.newest_first().filter(move |sample| sample.validity.intersection(moment).is_some())
+    }
+
+    /// The end of the newest validity.
+    #[must_use]
+    pub fn latest(&self) -> Option<Time> {
+        self.newest(0).map(|sample| sample.validity.to)
+    }
+
+    fn place(&self, from_oldest: usize) -> usize {
+        (self.start + from_oldest) % self.capacity
+    }
+
+    fn append(&mut self, sample: Sample) {
+        if self.samples.len() < self.capacity {
+            self.samples.push(sample);
+            return;
+        }
+        if let Some(oldest) = self.samples.get_mut(self.start) {
+            *oldest = sample;
+        }
+        self.start = (self.start + 1) % self.capacity;
+    }
+
+    /// Moves the sample just appended behind the `later` ones that are newer.
+    fn sink_newest(&mut self, later: usize) {
+        let newest = self.samples.len() - 1;
+        for at in (newest - later.min(newest)..newest).rev() {
+            let (one, other) = (self.place(at), self.place(at + 1));
+            self.samples.swap(one, other);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn sample(from: i64, to: i64, value: f64) -> Sample {
+        Sample { validity: Validity { from: Time(from), to: Time(to) }, value: Interval::point(value) }
+    }
+
+    const REACH: Reach = Reach { max_rate: 0.0, max_gap: Span(10) };
+
+    #[test]
+    fn the_port_reads_the_nearest_value_and_its_uncertainty_grows() {
+        let mut history = History::new(4);
+        for time in [0, 10, 20] {
+            history.push(sample(time, time, time as f64));
+        }
+        let reach = Reach { max_rate: 1e9, max_gap: Span(5) };
+        let reading = history.at(Validity::at(Time(23)), reach).unwrap();
+        assert_eq!(reading.gap, Span(3));
+        assert!(
+            reading.value.contains(17.0) && reading.value.contains(23.0) && !reading.value.contains(16.9)
+        );
+        assert_eq!(history.at(Validity::at(Time(26)), reach), None);
+        assert_eq!(history.at(Validity::at(Time(10)), reach).unwrap().value, Interval::point(10.0));
+        let between = history.at(Validity { from: Time(9), to: Time(21) }, reach).unwrap();
+        assert_eq!(between.value, Interval::new(10.0, 20.0));
+    }
+
+    #[test]
+    fn late_and_duplicate_samples_are_accepted_or_dropped_by_rule() {
+        let mut history = History::new(3);
+        assert_eq!(history.push(sample(10, 10, 1.0)), Acceptance::Newest);
+        assert_eq!(history.push(sample(20, 20, 2.0)), Acceptance::Newest);
+        assert_eq!(history.push(sample(15, 15, 3.0)), Acceptance::Reordered);
+        assert_eq!(history.push(sample(20, 20, 2.0)), Acceptance::Duplicate);
+        assert_eq!(history.push(sample(5, 5, 9.0)), Acceptance::Dropped);
+        let values: std::vec::Vec<f64> = history.newest_first().map(|kept| kept.value.lo()).collect();
+        assert_eq!(values, [2.0, 3.0, 1.0]);
+        let nothing = Sample { value: Interval::EMPTY, ..sample(30, 30, 0.0) };
+        assert_eq!(history.push(nothing), Acceptance::Dropped);
+    }
+
+    proptest! {
+        #[test]
+        fn order_of_arrival_does_not_matter(mut times in proptest::collection::vec(0i64..1000, 1..12)) {
+            times.sort_unstable();
+            times.dedup();
+            let mut forward = History::new(16);
+            let mut backward = History::new(16);
+            times.iter().for_each(|&t| { forward.push(sample(t, t + 3, t as f64)); });
+            times.iter().rev().for_each(|&t| { backward.push(sample(t, t + 3, t as f64)); });
+            prop_assert!(forward.newest_first().eq(backward.newest_first()));
+            let moment = Validity { from: Time(400), to: Time(410) };
+            prop_assert_eq!(forward.at(moment, REACH), backward.at(moment, REACH));
+        }
+    }
+}
