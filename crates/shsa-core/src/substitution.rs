@@ -1,8 +1,9 @@
 //! A way of knowing a variable: the relations that compute it, in order, and the variables that they start from.
 
-use crate::knowledge::{KnowledgeBase, RelationId, VariableId};
-use alloc::collections::BTreeMap;
-use alloc::collections::BTreeSet;
+use crate::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
+use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::format;
+use alloc::string::String;
 use alloc::vec::Vec;
 
 /// One relation that produces one variable.
@@ -53,6 +54,73 @@ impl Substitution {
         relations.dedup();
         relations
     }
+}
+
+/// A substitution with one signal chosen for each of its sources: one way of knowing a variable.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Way {
+    /// What is computed.
+    pub substitution: Substitution,
+    /// The signal of each source, in their order; `None` for a constant.
+    pub signals: Vec<Option<SignalId>>,
+}
+
+impl Way {
+    /// All choices of one usable signal a source, at most `most`, in file order.
+    #[must_use]
+    pub fn choices(
+        knowledge: &KnowledgeBase,
+        substitution: &Substitution,
+        usable: impl Fn(SignalId) -> bool,
+        most: usize,
+    ) -> Vec<Way> {
+        let mut choices = Vec::from([Vec::new()]);
+        for &source in &substitution.sources {
+            let carriers = || knowledge.carriers(source).iter().copied().filter(|&signal| usable(signal));
+            let constant = knowledge.variables()[source].constant.is_some();
+            let options: Vec<_> = if constant { Vec::from([None]) } else { carriers().map(Some).collect() };
+            let longer = |chosen: &Vec<Option<SignalId>>| extensions(chosen, &options);
+            choices = choices.iter().flat_map(longer).take(most).collect();
+        }
+        let way = |signals| Way { substitution: substitution.clone(), signals };
+        choices.into_iter().map(way).collect()
+    }
+
+    /// The signals that it reads.
+    pub fn inputs(&self) -> impl Iterator<Item = SignalId> + '_ {
+        self.signals.iter().copied().flatten()
+    }
+
+    /// The signal itself when there is nothing to compute.
+    #[must_use]
+    pub fn direct(&self) -> Option<SignalId> {
+        match (self.substitution.steps.is_empty(), self.signals.as_slice()) {
+            (true, [Some(signal)]) => Some(*signal),
+            _ => None,
+        }
+    }
+
+    /// In words: the signals that it reads and the relations that it uses, such as `/a, /b by r1`.
+    #[must_use]
+    pub fn describe(&self, knowledge: &KnowledgeBase) -> String {
+        let signals: Vec<&str> =
+            self.inputs().map(|signal| knowledge.signals()[signal].name.as_str()).collect();
+        let relations: Vec<&str> = self
+            .substitution
+            .steps
+            .iter()
+            .map(|step| knowledge.relations()[step.relation].name.as_str())
+            .collect();
+        match relations.is_empty() {
+            true => signals.join(", "),
+            false => format!("{} by {}", signals.join(", "), relations.join(", ")),
+        }
+    }
+}
+
+fn extensions(chosen: &[Option<SignalId>], options: &[Option<SignalId>]) -> Vec<Vec<Option<SignalId>>> {
+    let extended = |option: &Option<SignalId>| chosen.iter().copied().chain([*option]).collect();
+    options.iter().map(extended).collect()
 }
 
 /// A depth-first walk that lists a step after all that it reads; an explicit stack, as chains may be long.

@@ -4,8 +4,10 @@
 //! are ordinary. What can change at run time is the availability of signals; every change bumps the version.
 
 mod ids;
+mod signal_set;
 
 pub use ids::{Id, IdVec, NeedId, RelationId, SignalId, VariableId};
+pub use signal_set::SignalSet;
 
 use crate::expression::Formula;
 use crate::interval::Interval;

@@ -1,8 +1,4 @@
-//! Observations of different moments brought to one moment.
-//!
-//! A [`History`] keeps the recent past of one input, bounded. It answers two questions: which values overlap a
-//! validity ([`History::overlapping`], for combinations), and what is known at a validity ([`History::at`], the
-//! port): the hull of what overlaps, else the nearest value, grown by the largest rate of change over the gap.
+//! The recent past of one input, bounded, and what it says about a moment.
 
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};

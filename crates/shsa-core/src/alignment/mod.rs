@@ -1,0 +1,12 @@
+//! Observations of different moments brought to one moment.
+//!
+//! A [`History`] keeps the recent past of one input, bounded. It answers two questions: which values overlap a
+//! validity ([`History::overlapping`], for combinations), and what is known at a validity ([`History::at`]): the
+//! hull of what overlaps, else the nearest value, grown by the largest rate of change over the gap. A [`Port`]
+//! keeps the past of one signal, scalar or vector, and counts what came late, twice, out of order or invalid.
+
+mod history;
+mod port;
+
+pub use history::{Acceptance, History, Reach, Reading, Sample};
+pub use port::{Counts, Port};

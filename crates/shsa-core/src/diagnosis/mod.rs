@@ -1,0 +1,3 @@
+//! Who lies: disagreements as conflicts, minimal hitting sets as explanations, ranked.
+
+pub mod explain;

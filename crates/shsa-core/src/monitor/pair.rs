@@ -1,0 +1,183 @@
+//! Two ways of knowing the same variable, and how they have compared lately.
+
+use crate::interval::Interval;
+use crate::knowledge::SignalSet;
+use crate::time::{Span, Time};
+
+/// How many comparisons are remembered, and how many of them must disagree.
+///
+/// The window lasts at least [`Debounce::span`] and holds at least [`Debounce::least`] comparisons, so that a fast
+/// pair is not condemned by a bump of a few milliseconds and a slow one not after minutes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Debounce {
+    /// The shortest window in time.
+    pub span: Span,
+    /// The fewest comparisons in a window, at most 64.
+    pub least: u32,
+    /// The share of a window that must disagree.
+    pub share: f64,
+}
+
+impl Default for Debounce {
+    /// 3 of 5, or more than half of 250 ms.
+    fn default() -> Debounce {
+        Debounce { span: Span::from_millis(250), least: 5, share: 0.5 }
+    }
+}
+
+impl Debounce {
+    /// The window (`n` comparisons) and the disagreements that make a conflict (`k`) for comparisons every `period`.
+    #[must_use]
+    pub fn window(&self, period: Span) -> (u32, u32) {
+        let in_span = self.span.0 / period.0.max(1);
+        let n = u32::try_from(in_span).unwrap_or(64).clamp(self.least, 64).clamp(1, 64);
+        let k = libm::ceil(f64::from(n) * self.share) as u32;
+        (n, k.clamp(1, n))
+    }
+}
+
+/// What the recent comparisons of a pair, or the recent values of a signal, say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Relationship {
+    /// Nothing to compare, or nothing recent: no evidence.
+    Unknown,
+    /// All recent comparisons agree.
+    Agree,
+    /// Some recent comparisons disagree, too few to count.
+    Undecided,
+    /// Enough recent comparisons disagree.
+    Conflict,
+}
+
+/// The recent comparisons of two ways of knowing, as bits.
+#[derive(Clone, Copy, Debug)]
+pub struct Window {
+    bits: u64,
+    compared: u32,
+    n: u32,
+    k: u32,
+    /// Time of the first disagreement in the present window.
+    onset: Time,
+    last: Option<Time>,
+    /// Time between comparisons: as declared, else as last seen.
+    period: Span,
+    declared: bool,
+    span: Span,
+}
+
+/// Evidence is stale after this many periods without a comparison.
+const STALE_PERIODS: i64 = 6;
+
+impl Window {
+    /// For comparisons that come about every `period`; without a declared period it is learnt.
+    #[must_use]
+    pub fn new(debounce: Debounce, period: Option<Span>) -> Window {
+        let (n, k) = debounce.window(period.unwrap_or(debounce.span));
+        Window {
+            bits: 0,
+            compared: 0,
+            n,
+            k,
+            onset: Time::MIN,
+            last: None,
+            period: period.unwrap_or(debounce.span),
+            declared: period.is_some(),
+            span: debounce.span,
+        }
+    }
+
+    /// Takes a comparison in.
+    pub fn record(&mut self, disagrees: bool, now: Time) {
+        match self.last {
+            Some(last) if self.declared && now - last > self.lifetime() => self.forget(),
+            Some(last) if !self.declared => self.period = (now - last).max(Span(1)),
+            _ => {}
+        }
+        if disagrees && self.bits == 0 {
+            self.onset = now;
+        }
+        let mask = u64::MAX >> (64 - self.n);
+        self.bits = (self.bits << 1 | u64::from(disagrees)) & mask;
+        self.compared = (self.compared + 1).min(self.n);
+        self.last = Some(now);
+    }
+
+    /// Forgets all comparisons.
+    pub fn forget(&mut self) {
+        self.bits = 0;
+        self.compared = 0;
+        self.last = None;
+    }
+
+    /// What the window says now.
+    #[must_use]
+    pub fn relationship(&self, now: Time) -> Relationship {
+        match (self.last, self.bits.count_ones()) {
+            (None, _) => Relationship::Unknown,
+            (Some(last), _) if now - last > self.lifetime() => Relationship::Unknown,
+            (_, 0) => Relationship::Agree,
+            (_, count) if count >= self.k => Relationship::Conflict,
+            _ => Relationship::Undecided,
+        }
+    }
+
+    /// Disagreements and comparisons in the window: k of n.
+    #[must_use]
+    pub fn counts(&self) -> (u32, u32) {
+        (self.bits.count_ones(), self.compared)
+    }
+
+    /// When the disagreement in the present window began.
+    #[must_use]
+    pub fn onset(&self) -> Time {
+        self.onset
+    }
+
+    /// How long a comparison counts as evidence.
+    #[must_use]
+    pub fn lifetime(&self) -> Span {
+        self.period.times(STALE_PERIODS).max(self.span)
+    }
+
+    /// How long a conflict takes to show after a fault has begun.
+    #[must_use]
+    pub fn latency(&self) -> Span {
+        self.period.times(i64::from(self.k))
+    }
+
+    /// Whether there have been enough comparisons since `moment` for a conflict to show.
+    #[must_use]
+    pub fn confirmed_since(&self, moment: Time) -> bool {
+        self.last.is_some_and(|last| last - moment >= self.period.times(i64::from(self.k) - 1))
+    }
+}
+
+/// Which way of knowing: an index into the monitor's ways.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct WayIndex(pub u32);
+
+/// The comparison in which two ways last disagreed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disagreement {
+    /// When it was.
+    pub time: Time,
+    /// The value of the way that was compared, SI.
+    pub value: Interval,
+    /// The value of the other way at the same moment, SI.
+    pub other: Interval,
+}
+
+/// Two ways of knowing one variable.
+#[derive(Clone, Debug)]
+pub struct Pair {
+    /// The slower way: a comparison is made when it delivers.
+    pub way: WayIndex,
+    /// The faster way, brought to the moment of the slower one.
+    pub other: WayIndex,
+    /// The signals that both rest on: one of these is faulty when the two disagree.
+    pub signals: SignalSet,
+    /// The recent comparisons.
+    pub window: Window,
+    /// The last disagreement.
+    pub disagreement: Option<Disagreement>,
+}
