@@ -1,3 +1,65 @@
-//! The project's own chores.
+//! The project's own chores: `cargo xtask test` is all of CI, and its steps can be run one by one.
 
-fn main() {}
+mod command;
+mod needs;
+mod workspace;
+mod licences;
+mod tidy;
+mod testing;
+
+use anyhow::{Context, Result, bail};
+use std::env;
+use std::process::ExitCode;
+use std::time::Instant;
+
+const USAGE: &str = "\
+usage: cargo xtask COMMAND
+
+  test       installs what the tests need, then runs every check and all tests: all of CI
+  ci         the same
+  tidy       only the rules of the house: layers, file heads, lengths, words, crates
+  licences   only the licences of what is shipped, against deny.toml";
+
+fn main() -> ExitCode {
+    let command = env::args().nth(1);
+    match run(command.as_deref()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("xtask: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(command: Option<&str>) -> Result<()> {
+    env::set_current_dir(workspace::root()).context("entering the workspace's folder")?;
+    match command {
+        Some("test" | "ci") => test(),
+        Some("tidy") => tidy::check(),
+        Some("licences") => licences::check(),
+        Some(other) => bail!("no command `{other}`\n{USAGE}"),
+        None => bail!("no command\n{USAGE}"),
+    }
+}
+
+/// Everything that CI runs: the quick checks first, the tests last, so that their result closes the output.
+fn test() -> Result<()> {
+    let start = Instant::now();
+    step("needs", needs::provide)?;
+    step("format", || command::run(&["cargo", "fmt", "--all", "--check"]))?;
+    step("tidy", tidy::check)?;
+    step("licences", licences::check)?;
+    step("clippy", clippy)?;
+    step("tests", testing::run)?;
+    println!("all checks and tests passed in {} s", start.elapsed().as_secs());
+    Ok(())
+}
+
+fn clippy() -> Result<()> {
+    command::run(&["cargo", "clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"])
+}
+
+fn step(name: &'static str, check: impl FnOnce() -> Result<()>) -> Result<()> {
+    println!("== {name}");
+    check().context(name)
+}

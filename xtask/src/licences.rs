@@ -1,0 +1,137 @@
+//! What the shipped binary is made of carries a permissive licence: the list in `deny.toml`.
+
+use crate::command;
+use crate::workspace::{Edge, Metadata, Package};
+use anyhow::{Context, Result, bail};
+use serde::Deserialize;
+use spdx::{Expression, Licensee, ParseMode};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+
+/// The crate whose binary is shipped.
+const SHIPPED: &str = "shsa";
+
+/// The part of `deny.toml` that is read here; cargo-deny reads the rest.
+#[derive(Deserialize)]
+struct Deny {
+    licenses: Licenses,
+}
+
+#[derive(Deserialize)]
+struct Licenses {
+    allow: Vec<String>,
+}
+
+/// Checks every crate in the shipped binary, on any platform; and lets cargo-deny check too, where it is installed.
+///
+/// # Errors
+/// When a crate's licence is absent, unreadable or not allowed.
+pub(crate) fn check() -> Result<()> {
+    let allowed = allowed(&fs::read_to_string("deny.toml").context("reading deny.toml")?)?;
+    let metadata = Metadata::read()?;
+    let shipped = shipped(&metadata)?;
+    let problems: Vec<String> = shipped.iter().filter_map(|package| problem(package, &allowed)).collect();
+    if !problems.is_empty() {
+        bail!("{}", problems.join("\n"));
+    }
+    println!("{} crates are shipped, each under a licence of deny.toml", shipped.len());
+    if command::succeeds(&["cargo", "deny", "--version"]) {
+        command::run(&["cargo", "deny", "check", "licenses", "bans", "sources"])?;
+    }
+    Ok(())
+}
+
+fn allowed(deny: &str) -> Result<Vec<Licensee>> {
+    let deny: Deny = toml::from_str(deny).context("reading deny.toml")?;
+    let parse = |name: &String| Licensee::parse(name).with_context(|| format!("deny.toml: licence `{name}`"));
+    deny.licenses.allow.iter().map(parse).collect()
+}
+
+/// All that ends up in the binary or builds it: tests' dependencies do neither.
+fn shipped(metadata: &Metadata) -> Result<Vec<&Package>> {
+    let root = metadata.members().find(|package| package.name == SHIPPED).context("no crate `shsa`")?;
+    let edges: BTreeMap<&str, &[Edge]> =
+        metadata.resolve.nodes.iter().map(|node| (&*node.id, &*node.deps)).collect();
+    let mut seen = BTreeSet::from([&*root.id]);
+    let mut open = vec![&*root.id];
+    while let Some(id) = open.pop() {
+        let edges = edges.get(id).copied().unwrap_or_default();
+        let ids = edges.iter().filter(|edge| is_shipped(edge)).map(|edge| &*edge.pkg);
+        open.extend(ids.filter(|id| seen.insert(id)));
+    }
+    Ok(metadata.packages.iter().filter(|package| seen.contains(&*package.id)).collect())
+}
+
+fn is_shipped(edge: &Edge) -> bool {
+    edge.dep_kinds.iter().any(|kind| kind.kind.as_deref() != Some("dev"))
+}
+
+fn problem(package: &Package, allowed: &[Licensee]) -> Option<String> {
+    let name = format!("{} {}", package.name, package.version);
+    let Some(licence) = &package.license else { return Some(format!("{name} names no licence")) };
+    match Expression::parse_mode(licence, ParseMode::LAX) {
+        Err(error) => Some(format!("{name}: licence `{licence}`: {}", error.reason)),
+        Ok(expression) if expression.evaluate(|wanted| allowed.iter().any(|l| l.satisfies(wanted))) => None,
+        Ok(_) => Some(format!("{name}: licence `{licence}` is not allowed by deny.toml")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DENY: &str = r#"licenses.allow = ["MIT", "Apache-2.0 WITH LLVM-exception", "Unicode-3.0"]"#;
+
+    #[track_caller]
+    fn check(licence: Option<&str>, expected: Option<&str>) {
+        let package = Package {
+            id: "x".into(),
+            name: "x".into(),
+            version: "1.0.0".into(),
+            license: licence.map(Into::into),
+            dependencies: Vec::new(),
+        };
+        let problem = problem(&package, &allowed(DENY).unwrap());
+        assert_eq!(problem.as_deref(), expected);
+    }
+
+    #[test]
+    fn expressions_are_evaluated() {
+        check(Some("MIT"), None);
+        check(Some("MIT/Apache-2.0"), None);
+        check(Some("GPL-3.0-only OR MIT"), None);
+        check(Some("(MIT OR Apache-2.0) AND Unicode-3.0"), None);
+        check(Some("Apache-2.0 WITH LLVM-exception"), None);
+    }
+
+    #[test]
+    fn what_is_not_allowed_is_refused() {
+        check(Some("AGPL-3.0-only"), Some("x 1.0.0: licence `AGPL-3.0-only` is not allowed by deny.toml"));
+        check(
+            Some("MIT AND GPL-2.0"),
+            Some("x 1.0.0: licence `MIT AND GPL-2.0` is not allowed by deny.toml"),
+        );
+        check(Some("Apache-2.0"), Some("x 1.0.0: licence `Apache-2.0` is not allowed by deny.toml"));
+        check(None, Some("x 1.0.0 names no licence"));
+    }
+
+    #[test]
+    fn what_only_tests_use_is_not_shipped() {
+        let package = |name: &str| {
+            format!(
+                r#"{{"id": "{name}", "name": "{name}", "version": "1.0.0", "license": null, "dependencies": []}}"#
+            )
+        };
+        let edge = |to: &str, kind: &str| format!(r#"{{"pkg": "{to}", "dep_kinds": [{{"kind": {kind}}}]}}"#);
+        let node = |id: &str, deps: [String; 2]| format!(r#"{{"id": "{id}", "deps": [{}]}}"#, deps.join(","));
+        let metadata = format!(
+            r#"{{"packages": [{}], "workspace_members": ["shsa"], "resolve": {{"nodes": [{}, {}]}}}}"#,
+            ["shsa", "linked", "builder", "tester"].map(package).join(","),
+            node("shsa", [edge("linked", "null"), edge("tester", "\"dev\"")]),
+            node("linked", [edge("builder", "\"build\""), edge("shsa", "\"dev\"")]),
+        );
+        let metadata: Metadata = serde_json::from_str(&metadata).unwrap();
+        let names: Vec<_> = shipped(&metadata).unwrap().iter().map(|package| &*package.name).collect();
+        assert_eq!(names, ["shsa", "linked", "builder"]);
+    }
+}

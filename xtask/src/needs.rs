@@ -1,0 +1,84 @@
+//! What the tests need beyond Rust: probed, installed when absent, or named with the one command that installs it.
+
+use crate::command;
+use anyhow::{Result, bail};
+
+/// Something that must be there before the checks and tests run.
+struct Need {
+    /// Its name, for people.
+    name: &'static str,
+    /// Succeeds when it is there.
+    probe: &'static [&'static str],
+    /// Installs it.
+    install: &'static [&'static str],
+}
+
+/// A toolchain of the minimal profile has neither; a Debian package or a Python wheel would be one more row.
+const NEEDS: [Need; 2] = [
+    Need {
+        name: "rustfmt",
+        probe: &["cargo", "fmt", "--version"],
+        install: &["rustup", "component", "add", "rustfmt"],
+    },
+    Need {
+        name: "clippy",
+        probe: &["cargo", "clippy", "--version"],
+        install: &["rustup", "component", "add", "clippy"],
+    },
+];
+
+/// Sees to it that everything needed is there.
+///
+/// # Errors
+/// When something is absent and could not be installed.
+pub(crate) fn provide() -> Result<()> {
+    NEEDS.iter().try_for_each(|need| provide_one(need, command::succeeds, |line| command::run(line).is_ok()))
+}
+
+fn provide_one(
+    need: &Need,
+    succeeds: impl Fn(&[&str]) -> bool,
+    install: impl FnOnce(&[&str]) -> bool,
+) -> Result<()> {
+    if succeeds(need.probe) {
+        return Ok(());
+    }
+    let line = need.install.join(" ");
+    println!("{} is absent: `{line}`", need.name);
+    if install(need.install) && succeeds(need.probe) {
+        return Ok(());
+    }
+    bail!("{} is absent and could not be installed; run `{line}`, then try again", need.name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    const NEED: Need = Need { name: "tool", probe: &["tool", "--version"], install: &["get", "tool"] };
+
+    #[test]
+    fn what_is_there_is_not_installed() {
+        assert!(provide_one(&NEED, |_| true, |_| panic!("installed again")).is_ok());
+    }
+
+    #[test]
+    fn what_is_absent_is_installed() {
+        let there = Cell::new(false);
+        let install = |line: &[&str]| {
+            assert_eq!(line, ["get", "tool"]);
+            there.set(true);
+            true
+        };
+        assert!(provide_one(&NEED, |_| there.get(), install).is_ok());
+    }
+
+    #[test]
+    fn what_cannot_be_installed_is_named_with_its_command() {
+        for installed in [false, true] {
+            let error = provide_one(&NEED, |_| false, |_| installed).unwrap_err();
+            assert!(error.to_string().contains("run `get tool`"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! What crates may rest on, what their manifests must inherit, and the licence's texts.
+
+use crate::workspace::{File, Package};
+
+/// Which crates of the workspace a crate may rest on: `shsa -> {estimate, format, bridge, web} -> core`.
+///
+/// A new crate or a new arrow is a change of this table, so that it is seen.
+const ARROWS: [(&str, &[&str]); 8] = [
+    ("shsa-core", &[]),
+    ("shsa-estimate", &["shsa-core"]),
+    ("shsa-format", &["shsa-core"]),
+    ("shsa-bridge", &["shsa-core"]),
+    ("shsa-web", &["shsa-core"]),
+    ("shsa", &["shsa-core", "shsa-estimate", "shsa-format", "shsa-bridge", "shsa-web"]),
+    ("shsa-fuzz", &["shsa-core", "shsa-format"]),
+    ("xtask", &[]),
+];
+
+/// What stands once, in the workspace's manifest.
+const INHERITED: [&str; 4] = ["version", "edition", "rust-version", "license"];
+
+/// The texts of the workspace's licence.
+const LICENCES: [&str; 2] = ["LICENSE-MIT", "LICENSE-APACHE"];
+
+/// A crate rests only on those that the table allows, in its tests too.
+pub(super) fn arrows(package: &Package) -> Vec<String> {
+    let Some((name, allowed)) = ARROWS.iter().find(|(name, _)| *name == package.name) else {
+        return vec![format!("crate `{}` is not in the table of xtask/src/tidy/crates.rs", package.name)];
+    };
+    let is_ours = |to: &str| ARROWS.iter().any(|(name, _)| *name == to);
+    let names = package.dependencies.iter().map(|dependency| &*dependency.name);
+    let wrong = names.filter(|to| is_ours(to) && !allowed.contains(to));
+    wrong.map(|to| format!("crate `{name}` must not rest on `{to}`")).collect()
+}
+
+/// A crate's manifest inherits the one version and licence, and its lints forbid unsafe code.
+pub(super) fn manifest(file: &File) -> Vec<String> {
+    if !file.path.ends_with("/Cargo.toml") {
+        return Vec::new();
+    }
+    let manifest: toml::Table = match file.text.parse() {
+        Ok(manifest) => manifest,
+        Err(error) => return vec![format!("{}: {error}", file.path)],
+    };
+    let at = |path: &[&str]| look_up(&manifest, path);
+    let inherits =
+        |key: &str| at(&["package", key, "workspace"]).and_then(toml::Value::as_bool) == Some(true);
+    let mut problems: Vec<String> = INHERITED
+        .iter()
+        .filter(|key| !inherits(key))
+        .map(|key| format!("{}: `{key}` must be the workspace's: `{key}.workspace = true`", file.path))
+        .collect();
+    let lints = at(&["lints", "workspace"]).and_then(toml::Value::as_bool) == Some(true);
+    let forbids = at(&["lints", "rust", "unsafe_code"]).and_then(toml::Value::as_str) == Some("forbid");
+    if !lints && !forbids {
+        problems.push(format!("{}: nothing forbids unsafe code: `lints.workspace = true`", file.path));
+    }
+    problems
+}
+
+fn look_up<'a>(table: &'a toml::Table, path: &[&str]) -> Option<&'a toml::Value> {
+    let (first, rest) = path.split_first()?;
+    rest.iter().try_fold(table.get(*first)?, |value, key| value.get(key))
+}
+
+/// Both texts of the licence are there.
+pub(super) fn licence_files(files: &[File]) -> Vec<String> {
+    let is_there = |name: &str| files.iter().any(|file| file.path == name && !file.text.is_empty());
+    LICENCES.iter().filter(|name| !is_there(name)).map(|name| format!("{name} is absent")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::workspace::Dependency;
+
+    #[track_caller]
+    fn check_arrows(name: &str, dependencies: &[&str], expected: &[&str]) {
+        let package = Package {
+            id: name.into(),
+            name: name.into(),
+            version: "0.1.0".into(),
+            license: None,
+            dependencies: dependencies.iter().map(|name| Dependency { name: (*name).into() }).collect(),
+        };
+        assert_eq!(arrows(&package), expected);
+    }
+
+    #[test]
+    fn arrows_point_down_only() {
+        check_arrows("shsa", &["shsa-format", "shsa-core", "clap"], &[]);
+        check_arrows("shsa-format", &["shsa-core", "serde"], &[]);
+        check_arrows(
+            "shsa-format",
+            &["shsa-bridge"],
+            &["crate `shsa-format` must not rest on `shsa-bridge`"],
+        );
+        check_arrows("shsa-core", &["shsa-format"], &["crate `shsa-core` must not rest on `shsa-format`"]);
+        check_arrows(
+            "shsa-utils",
+            &[],
+            &["crate `shsa-utils` is not in the table of xtask/src/tidy/crates.rs"],
+        );
+    }
+
+    #[track_caller]
+    fn check_manifest(text: &str, expected: &[&str]) {
+        assert_eq!(manifest(&File { path: "a/Cargo.toml".into(), text: text.into() }), expected);
+    }
+
+    #[test]
+    fn a_manifest_inherits() {
+        let package = "[package]\nname = \"a\"\nedition.workspace = true\nrust-version.workspace = true\nlicense.workspace = true\n";
+        let version = "version.workspace = true\n";
+        check_manifest(&format!("{package}{version}[lints]\nworkspace = true"), &[]);
+        check_manifest(&format!("{package}{version}[lints.rust]\nunsafe_code = \"forbid\""), &[]);
+        check_manifest(
+            &format!("{package}version = \"0.2.0\"\nlints.rust.unsafe_code = \"deny\""),
+            &[
+                "a/Cargo.toml: `version` must be the workspace's: `version.workspace = true`",
+                "a/Cargo.toml: nothing forbids unsafe code: `lints.workspace = true`",
+            ],
+        );
+    }
+
+    #[test]
+    fn both_licences_are_there() {
+        let file = |path: &str, text: &str| File { path: path.into(), text: text.into() };
+        assert!(licence_files(&[file("LICENSE-MIT", "x"), file("LICENSE-APACHE", "x")]).is_empty());
+        assert_eq!(
+            licence_files(&[file("LICENSE-MIT", "")]),
+            ["LICENSE-MIT is absent", "LICENSE-APACHE is absent"]
+        );
+    }
+}
