@@ -103,7 +103,7 @@ impl<R: BufRead> Table<R> {
     }
 }
 
-/// The cells of a row; `None` when a quote is left open.
+/// The cells of a row; `None` when a quote is left open, or closed within a cell.
 fn split(text: &str, separator: char) -> Option<Vec<Cow<'_, str>>> {
     if !text.contains('"') {
         return Some(text.split(separator).map(Cow::Borrowed).collect());
@@ -127,7 +127,7 @@ fn split(text: &str, separator: char) -> Option<Vec<Cow<'_, str>>> {
     }
 }
 
-/// A cell after its opening quote, and what follows it; a doubled quote stands for one.
+/// A cell after its opening quote, and what follows its closing quote; a doubled quote stands for one.
 fn unquoted(text: &str, separator: char) -> Option<(Cow<'_, str>, &str)> {
     let mut cell = String::new();
     let mut rest = text;
@@ -140,10 +140,9 @@ fn unquoted(text: &str, separator: char) -> Option<(Cow<'_, str>, &str)> {
                 rest = next;
             }
             None => {
-                let end = after.find(separator).unwrap_or(after.len());
-                let (tail, after) = after.split_at(end);
-                cell.push_str(tail);
-                return Some((Cow::Owned(cell), after));
+                let after = after.trim_start_matches(' ');
+                let is_at_end = after.is_empty() || after.starts_with(separator);
+                return is_at_end.then_some((Cow::Owned(cell), after));
             }
         }
     }
@@ -190,15 +189,16 @@ pub(super) fn read(
     gathered: &mut Gathered,
 ) -> Result<(), RecordingError> {
     let file = gathered.file().to_path_buf();
-    gathered.know(&stem(&file));
     let asked: Vec<&Want<'_>> = wants.iter().filter(|want| want.source.is_of_file(&file)).collect();
     if asked.is_empty() {
+        gathered.know(&stem(&file));
         return Ok(());
     }
     let Some(table) = Table::open(input) else {
         gathered.damaged(Place::Whole, "holds nothing, not even a row of names");
         return Ok(());
     };
+    gathered.know(&stem(&file));
     expect_names(&table.headers, &file)?;
     let mut clocks = Vec::new();
     let mut columns = Vec::new();

@@ -385,3 +385,6 @@ fn mean_rate(count: usize, first: Time, last: Time) -> Option<f64> {
     let span = (last - first).seconds();
     (count > 1 && span > 0.0).then(|| (count - 1) as f64 / span)
 }
+
+#[cfg(test)]
+mod tests;

@@ -44,7 +44,7 @@ pub(super) fn bare(topic: &str) -> &str {
 /// `; did you mean 'x'?` for the nearest name, or nothing when none is near, and a list of what there is.
 pub(super) fn hint<'a>(name: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
     let nearest = known.clone().min_by_key(|other| distance(name, other));
-    let near = nearest.filter(|other| distance(name, other) <= name.chars().count().div_ceil(2));
+    let near = nearest.filter(|other| distance(name, other) <= name.chars().count() / 2);
     let meant = near.map_or(String::new(), |other| format!("; did you mean '{}'?", other.trim()));
     let mut listed: Vec<&str> = known.clone().take(40).map(str::trim).collect();
     if known.count() > listed.len() {
@@ -55,7 +55,8 @@ pub(super) fn hint<'a>(name: &str, known: impl Iterator<Item = &'a str> + Clone)
 
 /// Insertions, deletions and replacements between two names, letter case and units apart. `O(n m)`.
 fn distance(a: &str, b: &str) -> usize {
-    let letters = |text: &str| -> Vec<char> { split_unit(text).0.to_lowercase().chars().take(200).collect() };
+    let letters =
+        |text: &str| -> Vec<char> { bare(split_unit(text).0).to_lowercase().chars().take(200).collect() };
     let (a, b) = (letters(a), letters(b));
     let mut row: Vec<usize> = (0..=b.len()).collect();
     for (i, left) in a.iter().enumerate() {

@@ -93,20 +93,23 @@ impl<R: Read + Seek> Bag<R> {
 
     /// The connections that the index at the end repeats: their own records may be damaged.
     fn read_index(&mut self, start: u64, visit: &mut dyn FnMut(Event<'_>)) -> io::Result<()> {
-        let index = self.record(start)?.and_then(|record| {
-            let header = Header(&record.header);
-            (header.op() == Some(OP_BAG)).then(|| header.field("index_pos").and_then(long))?
-        });
-        let mut offset = match index {
-            Some(0) => {
-                let problem = "the bag was never closed: it has no index, its end may be lost".into();
-                visit(Event::Damage { offset: start, problem });
-                return Ok(());
+        let Some(head) = self.record(start)? else { return Ok(()) };
+        let header = Header(&head.header);
+        let index = header.field("index_pos").and_then(long).filter(|_| header.op() == Some(OP_BAG));
+        // Without a sound header, reading the records will say so.
+        let Some(mut offset) = index else { return Ok(()) };
+        let is_empty = header.field("conn_count").and_then(number) == Some(0);
+        let problem = match offset {
+            0 => Some("the bag was never closed: it has no index, its end may be lost".into()),
+            _ if offset > self.length || offset == self.length && !is_empty => {
+                Some(format!("the bag ends here, before its index at byte {offset}"))
             }
-            Some(offset) if offset <= self.length => offset,
-            // Cut before the index, or damaged: reading the records will say so.
-            _ => return Ok(()),
+            _ => None,
         };
+        if let Some(problem) = problem {
+            visit(Event::Damage { offset: self.length, problem });
+            return Ok(());
+        }
         while let Some(record) = self.record(offset)? {
             if Header(&record.header).op() == Some(OP_CONNECTION) {
                 let data = self.bytes(record.data_at, record.data_length)?;
