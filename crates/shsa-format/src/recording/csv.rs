@@ -18,8 +18,6 @@ use super::{Place, ReadOptions, RecordedValue, RecordingError, TopicInfo, Want};
 
 /// A quoted cell may go over so many lines.
 const LINES_IN_QUOTES: usize = 16;
-/// So many warnings of one kind are told one by one.
-const TOLD_EACH: usize = 3;
 
 /// One line of a file, or several that quotes hold together.
 struct Line {
@@ -214,7 +212,7 @@ pub(super) fn read(
         columns.push(Column { want, cells, clock, empty: 0, not_numbers: 0, first_odd: None });
     }
     if !columns.is_empty() {
-        Rows { clocks, columns, count: 0, damaged: 0 }.read(table, gathered);
+        Rows { clocks, columns, count: 0 }.read(table, gathered);
     }
     Ok(())
 }
@@ -322,7 +320,6 @@ struct Rows<'a> {
     clocks: Vec<Clock>,
     columns: Vec<Column<'a>>,
     count: u64,
-    damaged: usize,
 }
 
 impl Rows<'_> {
@@ -331,11 +328,13 @@ impl Rows<'_> {
             let cells = split(&line.text, table.separator);
             match cells.filter(|cells| fits(cells, &table.headers)) {
                 Some(cells) => self.row(&line, &cells, &table.headers, gathered),
-                None if line.is_ended => {
-                    let whole = table.headers.len();
-                    self.damage(&line, format!("the row has not {whole} cells as the header"), gathered);
+                None => {
+                    let problem = match line.is_ended {
+                        true => format!("the row has not {} cells as the header", table.headers.len()),
+                        false => "the file ends within this row".into(),
+                    };
+                    gathered.damaged(Place::Line(line.number), format!("{problem}; row left out"));
                 }
-                None => gathered.damaged(Place::Line(line.number), "the file ends within this row, left out"),
             }
             self.count += 1;
         }
@@ -369,7 +368,8 @@ impl Rows<'_> {
         if let Some(clock) = without_time {
             let index = self.clocks.get(clock).and_then(|clock| clock.column).unwrap_or(0);
             let cell = cells.get(index).map_or("", |cell| cell.trim());
-            self.damage(line, format!("'{}' is no time", shortened(cell)), gathered);
+            let problem = format!("'{}' is no time; row left out", shortened(cell));
+            gathered.damaged(Place::Line(line.number), problem);
         }
     }
 
@@ -392,17 +392,7 @@ impl Rows<'_> {
         self.clocks.iter_mut().map(time_of).collect()
     }
 
-    fn damage(&mut self, line: &Line, problem: String, gathered: &mut Gathered) {
-        self.damaged += 1;
-        if self.damaged <= TOLD_EACH {
-            gathered.damaged(Place::Line(line.number), format!("{problem}; row left out"));
-        }
-    }
-
     fn sum_up(&self, headers: &[String], gathered: &mut Gathered) {
-        if self.damaged > TOLD_EACH {
-            gathered.damaged(Place::Whole, format!("{} rows in all were left out", self.damaged));
-        }
         let mut told = Vec::new();
         for column in &self.columns {
             if column.empty + column.not_numbers == 0 || told.contains(&&column.cells) {

@@ -12,8 +12,13 @@ pub(super) struct Gathered {
     recording: Recording,
     streams: Vec<Stream>,
     file: PathBuf,
+    damages: usize,
+    last_untold: Option<Warning>,
     names: BTreeSet<String>,
 }
+
+/// So many damaged places of a file are told one by one, and the last.
+const DAMAGES_TOLD: usize = 3;
 
 /// What must be remembered of a signal from one sample to the next.
 struct Stream {
@@ -35,7 +40,14 @@ impl Gathered {
         let streams: Vec<_> = only_changes.map(stream).collect();
         let found = vec![Found::default(); streams.len()];
         let recording = Recording { found, ..Recording::default() };
-        Gathered { recording, streams, file: PathBuf::new(), names: BTreeSet::new() }
+        Gathered {
+            recording,
+            streams,
+            file: PathBuf::new(),
+            damages: 0,
+            last_untold: None,
+            names: BTreeSet::new(),
+        }
     }
 
     /// All that follows is of this file.
@@ -99,8 +111,22 @@ impl Gathered {
 
     /// A part of the current file is lost.
     pub(super) fn damaged(&mut self, place: Place, message: impl Into<String>) {
-        self.warn(place, message);
         self.recording.degraded = true;
+        self.damages += 1;
+        if self.damages <= DAMAGES_TOLD {
+            self.warn(place, message);
+        } else {
+            self.last_untold = Some(Warning { file: self.file.clone(), place, message: message.into() });
+        }
+    }
+
+    /// The current file is at its end: says how much of it is lost.
+    pub(super) fn end(&mut self) {
+        if let Some(last) = self.last_untold.take() {
+            self.recording.warnings.push(last);
+            self.warn(Place::Whole, format!("{} places in all are damaged", self.damages));
+        }
+        self.damages = 0;
     }
 
     /// A name of the current file that might have been meant by one that is not found.
@@ -119,28 +145,33 @@ impl Gathered {
     /// Puts the samples into the order of their reception and says what was not found.
     pub(super) fn finish(mut self, wants: &[Want<'_>]) -> Recording {
         for want in wants {
-            let (Some(stream), Some(found)) =
-                (self.streams.get(want.index), self.recording.found.get(want.index))
-            else {
-                continue;
-            };
-            if found.places.is_empty() && !stream.is_explained {
-                let name = want.source.file.as_deref().unwrap_or(&want.source.field);
-                let hint = names::hint(name, self.names.iter().map(String::as_str));
-                self.warn(
-                    Place::Whole,
-                    format!("signal {}: no '{name}' in the recording{hint}", want.signal),
-                );
-            } else if found.backward > 0 {
-                let message = format!(
-                    "signal {}: {} time stamps are before the one ahead of them in the file",
-                    want.signal, found.backward
-                );
-                self.warn(Place::Whole, message);
+            if let Some(remark) = self.remark(want) {
+                self.warn(Place::Whole, format!("signal {}: {remark}", want.signal));
             }
         }
         self.recording.samples.sort_by_key(|sample| sample.received);
         self.recording
+    }
+
+    /// What should be known of a signal once all is read.
+    fn remark(&self, want: &Want<'_>) -> Option<String> {
+        let found = self.recording.found.get(want.index)?;
+        if found.places.is_empty() {
+            let name = want.source.file.as_deref().unwrap_or(&want.source.field);
+            let hint = names::hint(name, self.names.iter().map(String::as_str));
+            let is_explained = self.streams.get(want.index)?.is_explained;
+            return (!is_explained).then(|| format!("no '{name}' in the recording{hint}"));
+        }
+        match found {
+            Found { samples: 0, missing, places, .. } => Some(format!(
+                "found in {}, but without a sample ({missing} without a value)",
+                places.join(", ")
+            )),
+            Found { backward: 0, .. } => None,
+            Found { backward, .. } => {
+                Some(format!("{backward} time stamps are before the one ahead of them in the file"))
+            }
+        }
     }
 }
 

@@ -12,9 +12,6 @@ use shsa_core::time::Time;
 use super::gathered::Gathered;
 use super::{Place, RecordedValue, Sample, TopicInfo, Want, names};
 
-/// So many warnings of one kind are told one by one.
-const TOLD_EACH: usize = 3;
-
 /// One observation as a line holds it.
 struct Observation {
     signal: String,
@@ -25,22 +22,10 @@ struct Observation {
 
 /// Reads the signals that are wanted, by their names or by their whole source texts.
 pub(super) fn read(input: impl BufRead, wants: &[Want<'_>], gathered: &mut Gathered) {
-    let mut damaged = 0;
     lines(input, |line| match line {
         Line::Observation(seen) => deliver(&seen, wants, gathered),
-        Line::Cut(number) => {
-            gathered.damaged(Place::Line(number), "the file ends within this line, left out");
-        }
-        Line::Damaged(number, problem) => {
-            damaged += 1;
-            if damaged <= TOLD_EACH {
-                gathered.damaged(Place::Line(number), format!("{problem}; line left out"));
-            }
-        }
+        Line::Damaged(number, problem) => gathered.damaged(Place::Line(number), problem),
     });
-    if damaged > TOLD_EACH {
-        gathered.damaged(Place::Whole, format!("{damaged} lines in all were left out"));
-    }
 }
 
 fn deliver(seen: &Observation, wants: &[Want<'_>], gathered: &mut Gathered) {
@@ -62,7 +47,6 @@ fn asks_for(want: &Want<'_>, signal: &str) -> bool {
 enum Line {
     Observation(Observation),
     Damaged(u64, String),
-    Cut(u64),
 }
 
 /// Hands over line by line; blank lines are none.
@@ -79,10 +63,13 @@ fn lines(mut input: impl BufRead, mut each: impl FnMut(Line)) {
         if bytes.trim_ascii().is_empty() {
             continue;
         }
-        each(match serde_json::from_slice::<Value>(bytes) {
-            Ok(value) => observation(value).map_or_else(|p| Line::Damaged(number, p), Line::Observation),
-            Err(error) if error.is_eof() && !bytes.ends_with(b"\n") => Line::Cut(number),
-            Err(error) => Line::Damaged(number, format!("no JSON at column {}: {error}", error.column())),
+        let value = serde_json::from_slice::<Value>(bytes).map_err(|error| match error.is_eof() {
+            true if !bytes.ends_with(b"\n") => "the file ends within this line".into(),
+            _ => format!("no JSON at column {}: {error}", error.column()),
+        });
+        each(match value.and_then(observation) {
+            Ok(seen) => Line::Observation(seen),
+            Err(problem) => Line::Damaged(number, format!("{problem}; line left out")),
         });
     }
 }

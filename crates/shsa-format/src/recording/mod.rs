@@ -17,7 +17,7 @@ mod stamp;
 
 use std::fmt;
 use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
 use shsa_core::time::{Span, Time};
@@ -264,13 +264,46 @@ pub fn read(
     }
     for (file, format) in &files {
         gathered.begin(file);
-        match format {
-            Format::Csv => csv::read(open(file)?, &wants, options, &mut gathered)?,
-            Format::JsonLines => jsonl::read(open(file)?, &wants, &mut gathered),
-            Format::Bag => ros_topics::read(open(file)?.into_inner(), &wants, &mut gathered),
-        }
+        read_one(*format, open(file)?, &wants, options, &mut gathered)?;
     }
     Ok(gathered.finish(&wants))
+}
+
+/// As [`read`], of one file whose bytes are at hand; its name says the format where the bytes do not.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_bytes(
+    name: &Path,
+    bytes: &[u8],
+    wanted: &[Wanted],
+    options: &ReadOptions,
+) -> Result<Recording, RecordingError> {
+    let mut wants = understand(wanted)?;
+    let format = format_of(name, bytes).ok_or_else(|| RecordingError::UnknownFormat { file: name.into() })?;
+    let mut gathered = Gathered::new(wants.iter().map(|want| want.source.changed));
+    if format == Format::Csv {
+        lone_table(name, &mut wants, &mut gathered);
+    }
+    gathered.begin(name);
+    read_one(format, Cursor::new(bytes), &wants, options, &mut gathered)?;
+    Ok(gathered.finish(&wants))
+}
+
+fn read_one(
+    format: Format,
+    input: impl BufRead + Seek,
+    wants: &[Want<'_>],
+    options: &ReadOptions,
+    gathered: &mut Gathered,
+) -> Result<(), RecordingError> {
+    match format {
+        Format::Csv => csv::read(input, wants, options, gathered)?,
+        Format::JsonLines => jsonl::read(input, wants, gathered),
+        Format::Bag => ros_topics::read(input, wants, gathered),
+    }
+    gathered.end();
+    Ok(())
 }
 
 /// What is in one file.
@@ -278,10 +311,10 @@ pub fn read(
 /// # Errors
 /// As [`read`].
 pub fn topics(file: &Path) -> Result<Vec<TopicInfo>, RecordingError> {
-    match format_of(file)? {
+    match format_of_file(file)? {
         Format::Csv => csv::topics(open(file)?, file),
         Format::JsonLines => Ok(jsonl::topics(open(file)?)),
-        Format::Bag => ros_topics::topics(open(file)?.into_inner(), file),
+        Format::Bag => ros_topics::topics(open(file)?, file),
     }
 }
 
@@ -329,22 +362,23 @@ fn format_by_extension(file: &Path) -> Option<Format> {
     }
 }
 
-/// The first bytes decide where they can, else the extension.
-fn format_of(file: &Path) -> Result<Format, RecordingError> {
+/// The first bytes decide where they can, else the extension; `None` when neither does.
+fn format_of(name: &Path, head: &[u8]) -> Option<Format> {
+    let first = head.iter().copied().find(|byte| !byte.is_ascii_whitespace());
+    let is_bag = head.starts_with(b"#ROSBAG V2.0");
+    match format_by_extension(name) {
+        _ if is_bag => Some(Format::Bag),
+        // Cut within its first line, or something else.
+        Some(Format::Bag) => rosbag::MAGIC.starts_with(head).then_some(Format::Bag),
+        None => (first == Some(b'{')).then_some(Format::JsonLines),
+        known => known,
+    }
+}
+
+fn format_of_file(file: &Path) -> Result<Format, RecordingError> {
     let mut head = Vec::new();
     open(file)?.take(64).read_to_end(&mut head).map_err(|reason| unreadable(file, reason))?;
-    let by_extension = format_by_extension(file);
-    let first = head.iter().copied().find(|byte| !byte.is_ascii_whitespace());
-    let bag = head.starts_with(b"#ROSBAG V");
-    match by_extension {
-        _ if bag => Ok(Format::Bag),
-        Some(Format::Bag) if !rosbag::MAGIC.starts_with(&head) => {
-            Err(RecordingError::UnknownFormat { file: file.into() })
-        }
-        Some(format) => Ok(format),
-        None if first == Some(b'{') => Ok(Format::JsonLines),
-        None => Err(RecordingError::UnknownFormat { file: file.into() }),
-    }
+    format_of(file, &head).ok_or_else(|| RecordingError::UnknownFormat { file: file.into() })
 }
 
 fn files_of(paths: &[PathBuf]) -> Result<Vec<(PathBuf, Format)>, RecordingError> {
@@ -352,7 +386,7 @@ fn files_of(paths: &[PathBuf]) -> Result<Vec<(PathBuf, Format)>, RecordingError>
     for path in paths {
         let found = if path.is_dir() { files_in(path)? } else { vec![path.clone()] };
         for file in found {
-            let format = format_of(&file)?;
+            let format = format_of_file(&file)?;
             files.push((file, format));
         }
     }

@@ -70,6 +70,8 @@ pub(super) enum Taken {
     Time(i64),
     /// A text.
     Text(String),
+    /// A list of texts.
+    Texts(Vec<String>),
 }
 
 /// How one field is read from the bytes of a message.
@@ -291,6 +293,15 @@ impl Plan {
         matches!(self.kind, Kind::Primitive(_))
     }
 
+    /// Whether the plan gives a number, a text, or a list of texts.
+    pub(super) fn is_comparable(&self) -> bool {
+        match self.kind {
+            Kind::Primitive(_) => self.count == Count::One,
+            Kind::Text => true,
+            Kind::Message(_) => false,
+        }
+    }
+
     /// Reads the field; `None` when the message is too short or a list has no such element. At most `O(message)`.
     pub(super) fn run(&self, message: &[u8]) -> Option<Taken> {
         let mut rest = message;
@@ -305,13 +316,28 @@ impl Plan {
                 let values = bytes.chunks_exact(primitive.size()).map(|bytes| primitive.value(bytes));
                 values.collect::<Option<_>>().map(Taken::Vector)
             }
-            (Kind::Text, Count::One) => {
-                let (count, rest) = counted(Count::Free, rest)?;
-                Some(Taken::Text(String::from_utf8_lossy(rest.get(..count)?).into_owned()))
-            }
+            (Kind::Text, Count::One) => text(rest).map(|(text, _)| Taken::Text(text)),
+            (Kind::Text, count) => texts(count, rest).map(Taken::Texts),
             _ => None,
         }
     }
+}
+
+fn text(bytes: &[u8]) -> Option<(String, &[u8])> {
+    let (count, rest) = counted(Count::Free, bytes)?;
+    let (text, rest) = rest.split_at_checked(count)?;
+    Some((String::from_utf8_lossy(text).into_owned(), rest))
+}
+
+fn texts(count: Count, bytes: &[u8]) -> Option<Vec<String>> {
+    let (count, mut rest) = counted(count, bytes)?;
+    let mut texts = Vec::new();
+    for _ in 0..count {
+        let (text, after) = text(rest)?;
+        texts.push(text);
+        rest = after;
+    }
+    Some(texts)
 }
 
 impl Step {
@@ -480,7 +506,7 @@ bool set
     fn what_is_not_there_is_nothing_or_an_error() {
         check("ranges[2]", "nothing");
         check("parts[9].size", "nothing");
-        check("names", "nothing");
+        check("names", "Texts([\"a\", \"bcd\"])");
         check("parts", "nothing");
         check("parts.size", "error: 'parts' is a list; say which element: parts[0]");
         check("flag.sett", "error: no field 'sett' in other/Flag; did you mean 'set'? (there is: set)");

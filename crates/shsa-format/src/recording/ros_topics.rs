@@ -77,26 +77,40 @@ impl<'a> Extract<'a> {
             None if definition.has_header() => Some((definition.plan("header.stamp")?, Span::ZERO)),
             None => None,
         };
-        let filters = want.source.filters.iter();
-        let filters = filters.map(|(field, value)| Ok((definition.plan(field)?, value.as_str())));
-        let filters = filters.collect::<Result<_, String>>()?;
+        let filter = |(field, value): &'a (String, String)| match definition.plan(field)? {
+            plan if plan.is_comparable() => Ok((plan, value.as_str())),
+            _ => Err(format!("'{field}' is no number and no text: nothing can be compared with it")),
+        };
+        let filters = want.source.filters.iter().map(filter).collect::<Result<_, String>>()?;
         Ok(Extract { want, value, stamp, filters })
     }
 
     fn deliver(&self, received: Time, message: &[u8], gathered: &mut Gathered) {
-        let matches =
-            |(plan, asked): &(Plan, &str)| plan.run(message).is_some_and(|taken| is_taken(&taken, asked));
-        if !self.filters.iter().all(matches) {
-            return;
-        }
-        let value = match self.value.run(message) {
-            Some(Taken::Number(value)) => RecordedValue::Number(value),
-            Some(Taken::Vector(values)) => RecordedValue::Vector(values),
-            Some(Taken::Time(time)) => RecordedValue::Number(Time(time).seconds()),
-            Some(Taken::Text(_)) | None => return gathered.missing(self.want.index),
+        let Some(element) = self.filtered(message) else { return };
+        let value = match (self.value.run(message), element) {
+            (Some(Taken::Number(value)), None) => RecordedValue::Number(value),
+            (Some(Taken::Time(time)), None) => RecordedValue::Number(Time(time).seconds()),
+            (Some(Taken::Vector(values)), None) => RecordedValue::Vector(values),
+            (Some(Taken::Vector(values)), Some(index)) if index < values.len() => {
+                RecordedValue::Number(values[index])
+            }
+            _ => return gathered.missing(self.want.index),
         };
         let stamp = self.stamp(message).filter(|stamp| stamp.0 != 0).unwrap_or(received);
         gathered.sample(self.want.index, stamp, received, value);
+    }
+
+    /// `None`: the message does not pass the filters. A filter on a list of texts selects the element of the value
+    /// that stands where its text stands in the list: `position[name=left]`.
+    fn filtered(&self, message: &[u8]) -> Option<Option<usize>> {
+        let mut element = None;
+        for (plan, asked) in &self.filters {
+            match plan.run(message)? {
+                Taken::Texts(texts) => element = Some(texts.iter().position(|text| text == asked)?),
+                taken => is_taken(&taken, asked).then_some(())?,
+            }
+        }
+        Some(element)
     }
 
     /// The message's own stamp; zero means that nobody stamped it.
@@ -114,7 +128,7 @@ fn is_taken(taken: &Taken, asked: &str) -> bool {
     match taken {
         Taken::Text(text) => is_value(text, asked),
         Taken::Number(value) => is_value(&value.to_string(), asked),
-        Taken::Time(_) | Taken::Vector(_) => false,
+        _ => false,
     }
 }
 

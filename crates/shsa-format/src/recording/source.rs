@@ -18,6 +18,7 @@ use super::stamp::parse_span;
 /// | `wheel_speed#wheel_1` | column `wheel_1` (or `wheel_1 [m/s]`) of `wheel_speed.csv` |
 /// | `odom#twist.twist.linear.x` | this field of the messages of the topic `/odom` |
 /// | `joint_states#position[1]` | the second element of a list in a message |
+/// | `joint_states#position[name=left_wheel]` | the element that stands where the list `name` has this text |
 /// | `motes#temperature[mote_id=1]@reading*5s` | only rows of mote 1; the time is the column `reading`, 5 s a step |
 /// | `log#speed@row*100ms` | the rows themselves are the clock |
 /// | `airdata#xSpeed!changed` | a sample only when the value differs from the one before |

@@ -46,8 +46,8 @@ fn damaged_lines_are_left_out() {
          ! log.jsonl:2: no JSON at column 11: expected `:` at line 1 column 11; line left out\n\
          ! log.jsonl:3: the line is no JSON object; line left out\n\
          ! log.jsonl:4: \"signal\" is missing or no text; line left out\n\
-         ! log.jsonl:8: the file ends within this line, left out\n\
-         ! log.jsonl: 5 lines in all were left out\ndegraded",
+         ! log.jsonl:8: the file ends within this line; line left out\n\
+         ! log.jsonl: 6 places in all are damaged\ndegraded",
     );
 }
 

@@ -95,7 +95,7 @@ fn formats_are_known_by_content_then_by_extension() {
     #[track_caller]
     fn check(name: &str, bytes: &[u8], expected: &str) {
         let folder = Folder::with(&[(name, bytes)]);
-        let said = match format_of(&folder.0.join(name)) {
+        let said = match format_of_file(&folder.0.join(name)) {
             Ok(format) => format!("{format:?}"),
             Err(RecordingError::UnknownFormat { .. }) => "unknown".into(),
             Err(error) => error.to_string(),

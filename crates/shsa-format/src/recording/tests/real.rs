@@ -123,6 +123,8 @@ fn turtlebot3() {
             "cmd_vel#linear.x",
             "imu#angular_velocity.z",
             "joint_states#velocity[0]",
+            "joint_states#position[name=wheel_left_joint]",
+            "joint_states#position[name=wheel_right_joint]",
         ],
     );
     assert_eq!(
@@ -141,6 +143,8 @@ fn turtlebot3() {
     assert!((sum(&recording, 4) - 798.319_615_641_783_5).abs() < 1e-9);
     assert!((sum(&recording, 5) - -1.628_408_293_164_720_7).abs() < 1e-9);
     assert_eq!((recording.found[6].samples, recording.found[6].missing), (0, 2741), "it has no velocities");
+    assert!(summary(&recording, 7).ends_with("Number(762.3109419945466)"));
+    assert!(summary(&recording, 8).ends_with("Number(738.526577018746)"));
 }
 
 #[test]

@@ -17,7 +17,11 @@ fn columns_by_name_and_times_by_header() {
     check("t [s],/wheel/1\n1,2\n", &["/wheel/1"], "0@1000=2");
     check("t [s],v\n1,2", &["log#v"], "0@1000=2");
     check("t [s],v\n\n \n1,2\n", &["log#v"], "0@1000=2");
-    check("t [s],v\n", &["log#v"], "");
+    check(
+        "t [s],v\n",
+        &["log#v"],
+        "! log.csv: signal log#v: found in log.csv: v, but without a sample (0 without a value)",
+    );
 }
 
 #[test]
@@ -80,12 +84,13 @@ fn damaged_rows_are_left_out() {
          ! log.csv:3: the row has not 2 cells as the header; row left out\n\
          ! log.csv:4: the row has not 2 cells as the header; row left out\n\
          ! log.csv:6: 'x' is no time; row left out\n\
-         ! log.csv: 4 rows in all were left out\ndegraded",
+         ! log.csv:7: '' is no time; row left out\n\
+         ! log.csv: 4 places in all are damaged\ndegraded",
     );
     check(
         "t [s],v\n1,10\n2",
         &["log#v"],
-        "0@1000=10\n! log.csv:3: the file ends within this row, left out\ndegraded",
+        "0@1000=10\n! log.csv:3: the file ends within this row; row left out\ndegraded",
     );
     check(
         "",
