@@ -1,0 +1,191 @@
+//! What readers hand over: samples, counts and warnings of all files, and the final order.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use shsa_core::time::Time;
+
+use super::{Found, Place, RecordedValue, Recording, Sample, Want, Warning, names};
+
+/// A recording in the making.
+pub(super) struct Gathered {
+    recording: Recording,
+    streams: Vec<Stream>,
+    file: PathBuf,
+    damages: usize,
+    last_untold: Option<Warning>,
+    names: BTreeSet<String>,
+}
+
+/// So many damaged places of a file are told one by one, and the last.
+const DAMAGES_TOLD: usize = 3;
+
+/// What must be remembered of a signal from one sample to the next.
+struct Stream {
+    only_changes: bool,
+    last_value: Option<RecordedValue>,
+    last_time: Time,
+    is_explained: bool,
+}
+
+impl Gathered {
+    /// One entry for each wanted signal: whether only changes of its value are samples.
+    pub(super) fn new(only_changes: impl Iterator<Item = bool>) -> Gathered {
+        let stream = |only_changes| Stream {
+            only_changes,
+            last_value: None,
+            last_time: Time::MIN,
+            is_explained: false,
+        };
+        let streams: Vec<_> = only_changes.map(stream).collect();
+        let found = vec![Found::default(); streams.len()];
+        let recording = Recording { found, ..Recording::default() };
+        Gathered {
+            recording,
+            streams,
+            file: PathBuf::new(),
+            damages: 0,
+            last_untold: None,
+            names: BTreeSet::new(),
+        }
+    }
+
+    /// All that follows is of this file.
+    pub(super) fn begin(&mut self, file: &Path) {
+        self.file = file.into();
+        for stream in &mut self.streams {
+            stream.last_time = Time::MIN;
+        }
+    }
+
+    /// The file that is being read.
+    pub(super) fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// The file's name without folders.
+    pub(super) fn file_name(&self) -> String {
+        self.file.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
+    /// A wanted signal is found in the current file, in this column or field.
+    pub(super) fn found_in(&mut self, wanted: usize, part: &str) {
+        let place = format!("{}: {part}", self.file_name());
+        let places = self.recording.found.get_mut(wanted).map(|found| &mut found.places);
+        if let Some(places) = places.filter(|places| !places.contains(&place)) {
+            places.push(place);
+        }
+    }
+
+    /// A row or message had no number for this signal.
+    pub(super) fn missing(&mut self, wanted: usize) {
+        if let Some(found) = self.recording.found.get_mut(wanted) {
+            found.missing += 1;
+        }
+    }
+
+    /// One value, in the order of the file.
+    pub(super) fn sample(&mut self, wanted: usize, time: Time, received: Time, value: RecordedValue) {
+        let (Some(stream), Some(found)) =
+            (self.streams.get_mut(wanted), self.recording.found.get_mut(wanted))
+        else {
+            return;
+        };
+        if stream.only_changes {
+            if stream.last_value.as_ref().is_some_and(|last| is_same(last, &value)) {
+                return;
+            }
+            stream.last_value = Some(value.clone());
+        }
+        found.samples += 1;
+        found.backward += usize::from(time < stream.last_time);
+        stream.last_time = time;
+        self.recording.samples.push(Sample { wanted, time, received, value });
+    }
+
+    /// Something to know, at a place of the current file.
+    pub(super) fn warn(&mut self, place: Place, message: impl Into<String>) {
+        let warning = Warning { file: self.file.clone(), place, message: message.into() };
+        self.recording.warnings.push(warning);
+    }
+
+    /// A part of the current file is lost.
+    pub(super) fn damaged(&mut self, place: Place, message: impl Into<String>) {
+        self.recording.degraded = true;
+        self.damages += 1;
+        if self.damages <= DAMAGES_TOLD {
+            self.warn(place, message);
+        } else {
+            self.last_untold = Some(Warning { file: self.file.clone(), place, message: message.into() });
+        }
+    }
+
+    /// The current file is at its end: says how much of it is lost.
+    pub(super) fn end(&mut self) {
+        if let Some(last) = self.last_untold.take() {
+            self.recording.warnings.push(last);
+            self.warn(Place::Whole, format!("{} places in all are damaged", self.damages));
+        }
+        self.damages = 0;
+    }
+
+    /// A name of the current file that might have been meant by one that is not found.
+    pub(super) fn know(&mut self, name: &str) {
+        self.names.insert(name.to_owned());
+    }
+
+    /// A wanted signal should be in the current file, and is not.
+    pub(super) fn absent(&mut self, want: &Want<'_>, reason: &str) {
+        self.warn(Place::Whole, format!("signal {}: {reason}", want.signal));
+        if let Some(stream) = self.streams.get_mut(want.index) {
+            stream.is_explained = true;
+        }
+    }
+
+    /// Puts the samples into the order of their reception and says what was not found.
+    pub(super) fn finish(mut self, wants: &[Want<'_>]) -> Recording {
+        for want in wants {
+            if let Some(remark) = self.remark(want) {
+                self.warn(Place::Whole, format!("signal {}: {remark}", want.signal));
+            }
+        }
+        self.recording.samples.sort_by_key(|sample| sample.received);
+        self.recording
+    }
+
+    /// What should be known of a signal once all is read.
+    fn remark(&self, want: &Want<'_>) -> Option<String> {
+        let found = self.recording.found.get(want.index)?;
+        if found.places.is_empty() {
+            let name = want.source.file.as_deref().unwrap_or(&want.source.field);
+            let hint = names::hint(name, self.names.iter().map(String::as_str));
+            let is_explained = self.streams.get(want.index)?.is_explained;
+            return (!is_explained).then(|| format!("no '{name}' in the recording{hint}"));
+        }
+        match found {
+            Found { samples: 0, missing, places, .. } => Some(format!(
+                "found in {}, but without a sample ({missing} without a value)",
+                places.join(", ")
+            )),
+            Found { backward: 0, .. } => None,
+            Found { backward, .. } => {
+                Some(format!("{backward} time stamps are before the one ahead of them in the file"))
+            }
+        }
+    }
+}
+
+/// The same value, not-a-number being the same as itself.
+fn is_same(a: &RecordedValue, b: &RecordedValue) -> bool {
+    let same = |a: f64, b: f64| a == b || a.is_nan() && b.is_nan();
+    match (a, b) {
+        (RecordedValue::Number(a), RecordedValue::Number(b)) => same(*a, *b),
+        (RecordedValue::Interval { lo, hi }, RecordedValue::Interval { lo: lo_b, hi: hi_b }) => {
+            same(*lo, *lo_b) && same(*hi, *hi_b)
+        }
+        (RecordedValue::Vector(a), RecordedValue::Vector(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same(*a, *b))
+        }
+        _ => false,
+    }
+}

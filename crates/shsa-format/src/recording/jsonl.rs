@@ -1,0 +1,171 @@
+//! Observations as JSON lines: `{"signal": "/a", "time_ns": 5, "received_ns": 5, "value": 1.775}`.
+//!
+//! `value` is a number, a list of numbers, or `{"lo": .., "hi": ..}`; `null` in a number's place is not-a-number (JSON
+//! has no word for it), the texts "inf" and "-inf" are the infinities. `received_ns` may be left out.
+
+use std::collections::BTreeMap;
+use std::io::{self, BufRead, Write};
+
+use serde_json::{Map, Value, json};
+use shsa_core::time::Time;
+
+use super::gathered::Gathered;
+use super::{Place, RecordedValue, Sample, TopicInfo, Want, names};
+
+/// One observation as a line holds it.
+struct Observation {
+    signal: String,
+    time: Time,
+    received: Time,
+    value: RecordedValue,
+}
+
+/// Reads the signals that are wanted, by their names or by their whole source texts.
+pub(super) fn read(input: impl BufRead, wants: &[Want<'_>], gathered: &mut Gathered) {
+    lines(input, |line| match line {
+        Line::Observation(seen) => deliver(&seen, wants, gathered),
+        Line::Damaged(number, problem) => gathered.damaged(Place::Line(number), problem),
+    });
+}
+
+fn deliver(seen: &Observation, wants: &[Want<'_>], gathered: &mut Gathered) {
+    let mut is_wanted = false;
+    for want in wants.iter().filter(|want| asks_for(want, &seen.signal)) {
+        is_wanted = true;
+        gathered.found_in(want.index, &seen.signal);
+        gathered.sample(want.index, seen.time, seen.received, seen.value.clone());
+    }
+    if !is_wanted {
+        gathered.know(&seen.signal);
+    }
+}
+
+fn asks_for(want: &Want<'_>, signal: &str) -> bool {
+    names::bare(want.signal) == names::bare(signal) || want.text == signal
+}
+
+enum Line {
+    Observation(Observation),
+    Damaged(u64, String),
+}
+
+/// Hands over line by line; blank lines are none.
+fn lines(mut input: impl BufRead, mut each: impl FnMut(Line)) {
+    let mut bytes = Vec::new();
+    for number in 1.. {
+        bytes.clear();
+        match input.read_until(b'\n', &mut bytes) {
+            Ok(0) => return,
+            Ok(_) => {}
+            Err(failure) => return each(Line::Damaged(number, format!("reading stopped here: {failure}"))),
+        }
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+        if bytes.trim_ascii().is_empty() {
+            continue;
+        }
+        let value = serde_json::from_slice::<Value>(bytes).map_err(|error| match error.is_eof() {
+            true if !bytes.ends_with(b"\n") => "the file ends within this line".into(),
+            _ => format!("no JSON at column {}: {error}", error.column()),
+        });
+        each(match value.and_then(observation) {
+            Ok(seen) => Line::Observation(seen),
+            Err(problem) => Line::Damaged(number, format!("{problem}; line left out")),
+        });
+    }
+}
+
+fn observation(value: Value) -> Result<Observation, String> {
+    let Value::Object(mut line) = value else { return Err("the line is no JSON object".into()) };
+    let Some(Value::String(signal)) = line.remove("signal") else {
+        return Err("\"signal\" is missing or no text".into());
+    };
+    let time = nanoseconds(&line, "time_ns")?.ok_or("\"time_ns\" is missing")?;
+    let received = nanoseconds(&line, "received_ns")?.unwrap_or(time);
+    let value = line.get("value").ok_or("\"value\" is missing")?;
+    let value = recorded(value).ok_or("\"value\" is no number, list of numbers, or {\"lo\", \"hi\"}")?;
+    Ok(Observation { signal, time, received, value })
+}
+
+fn nanoseconds(line: &Map<String, Value>, key: &str) -> Result<Option<Time>, String> {
+    let Some(value) = line.get(key).filter(|value| !value.is_null()) else { return Ok(None) };
+    let whole = value.as_i64().or_else(|| {
+        let float = value.as_f64().filter(|float| float.abs() < 9.2e18)?;
+        Some(float.round() as i64)
+    });
+    whole.map(|time| Some(Time(time))).ok_or_else(|| format!("\"{key}\" is no 64-bit number"))
+}
+
+fn recorded(value: &Value) -> Option<RecordedValue> {
+    match value {
+        Value::Array(items) => items.iter().map(number).collect::<Option<_>>().map(RecordedValue::Vector),
+        Value::Object(bounds) => {
+            let bound = |key| bounds.get(key).and_then(number);
+            Some(RecordedValue::Interval { lo: bound("lo")?, hi: bound("hi")? })
+        }
+        _ => number(value).map(RecordedValue::Number),
+    }
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Null => Some(f64::NAN),
+        Value::String(text) => text.trim().parse().ok(),
+        _ => value.as_f64(),
+    }
+}
+
+/// Every signal of the file.
+pub(super) fn topics(input: impl BufRead) -> Vec<TopicInfo> {
+    let mut seen: BTreeMap<String, (&str, usize, Time, Time)> = BTreeMap::new();
+    lines(input, |line| {
+        let Line::Observation(Observation { signal, received, value, .. }) = line else { return };
+        let kind = match value {
+            RecordedValue::Number(_) => "number",
+            RecordedValue::Interval { .. } => "interval",
+            RecordedValue::Vector(_) => "list",
+        };
+        let (_, count, from, to) = seen.entry(signal).or_insert((kind, 0, received, received));
+        *count += 1;
+        *from = received.min(*from);
+        *to = received.max(*to);
+    });
+    let info = |(name, (kind, count, from, to)): (String, (&str, usize, Time, Time))| TopicInfo {
+        name,
+        kind: kind.to_owned(),
+        count,
+        rate_hz: super::mean_rate(count, from, to),
+    };
+    seen.into_iter().map(info).collect()
+}
+
+/// Writes samples as JSON lines, so that [`super::read`] gives the same samples again; `name` gives the name of a
+/// wanted signal by its index.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_jsonl<'a>(
+    mut output: impl Write,
+    samples: impl IntoIterator<Item = &'a Sample>,
+    name: impl Fn(usize) -> &'a str,
+) -> io::Result<()> {
+    for Sample { wanted, time, received, value } in samples {
+        let line = json!({
+            "signal": name(*wanted), "time_ns": time.0, "received_ns": received.0, "value": written(value),
+        });
+        writeln!(output, "{line}")?;
+    }
+    Ok(())
+}
+
+fn written(value: &RecordedValue) -> Value {
+    let number = |number: f64| match number {
+        number if number.is_infinite() => json!(if number > 0.0 { "inf" } else { "-inf" }),
+        // Not-a-number becomes null.
+        number => json!(number),
+    };
+    match value {
+        RecordedValue::Number(value) => number(*value),
+        RecordedValue::Interval { lo, hi } => json!({ "lo": number(*lo), "hi": number(*hi) }),
+        RecordedValue::Vector(items) => items.iter().map(|item| number(*item)).collect(),
+    }
+}

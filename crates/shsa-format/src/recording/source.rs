@@ -1,0 +1,203 @@
+//! The text that says where a signal is found in a recording.
+
+use std::path::Path;
+use std::str::FromStr;
+
+use shsa_core::time::Span;
+
+use super::stamp::parse_span;
+
+/// Where a signal is found.
+///
+/// ```text
+/// [FILE_OR_TOPIC '#'] FIELD { '[' COLUMN '=' VALUE ']' } [ '@' TIME [ '*' SPAN ] ] [ '!changed' ]
+/// ```
+///
+/// | text | means |
+/// |---|---|
+/// | `wheel_speed#wheel_1` | column `wheel_1` (or `wheel_1 [m/s]`) of `wheel_speed.csv` |
+/// | `odom#twist.twist.linear.x` | this field of the messages of the topic `/odom` |
+/// | `joint_states#position[1]` | the second element of a list in a message |
+/// | `joint_states#position[name=left_wheel]` | the element that stands where the list `name` has this text |
+/// | `motes#temperature[mote_id=1]@reading*5s` | only rows of mote 1; the time is the column `reading`, 5 s a step |
+/// | `log#speed@row*100ms` | the rows themselves are the clock |
+/// | `airdata#xSpeed!changed` | a sample only when the value differs from the one before |
+///
+/// A file is named by its name, with or without extension and folders; a topic with or without its leading slash.
+/// In a bag, `@` names the field of the stamp, and `@received` takes the time of recording instead of a header's.
+/// In JSON lines a signal is found by its own name or by its source text as a whole. A column whose own name
+/// holds `@`, or ends like a filter or a flag, cannot be named.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// The file or topic; `None`: any file, and in a bag the field is a topic of plain numbers (field `data`).
+    pub file: Option<String>,
+    /// The column or the path of the field.
+    pub field: String,
+    /// Only rows or messages in which each of these columns has this value.
+    pub filters: Vec<(String, String)>,
+    /// Where the time is found; `None`: recognised from the header or the message.
+    pub time: Option<TimeSource>,
+    /// A value equal to the one before is no sample.
+    pub changed: bool,
+}
+
+/// Where the time of a row is found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TimeSource {
+    /// The column; `row` where no column has this name counts the rows from 0.
+    pub column: String,
+    /// How long one step is; `None`: from the header's unit.
+    pub scale: Option<Span>,
+}
+
+impl Source {
+    /// Whether a file is the one that this source names.
+    #[must_use]
+    pub fn is_of_file(&self, file: &Path) -> bool {
+        let Some(name) = self.file.as_deref() else { return true };
+        let name = name.strip_prefix("./").unwrap_or(name);
+        file.ends_with(name) || file.with_extension("").ends_with(name)
+    }
+
+    /// The topic and the path of the field within its messages.
+    pub(super) fn topic_and_field(&self) -> (&str, &str) {
+        match self.file.as_deref() {
+            Some(topic) => (topic, &self.field),
+            None => (&self.field, "data"),
+        }
+    }
+}
+
+impl FromStr for Source {
+    type Err = String;
+
+    /// # Errors
+    /// Says which part does not follow the grammar.
+    fn from_str(text: &str) -> Result<Source, String> {
+        let (text, changed) = split_flag(text.trim())?;
+        let (text, time) = split_time(text)?;
+        let (text, filters) = split_filters(text);
+        let (file, field) = match text.split_once('#') {
+            Some((file, field)) => (Some(file.trim()), field.trim()),
+            None => (None, text.trim()),
+        };
+        if field.is_empty() {
+            return Err("names no column or field; write FILE_OR_TOPIC#FIELD".into());
+        }
+        let file = file.filter(|file| !file.is_empty()).map(str::to_owned);
+        Ok(Source { file, field: field.into(), filters, time, changed })
+    }
+}
+
+fn split_flag(text: &str) -> Result<(&str, bool), String> {
+    match text.rsplit_once('!') {
+        Some((rest, "changed")) => Ok((rest.trim_end(), true)),
+        Some((_, flag)) if !flag.is_empty() && flag.bytes().all(|byte| byte.is_ascii_alphabetic()) => {
+            Err(format!("'!{flag}' is no flag; there is only '!changed'"))
+        }
+        _ => Ok((text, false)),
+    }
+}
+
+fn split_time(text: &str) -> Result<(&str, Option<TimeSource>), String> {
+    let Some((rest, time)) = text.rsplit_once('@') else { return Ok((text, None)) };
+    let (column, scale) = match time.rsplit_once('*') {
+        Some((column, scale)) => (column, Some(parse_span(scale)?)),
+        None => (time, None),
+    };
+    if column.trim().is_empty() {
+        return Err("names no column after '@'; write @TIME_COLUMN or @TIME_COLUMN*SPAN".into());
+    }
+    Ok((rest.trim_end(), Some(TimeSource { column: column.trim().into(), scale })))
+}
+
+/// Takes the filters off the end; brackets without `=` belong to the name: `speed [m/s]`, `position[1]`.
+fn split_filters(mut text: &str) -> (&str, Vec<(String, String)>) {
+    let mut filters = Vec::new();
+    while let Some((rest, filter)) = text.strip_suffix(']').and_then(|open| open.rsplit_once('[')) {
+        let Some((column, value)) = filter.split_once('=') else { break };
+        filters.push((column.trim().to_owned(), value.trim().to_owned()));
+        text = rest.trim_end();
+    }
+    filters.reverse();
+    (text, filters)
+}
+
+/// Whether a recorded text is the value that a filter asks for: the same text, or the same number.
+pub(super) fn is_value(recorded: &str, asked: &str) -> bool {
+    let number = |text: &str| text.parse::<f64>().ok();
+    recorded == asked || number(recorded).is_some_and(|value| number(asked) == Some(value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(text: &str, expected: &str) {
+        let shown = match text.parse::<Source>() {
+            Err(problem) => format!("error: {problem}"),
+            Ok(Source { file, field, filters, time, changed }) => {
+                let filters: Vec<_> = filters.iter().map(|(c, v)| format!(" where {c}={v}")).collect();
+                let time = time.map_or(String::new(), |time| {
+                    format!(" at {} x {:?}", time.column, time.scale.map(|scale| scale.0))
+                });
+                let file = file.unwrap_or("any".into());
+                format!("{file} | {field}{}{time}{}", filters.concat(), if changed { " changed" } else { "" })
+            }
+        };
+        assert_eq!(shown, expected);
+    }
+
+    #[test]
+    fn the_grammar() {
+        check("scan#ranges", "scan | ranges");
+        check("/odom#twist.twist.linear.x", "/odom | twist.twist.linear.x");
+        check("wheel_speed#wheel_1 [m/s]", "wheel_speed | wheel_1 [m/s]");
+        check("joint_states#position[1]", "joint_states | position[1]");
+        check("airdata# xSpeed(m/s) !changed", "airdata | xSpeed(m/s) changed");
+        check(
+            "motes#temperature[mote_id=1]@reading*5s",
+            "motes | temperature where mote_id=1 at reading x Some(5000000000)",
+        );
+        check(
+            "m#a [m/s] [b=1][c = x y] @ t [s] * ms",
+            "m | a [m/s] where b=1 where c=x y at t [s] x Some(1000000)",
+        );
+        check("log#speed@row*100ms!changed", "log | speed at row x Some(100000000) changed");
+        check("speed", "any | speed");
+        check("#speed", "any | speed");
+        check("a#b@t", "a | b at t x None");
+        check("hey!#b", "hey! | b");
+    }
+
+    #[test]
+    fn what_breaks_the_grammar_is_said() {
+        check("a#", "error: names no column or field; write FILE_OR_TOPIC#FIELD");
+        check("a#b!changes", "error: '!changes' is no flag; there is only '!changed'");
+        check("a#b@*5s", "error: names no column after '@'; write @TIME_COLUMN or @TIME_COLUMN*SPAN");
+        check("a#b@t*5", "error: '5' has no unit of time; write it like 5s, 20 ms, us");
+        check("a#b@t*0s", "error: '0s' is no positive span of time");
+    }
+
+    #[test]
+    fn files_are_known_by_name() {
+        #[track_caller]
+        fn check(name: &str, file: &str, expected: bool) {
+            let source: Source = format!("{name}#x").parse().unwrap();
+            assert_eq!(source.is_of_file(Path::new(file)), expected);
+        }
+        check("wheel_speed", "data/wheel_speed.csv", true);
+        check("wheel_speed.csv", "data/wheel_speed.csv", true);
+        check("data/wheel_speed", "my/data/wheel_speed.csv", true);
+        check("other/wheel_speed", "my/data/wheel_speed.csv", false);
+        check("speed", "wheel_speed.csv", false);
+        check("", "anything.csv", true);
+    }
+
+    #[test]
+    fn filters_compare_texts_and_numbers() {
+        assert!(is_value("1", "1.0") && is_value("abc", "abc"));
+        assert!(!is_value("10", "1") && !is_value("nan", "1") && !is_value("", "1"));
+    }
+}

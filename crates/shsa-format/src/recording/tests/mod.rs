@@ -1,0 +1,128 @@
+//! Recordings as texts and bytes in, samples and warnings as text out.
+
+mod bag_writer;
+mod bags;
+mod lines;
+mod mutated;
+mod real;
+mod tables;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use super::*;
+
+/// A folder of its own for one test, removed at its end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new() -> Folder {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let name = format!("shsa-recording-{}-{}", process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+        let folder = std::env::temp_dir().join(name);
+        fs::create_dir_all(&folder).unwrap();
+        Folder(folder)
+    }
+
+    fn with(files: &[(&str, &[u8])]) -> Folder {
+        let folder = Folder::new();
+        for (name, bytes) in files {
+            fs::write(folder.0.join(name), bytes).unwrap();
+        }
+        folder
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        fs::remove_dir_all(&self.0).ok();
+    }
+}
+
+/// Sources as wanted signals of the same names.
+fn wanted(sources: &[&str]) -> Vec<Wanted> {
+    sources.iter().map(|source| Wanted::new(*source, *source)).collect()
+}
+
+/// Reads these files as one folder, and shows samples, warnings, and whether something is lost.
+fn shown(files: &[(&str, &[u8])], sources: &[&str], options: &ReadOptions) -> String {
+    let folder = Folder::with(files);
+    let result = read(std::slice::from_ref(&folder.0), &wanted(sources), options);
+    let text = match result {
+        Ok(recording) => show(&recording),
+        Err(error) => format!("error: {error}"),
+    };
+    text.replace(&format!("{}/", folder.0.display()), "")
+}
+
+fn show(recording: &Recording) -> String {
+    let mut lines: Vec<String> = recording.samples.iter().map(show_sample).collect();
+    lines.extend(recording.warnings.iter().map(|warning| format!("! {warning}")));
+    if recording.degraded {
+        lines.push("degraded".into());
+    }
+    lines.join("\n")
+}
+
+/// `index@stamp=value`, with `<reception` where that differs, times in milliseconds.
+fn show_sample(Sample { wanted, time, received, value }: &Sample) -> String {
+    let ms = |time: &Time| time.0 as f64 / 1e6;
+    let late = if time == received { String::new() } else { format!("<{}", ms(received)) };
+    let value = match value {
+        RecordedValue::Number(value) => value.to_string(),
+        RecordedValue::Interval { lo, hi } => format!("{lo}..{hi}"),
+        RecordedValue::Vector(values) => format!("{values:?}"),
+    };
+    format!("{wanted}@{}{late}={value}", ms(time))
+}
+
+#[test]
+fn folders_give_their_recordings_in_the_order_of_names() {
+    let files: [(&str, &[u8]); 4] = [
+        ("b.csv", b"t [s],x\n1,10\n2,20\n"),
+        ("a.jsonl", b"{\"signal\": \"a#x\", \"time_ns\": 1000000000, \"value\": 1}\n"),
+        ("README.md", b"no recording"),
+        ("unasked.csv", b"no,time\n1,2\n"),
+    ];
+    let all = shown(&files, &["b#x", "a#x"], &ReadOptions::default());
+    assert_eq!(all, "1@1000=1\n0@1000=10\n0@2000=20");
+}
+
+#[test]
+fn formats_are_known_by_content_then_by_extension() {
+    #[track_caller]
+    fn check(name: &str, bytes: &[u8], expected: &str) {
+        let folder = Folder::with(&[(name, bytes)]);
+        let said = match format_of_file(&folder.0.join(name)) {
+            Ok(format) => format!("{format:?}"),
+            Err(RecordingError::UnknownFormat { .. }) => "unknown".into(),
+            Err(error) => error.to_string(),
+        };
+        assert_eq!(said, expected);
+    }
+    check("a.csv", b"t,x\n", "Csv");
+    check("a.CSV", b"", "Csv");
+    check("a.csv", b"#ROSBAG V2.0\n", "Bag");
+    check("a", b" {\"signal\"", "JsonLines");
+    check("a.ndjson", b"", "JsonLines");
+    check("a.bag", b"#ROS", "Bag");
+    check("a.bag", b"PK\x03\x04", "unknown");
+    check("a.mcap", b"\x89MCAP0\r\n", "unknown");
+}
+
+#[test]
+fn what_cannot_be_read_is_said() {
+    let folder = Folder::with(&[("a.ulg", b"ULog")]);
+    let read_one = |path: &Path| read(&[path.into()], &[], &ReadOptions::default()).unwrap_err().to_string();
+    let said = read_one(&folder.0.join("a.ulg"));
+    assert!(said.contains("a.ulg: not a recording that is known here: CSV (.csv"), "{said}");
+    let said = read_one(&folder.0);
+    assert!(said.contains("no recording in this folder"), "{said}");
+    let said = read_one(&folder.0.join("gone.csv"));
+    assert!(said.contains("gone.csv: cannot be read: "), "{said}");
+    let wanted = [Wanted::new("/a", "a#")];
+    let said = read(&[], &wanted, &ReadOptions::default()).unwrap_err().to_string();
+    assert_eq!(said, "signal /a: source 'a#': names no column or field; write FILE_OR_TOPIC#FIELD");
+}

@@ -1,0 +1,184 @@
+//! Tables of all kinds, sound and damaged.
+
+use super::*;
+
+#[track_caller]
+fn check(text: &str, sources: &[&str], expected: &str) {
+    let said = shown(&[("log.csv", text.as_bytes())], sources, &ReadOptions::default());
+    assert_eq!(said, expected);
+}
+
+#[test]
+fn columns_by_name_and_times_by_header() {
+    check("t [s],v [m/s],w\n0.5,1,2\n1.5,3,4\n", &["log#v", "log#w"], "0@500=1\n1@500=2\n0@1500=3\n1@1500=4");
+    check("time(millisecond), xSpeed(m/s)\n100, -1.5\n", &["log#xSpeed"], "0@100=-1.5");
+    check("\u{feff}time_us;v\r\n1500;2\r\n", &["log#v"], "0@1.5=2");
+    check("v\ttime_ns\n7\t1000000\n", &["v"], "0@1=7");
+    check("t [s],/wheel/1\n1,2\n", &["/wheel/1"], "0@1000=2");
+    check("t [s],v\n1,2", &["log#v"], "0@1000=2");
+    check("t [s],v\n\n \n1,2\n", &["log#v"], "0@1000=2");
+    check(
+        "t [s],v\n",
+        &["log#v"],
+        "! log.csv: signal log#v: found in log.csv: v, but without a sample (0 without a value)",
+    );
+}
+
+#[test]
+fn rows_are_filtered_and_timed_by_the_source() {
+    let motes = "reading,mote_id,temperature\n1,1,20\n2,1,21\n1,2,30\n2,2,31\n";
+    check(
+        motes,
+        &["log#temperature[mote_id=1]@reading*5s", "log#temperature[mote_id=2.0]@reading*5s"],
+        "0@5000=20\n1@5000=30\n0@10000=21\n1@10000=31",
+    );
+    check(motes, &["log#temperature[mote_id=2][reading=1]@row*100ms"], "0@200=30");
+    check("s,v\n1,2\n", &["log#v@s*ms"], "0@1=2");
+}
+
+#[test]
+fn the_command_line_can_say_the_time() {
+    let options = ReadOptions { time_column: Some("reading".into()), time_scale: Some(Span(5_000_000_000)) };
+    let said =
+        shown(&[("m.csv", b"reading,x\n1,2\n"), ("n.csv", b"t [s],y\n1,2\n")], &["m#x", "n#y"], &options);
+    assert_eq!(said, "0@5000=2\n1@5000=2", "a scale that is said wins over the header's");
+}
+
+#[test]
+fn only_changes_when_asked() {
+    check(
+        "t [s],v,u\n1,5,1\n2,5,1\n3,,1\n4,5,1\n5,6,1\n6,NaN,1\n7,NaN,1\n8,6,1\n",
+        &["log#v!changed"],
+        "0@1000=5\n0@5000=6\n0@6000=NaN\n0@8000=6\n\
+         ! log.csv: column 'v': 1 cells are empty and 0 are no numbers; taken as missing",
+    );
+}
+
+#[test]
+fn cells_may_be_quoted() {
+    check("t [s],\"v, fast\",note\n1,\"2\",\"a \"\"b\"\", c\"\n", &["log#v, fast"], "0@1000=2");
+    check("t [s],note,v\n1,\"two\nlines\",2\n3,x,4\n", &["log#v"], "0@1000=2\n0@3000=4");
+    check(
+        "t [s],note,v\n1,\"never closed,2\n3,x,4\n5,\"y\",6\n",
+        &["log#v"],
+        "0@3000=4\n0@5000=6\n! log.csv:2: the row has not 3 cells as the header; row left out\ndegraded",
+    );
+}
+
+#[test]
+fn numbers_that_are_none_are_delivered_or_missing() {
+    check(
+        "t [s],v\n1,nan\n2,inf\n3,-Infinity\n4,\n5,low\n6,1e400\n",
+        &["log#v"],
+        "0@1000=NaN\n0@2000=inf\n0@3000=-inf\n0@6000=inf\n\
+         ! log.csv: column 'v': 1 cells are empty and 1 are no numbers (the first, 'low', in line 6); taken as missing",
+    );
+}
+
+#[test]
+fn damaged_rows_are_left_out() {
+    check(
+        "t [s],v\n1,10\n2\n3,30,9\n4,40,\nx,50\n,60\n7,70\n",
+        &["log#v"],
+        "0@1000=10\n0@4000=40\n0@7000=70\n\
+         ! log.csv:3: the row has not 2 cells as the header; row left out\n\
+         ! log.csv:4: the row has not 2 cells as the header; row left out\n\
+         ! log.csv:6: 'x' is no time; row left out\n\
+         ! log.csv:7: '' is no time; row left out\n\
+         ! log.csv: 4 places in all are damaged\ndegraded",
+    );
+    check(
+        "t [s],v\n1,10\n2",
+        &["log#v"],
+        "0@1000=10\n! log.csv:3: the file ends within this row; row left out\ndegraded",
+    );
+    check(
+        "",
+        &["log#v"],
+        "! log.csv: holds nothing, not even a row of names\n\
+         ! log.csv: signal log#v: no 'log' in the recording\ndegraded",
+    );
+    let binary = b"t [s],v\n1,\xff\xfe\n2,3\n";
+    let said = shown(&[("log.csv", binary)], &["log#v"], &ReadOptions::default());
+    assert!(
+        said.starts_with("0@2000=3\n! log.csv: column 'v': 0 cells are empty and 1 are no numbers"),
+        "{said}"
+    );
+}
+
+#[test]
+fn times_may_be_huge_backward_and_equal() {
+    check(
+        "time_ns,v\n9223372036854775807,1\n-9223372036854775807,2\n9223372036854775808,3\n0,4\n0,5\n",
+        &["log#v"],
+        "0@-9223372036854.775=2\n0@0=4\n0@0=5\n0@9223372036854.775=1\n\
+         ! log.csv:4: '9223372036854775808' is no time; row left out\n\
+         ! log.csv: signal log#v: 1 time stamps are before the one ahead of them in the file\ndegraded",
+    );
+}
+
+#[test]
+fn a_time_without_unit_is_guessed_and_said() {
+    check(
+        "timestamp,v\n1533226488299,1\n",
+        &["log#v"],
+        "0@1533226488299=1\n! log.csv: column 'timestamp' names no unit of time; one step is taken as 0.001 s \
+         (to say it: @timestamp*SPAN)",
+    );
+    check(
+        "time,v\n2.5,1\n",
+        &["log#v"],
+        "0@2500=1\n! log.csv: column 'time' names no unit of time; one step is taken as 1 s (to say it: @time*SPAN)",
+    );
+}
+
+#[test]
+fn what_is_not_in_the_table_is_said() {
+    check(
+        "t [s],speed [m/s]\n1,2\n",
+        &["log#sped", "lag#speed", "zzz"],
+        "! log.csv: signal log#sped: no column 'sped'; did you mean 'speed [m/s]'? (there is: t [s], speed [m/s])\n\
+         ! log.csv: signal lag#speed: no 'lag' in the recording; did you mean 'log'? \
+         (there is: log, speed [m/s], t [s])\n\
+         ! log.csv: signal zzz: no 'zzz' in the recording (there is: log, speed [m/s], t [s])",
+    );
+    check(
+        "t [s],v [m/s],v [km/h]\n1,2,7.2\n",
+        &["log#v"],
+        "error: log.csv: signal log#v: 'v' fits several columns: v [m/s], v [km/h]; write one in full",
+    );
+    check(
+        "reading,v\n1,2\n",
+        &["log#v"],
+        "error: log.csv: no column looks like the time; columns: reading, v; say which holds the time, with \
+         --time-column NAME --time-unit 5s, or in the model as source: file#column@NAME*5s (@row*5s counts the rows)",
+    );
+    check(
+        "t [s],v\n1,2\n",
+        &["log#v@tt"],
+        "error: log.csv: signal log#v@tt: no time column 'tt'; columns: t [s], v; say which holds the time, with \
+         --time-column NAME --time-unit 5s, or in the model as source: file#column@NAME*5s (@row*5s counts the rows)",
+    );
+    check(
+        "1,2\n3,4\n",
+        &["log#v"],
+        "error: log.csv: the first line holds numbers where the names of the columns \
+         belong; add a line such as 't [s],speed [m/s]'",
+    );
+}
+
+#[test]
+fn a_lone_table_of_another_name_is_the_one_meant() {
+    let said = shown(&[("copy-2.csv", b"t [s],v\n1,2\n")], &["wheel_speed#v"], &ReadOptions::default());
+    assert_eq!(
+        said,
+        "0@1000=2\n! copy-2.csv: no source names this file; as it is the only one, it is read for all of them"
+    );
+}
+
+#[test]
+fn a_table_is_a_topic() {
+    let folder = Folder::with(&[("log.csv", b"t [s],v\n1,2\n2,3\n3,4\n")]);
+    let expected = TopicInfo { name: "log".into(), kind: "t [s], v".into(), count: 3, rate_hz: Some(1.0) };
+    assert_eq!(topics(&folder.0.join("log.csv")).unwrap(), [expected]);
+}
