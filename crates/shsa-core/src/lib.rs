@@ -12,16 +12,16 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
-pub mod time;
-pub mod interval;
-pub mod unit;
-pub mod expression;
-pub mod knowledge;
-pub mod observation;
-pub mod substitution;
 pub mod alignment;
-pub mod monitor;
 pub mod diagnosis;
+pub mod engine;
+pub mod expression;
+pub mod interval;
+pub mod knowledge;
+pub mod monitor;
+pub mod observation;
 pub mod plan;
 pub mod service;
-pub mod engine;
+pub mod substitution;
+pub mod time;
+pub mod unit;
