@@ -1,1 +1,0 @@
-//! Units: SI exponents with scale and offset, as values.
