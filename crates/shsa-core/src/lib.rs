@@ -20,6 +20,7 @@ pub mod knowledge;
 pub mod observation;
 pub mod substitution;
 pub mod alignment;
+pub mod computation;
 pub mod monitor;
 pub mod diagnosis;
 pub mod plan;

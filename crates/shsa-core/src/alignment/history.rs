@@ -44,6 +44,14 @@ pub enum Acceptance {
     Dropped,
 }
 
+impl Acceptance {
+    /// Whether the value was taken in.
+    #[must_use]
+    pub fn is_kept(self) -> bool {
+        matches!(self, Acceptance::Newest | Acceptance::Reordered)
+    }
+}
+
 /// The recent past of one input: a ring of at most `capacity` samples in the order of time.
 #[derive(Clone, Debug)]
 pub struct History {
@@ -130,6 +138,22 @@ impl History {
         }
         let (gap, value) = nearest.filter(|(gap, _)| *gap <= reach.max_gap)?;
         Some(Reading { value: value.widened(gap.seconds() * reach.max_rate), gap })
+    }
+
+    /// The mean over a stretch of time, as the mean of the samples in it; `None` with fewer than two of them.
+    ///
+    /// A difference quotient over a window is the mean of the derivative over it, so this is what it compares with.
+    #[must_use]
+    pub fn mean_over(&self, stretch: Validity) -> Option<Interval> {
+        let inside = || {
+            let within = |sample: &&Sample| sample.validity.intersection(stretch).is_some();
+            self.newest_first().take_while(|sample| sample.validity.to >= stretch.from).filter(within)
+        };
+        let count = inside().count();
+        let share = 1.0 / count as f64;
+        let mean =
+            |bound: fn(Interval) -> f64| inside().map(|sample| bound(sample.value) * share).sum::<f64>();
+        (count >= 2).then(|| Interval::new(mean(Interval::lo), mean(Interval::hi)))
     }
 
     /// All samples whose validity overlaps `moment`, newest first.

@@ -24,7 +24,7 @@ pub struct Counts {
     pub duplicates: u64,
     /// Dropped: too old, or stamped in the future.
     pub dropped: u64,
-    /// Without a usable value: not-a-number, infinite, of the wrong shape.
+    /// Without a usable value: not-a-number, infinite, out of range, of the wrong shape.
     pub invalid: u64,
 }
 
@@ -39,6 +39,8 @@ struct Scan {
 #[derive(Clone, Debug)]
 pub struct Port {
     shape: Shape,
+    /// Physically possible values; what lies outside is no observation.
+    range: Interval,
     scalars: History,
     /// Newest last; the buffers are used again, so that nothing is allocated once they are large enough.
     scans: Vec<Scan>,
@@ -49,13 +51,14 @@ pub struct Port {
 }
 
 impl Port {
-    /// For a variable of this shape, with room for `capacity` scalars.
+    /// For a variable of this shape and range, with room for `capacity` scalars.
     #[must_use]
-    pub fn new(shape: Shape, capacity: usize) -> Port {
+    pub fn new(shape: Shape, range: Option<Interval>, capacity: usize) -> Port {
         let scans = Vec::with_capacity(if shape == Shape::Vector { VECTORS } else { 0 });
         let capacity = if shape == Shape::Scalar { capacity } else { 1 };
         Port {
             shape,
+            range: range.unwrap_or(Interval::ENTIRE),
             scalars: History::new(capacity),
             scans,
             counts: Counts::default(),
@@ -99,7 +102,8 @@ impl Port {
     }
 
     fn keep_scalar(&mut self, value: Interval, validity: Validity) -> Option<Acceptance> {
-        value.is_bounded().then(|| self.scalars.push(Sample { validity, value }))
+        (value.is_bounded() && value.overlaps(self.range))
+            .then(|| self.scalars.push(Sample { validity, value }))
     }
 
     fn keep_scan(&mut self, signal: &Signal, elements: &[f64], validity: Validity) -> Option<Acceptance> {

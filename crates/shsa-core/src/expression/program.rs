@@ -7,6 +7,7 @@ use super::compile::Compiler;
 use super::formula::Formula;
 use super::operation::{Constant, Operation};
 use super::problem::Problem;
+use crate::time::Span;
 
 /// The largest program in operations.
 pub const MAX_INSTRUCTIONS: usize = 50_000;
@@ -119,6 +120,16 @@ impl Program {
     #[must_use]
     pub fn is_stateful(&self) -> bool {
         !self.retained.is_empty() || !self.memories.is_empty() || self.elapsed.is_some()
+    }
+
+    /// The longest stretch of time that a `derivative` in it looks back; zero without one.
+    #[must_use]
+    pub fn longest_window(&self) -> Span {
+        let windows = self.memories.iter().map(|operation| match operation {
+            Operation::Derivative(window) => *window,
+            _ => Span::ZERO,
+        });
+        windows.max().unwrap_or(Span::ZERO)
     }
 
     /// Whether it is given the last trusted value of a variable, so that `dt` is the age of that value.

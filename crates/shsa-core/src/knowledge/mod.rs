@@ -153,7 +153,7 @@ impl Default for Switching {
     fn default() -> Self {
         Switching {
             hold: Span::from_millis(1_000),
-            probation: Span::from_millis(2_000),
+            probation: Span::from_millis(5_000),
             blend: Span::ZERO,
             hysteresis: 0.0,
         }

@@ -1,4 +1,235 @@
-//! What disagrees, what is silent, what is out of range.
+//! What disagrees, what is silent, what cannot be: all ways of knowing a variable compared, as observations come.
+//!
+//! A comparison is made when the slower of two ways delivers; the faster one is brought to its moment by its
+//! history. Where the slower one is a difference quotient over a window, it is the mean of the derivative, and
+//! is compared with the mean of the other over the window. Disjoint intervals disagree. A pair is in conflict
+//! when enough of its recent comparisons disagree ([`Debounce`]).
+//!
+//! Observations of one moment of reception are compared together ([`Monitor::settle`]), so that their order does
+//! not matter. The cost of an observation is that of the ways that it completes and their pairs; nothing is
+//! allocated and nothing grows with history.
 
-pub mod pair;
+mod build;
+mod pair;
 pub mod thesis;
+mod watch;
+
+pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};
+pub use watch::{Absence, Change, Watch};
+
+use crate::alignment::{Acceptance, History, Port, Reach, Sample};
+use crate::computation::Computation;
+use crate::interval::Interval;
+use crate::knowledge::{IdVec, KnowledgeBase, SignalId, SignalSet, VariableId};
+use crate::observation::Observation;
+use crate::time::{Span, Time, Validity};
+use alloc::vec::Vec;
+
+/// A way of knowing under watch, with its recent outputs.
+#[derive(Debug)]
+pub struct WatchedWay {
+    /// What computes it.
+    pub computation: Computation,
+    /// The signals that it rests on, with those that they are derived from.
+    pub rests_on: SignalSet,
+    /// Its recent outputs.
+    pub outputs: History,
+    reach: Reach,
+    /// Pairs that compare when this way delivers.
+    triggers: Vec<u32>,
+}
+
+impl WatchedWay {
+    /// The variable that it knows.
+    #[must_use]
+    pub fn variable(&self) -> VariableId {
+        self.computation.way().substitution.sink
+    }
+
+    /// The outputs brought to a moment: within two periods, grown by the variable's rate of change.
+    #[must_use]
+    pub fn at(&self, moment: Validity) -> Option<Interval> {
+        let max_gap = match (self.reach.max_gap, self.outputs.newest(0), self.outputs.newest(1)) {
+            (Span::MAX, Some(newest), Some(before)) => (newest.validity.to - before.validity.to).times(2),
+            (declared, ..) => declared,
+        };
+        self.outputs.at(moment, Reach { max_gap, ..self.reach }).map(|reading| reading.value)
+    }
+}
+
+/// Compares all ways of knowing each variable.
+#[derive(Debug)]
+pub struct Monitor {
+    ports: IdVec<SignalId, Port>,
+    watch: Watch,
+    ways: Vec<WatchedWay>,
+    pairs: Vec<Pair>,
+    /// Ways that a signal completes.
+    completes: IdVec<SignalId, Vec<WayIndex>>,
+    /// Observations of this moment that complete a way.
+    pending: Vec<(WayIndex, Validity)>,
+    /// Outputs of this moment.
+    fresh: Vec<(WayIndex, Sample)>,
+}
+
+impl Monitor {
+    /// Takes an observation in; what it completes is compared by [`Monitor::settle`].
+    ///
+    pub fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation, now: Time) -> Observed {
+        let signal = observation.signal;
+        let description = &knowledge.signals()[signal];
+        let acceptance = self.ports[signal].accept(description, observation, now);
+        let change = self.watch.hear(signal, acceptance.is_some(), now);
+        if change.is_some() {
+            self.watch.rewatch();
+        }
+        let kept = acceptance.is_some_and(Acceptance::is_kept);
+        if kept {
+            let validity = description.validity(observation.stamp);
+            self.pending.extend(self.completes[signal].iter().map(|&way| (way, validity)));
+        }
+        Observed { kept, change }
+    }
+
+    /// Looks for signals that have become silent.
+    pub fn pass(&mut self, now: Time, report: impl FnMut(Change)) {
+        self.watch.pass(now, report);
+    }
+
+    /// Whether observations wait to be compared.
+    #[must_use]
+    pub fn is_pending(&self) -> bool {
+        !self.pending.is_empty()
+    }
+
+    /// Compares what the observations of this moment complete. Returns whether a relationship has changed.
+    pub fn settle(&mut self, now: Time) -> bool {
+        self.evaluate();
+        let mut changed = false;
+        let fresh = core::mem::take(&mut self.fresh);
+        for &(way, sample) in &fresh {
+            changed |= self.compare(way, sample, now);
+        }
+        self.fresh = fresh;
+        changed
+    }
+
+    fn evaluate(&mut self) {
+        self.fresh.clear();
+        while let Some((index, validity)) = self.pending.pop() {
+            let Some(way) = self.ways.get_mut(index.0 as usize) else { continue };
+            let Some(sample) = way.computation.evaluate_scalar(&self.ports, validity) else { continue };
+            if way.outputs.push(sample).is_kept() {
+                self.fresh.push((index, sample));
+            }
+        }
+        // Observations of one moment may have come in any order; comparisons go by file order.
+        self.fresh.sort_unstable_by_key(|(index, sample)| (*index, sample.validity.to));
+    }
+
+    fn compare(&mut self, index: WayIndex, sample: Sample, now: Time) -> bool {
+        let Some(way) = self.ways.get(index.0 as usize) else { return false };
+        let mut changed = false;
+        for &pair in &way.triggers {
+            let Some(pair) = self.pairs.get_mut(pair as usize) else { continue };
+            let Some(other) = self.ways.get(pair.other.0 as usize) else { continue };
+            let known =
+                if way.computation.is_mean() { other.outputs.mean_over(sample.validity) } else { None };
+            let Some(known) = known.or_else(|| other.at(sample.validity)) else { continue };
+            let before = pair.window.relationship(now);
+            let disagrees = !sample.value.overlaps(known);
+            pair.window.record(disagrees, now);
+            if disagrees {
+                pair.disagreement = Some(Disagreement { time: now, value: sample.value, other: known });
+            }
+            changed |= before != pair.window.relationship(now);
+        }
+        changed
+    }
+
+    /// All ways of knowing under watch.
+    #[must_use]
+    pub fn ways(&self) -> &[WatchedWay] {
+        &self.ways
+    }
+
+    /// A way of an index that this monitor gave.
+    #[must_use]
+    pub fn way(&self, index: WayIndex) -> Option<&WatchedWay> {
+        self.ways.get(index.0 as usize)
+    }
+
+    /// All pairs under watch.
+    #[must_use]
+    pub fn pairs(&self) -> &[Pair] {
+        &self.pairs
+    }
+
+    /// The outputs of this moment, by way.
+    #[must_use]
+    pub fn fresh(&self) -> &[(WayIndex, Sample)] {
+        &self.fresh
+    }
+
+    /// The ports of all signals.
+    #[must_use]
+    pub fn ports(&self) -> &IdVec<SignalId, Port> {
+        &self.ports
+    }
+
+    /// Who is silent.
+    #[must_use]
+    pub fn watch(&self) -> &Watch {
+        &self.watch
+    }
+
+    /// How many ways contradict and support a value of a variable right now, without debouncing; ways that rest
+    /// on the same signals as the value have no vote.
+    #[must_use]
+    pub fn votes(
+        &self,
+        variable: VariableId,
+        rests_on: &SignalSet,
+        sample: Sample,
+        trusted: impl Fn(SignalId) -> bool,
+    ) -> Votes {
+        let mut votes = Votes::default();
+        for way in self.ways.iter().filter(|way| way.variable() == variable && way.rests_on != *rests_on) {
+            if !way.rests_on.iter().all(&trusted) {
+                continue;
+            }
+            match way.at(sample.validity).map(|known| known.overlaps(sample.value)) {
+                Some(true) => votes.supporting += 1,
+                Some(false) => votes.contradicting += 1,
+                None => {}
+            }
+        }
+        votes
+    }
+}
+
+/// What became of an observation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Observed {
+    /// Whether it was taken in.
+    pub kept: bool,
+    /// The signal had been absent until now.
+    pub change: Option<Change>,
+}
+
+/// What the other ways say about a value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Votes {
+    /// Ways whose value overlaps.
+    pub supporting: u32,
+    /// Ways whose value does not.
+    pub contradicting: u32,
+}
+
+impl Votes {
+    /// Whether more ways contradict than support.
+    #[must_use]
+    pub fn is_contradicted(self) -> bool {
+        self.contradicting > self.supporting
+    }
+}

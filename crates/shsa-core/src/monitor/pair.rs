@@ -19,9 +19,9 @@ pub struct Debounce {
 }
 
 impl Default for Debounce {
-    /// 3 of 5, or more than half of 250 ms.
+    /// 2 of 4, or half of 250 ms.
     fn default() -> Debounce {
-        Debounce { span: Span::from_millis(250), least: 5, share: 0.5 }
+        Debounce { span: Span::from_millis(250), least: 4, share: 0.5 }
     }
 }
 

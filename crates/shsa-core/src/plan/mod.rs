@@ -1,1 +1,45 @@
-//! Searches for substitutions.
+//! Searches for substitutions: which relations compute a variable best from what can be trusted.
+//!
+//! [`exhaustive`] tries everything and is the oracle; [`BestFirst`] gives the best ones first and stops when the
+//! caller has enough. Both answer with the same substitutions in the same order.
+
+mod best_first;
+mod exhaustive;
+mod frontier;
+mod graph;
+mod limits;
+mod scope;
+mod trail;
+pub mod utility;
+
+pub use best_first::BestFirst;
+pub use exhaustive::exhaustive;
+pub use graph::{Graph, Options};
+pub use limits::{Limits, StopReason};
+pub use scope::Marks;
+pub use utility::Utility;
+
+use crate::knowledge::VariableId;
+use crate::substitution::Substitution;
+use alloc::vec::Vec;
+
+/// What a search has found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// Substitutions with their utilities, best first.
+    pub substitutions: Vec<(Substitution, f64)>,
+    /// Why there are no more.
+    pub stop: StopReason,
+    /// How many decisions were taken.
+    pub expanded: u64,
+    /// No substitution that is missing here has a higher utility; 0 when none is missing.
+    pub bound: f64,
+}
+
+/// The `count` best substitutions of `root`, by [`BestFirst`].
+#[must_use]
+pub fn best(graph: &Graph, root: VariableId, options: &Options, count: usize, limits: Limits) -> Plan {
+    let mut search = BestFirst::new(graph, root, options, limits);
+    let substitutions = search.by_ref().take(count).collect();
+    Plan { substitutions, stop: search.stop(), expanded: search.expanded(), bound: search.bound() }
+}

@@ -1,4 +1,4 @@
-//! Inputs to outputs: alignment, monitor, diagnosis, plan and service, called in this order.
+//! What goes into the engine and what comes out of it.
 
 use crate::interval::Interval;
 use crate::knowledge::{NeedId, SignalId, VariableId};

@@ -1,0 +1,268 @@
+//! A way of knowing at work: its inputs brought to one moment, its program evaluated.
+
+use crate::alignment::{Port, Reach, Sample};
+use crate::expression::{Assignment, InputKind, Program, State, Symbol, Value};
+use crate::interval::Interval;
+use crate::knowledge::{Id, IdVec, KnowledgeBase, Shape, SignalId, VariableId};
+use crate::substitution::Way;
+use crate::time::{Span, Validity};
+use alloc::vec::Vec;
+
+/// More inputs than this are read into memory allocated for the evaluation.
+const USUAL_INPUTS: usize = 16;
+
+/// The longest vector that a formula takes.
+const LONGEST_VECTOR: usize = 16_384;
+
+/// Evaluations a second of a way whose rate is not declared, for the room of its time operators.
+const USUAL_RATE_HZ: f64 = 100.0;
+
+/// How a way relates to time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Timing {
+    /// Time between outputs; `None` when the rate is not declared.
+    pub period: Option<Span>,
+    /// How old an output is when it comes.
+    pub lag: Span,
+    /// The longest window that its time operators look back.
+    pub window: Span,
+}
+
+/// What a computation gives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Computed<'a> {
+    /// A number within an interval.
+    Scalar(Interval),
+    /// A list of them.
+    Vector(&'a [Interval]),
+}
+
+/// A way of knowing, ready to be evaluated.
+#[derive(Debug)]
+pub struct Computation {
+    way: Way,
+    trigger: Option<SignalId>,
+    timing: Timing,
+    body: Body,
+}
+
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "most ways are programs, and none is moved after it is made")]
+enum Body {
+    /// The signal's own values.
+    Direct(Input),
+    /// A program over inputs.
+    Computed { program: Program, state: State<Interval>, inputs: Vec<Source> },
+}
+
+/// Where an input of a program comes from.
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    Signal(Input),
+    Constant(Interval),
+    /// The last value of the variable that is computed.
+    Last,
+}
+
+/// A signal as an input.
+#[derive(Clone, Copy, Debug)]
+struct Input {
+    signal: SignalId,
+    max_rate: f64,
+    /// Over which gap a value still counts; `None` learns it from the spacing of the observations.
+    max_gap: Option<Span>,
+}
+
+impl Input {
+    fn new(knowledge: &KnowledgeBase, signal: SignalId) -> Input {
+        let description = &knowledge.signals()[signal];
+        let max_rate = knowledge.variables()[description.variable].max_rate.unwrap_or(0.0);
+        let max_gap = period(knowledge, signal).map(|period| period.times(2) + description.delay);
+        Input { signal, max_rate, max_gap }
+    }
+
+    fn max_gap(&self, port: &Port) -> Span {
+        self.max_gap.or_else(|| port.spacing().map(|spacing| spacing.times(2))).unwrap_or(Span::MAX)
+    }
+
+    fn at<'a>(&self, ports: &'a IdVec<SignalId, Port>, moment: Validity) -> Option<Value<'a, Interval>> {
+        let port = &ports[self.signal];
+        let max_gap = self.max_gap(port);
+        match port.shape() {
+            Shape::Vector => port.vector_at(moment, max_gap).map(Value::Vector),
+            Shape::Scalar => {
+                let reading = port.scalar_at(moment, Reach { max_rate: self.max_rate, max_gap });
+                reading.map(|reading| Value::Scalar(reading.value))
+            }
+        }
+    }
+}
+
+/// Which of two inputs makes a way compute: whether the first goes before the second.
+type Precedence = fn(&KnowledgeBase, SignalId, SignalId) -> bool;
+
+impl Computation {
+    /// Computes when its slowest input delivers: every output is from inputs that are all new.
+    pub fn slowest_input(knowledge: &KnowledgeBase, one: SignalId, other: SignalId) -> bool {
+        lateness(knowledge, one) >= lateness(knowledge, other)
+    }
+
+    /// Computes when its fastest input delivers: outputs come as often as possible.
+    pub fn fastest_input(knowledge: &KnowledgeBase, one: SignalId, other: SignalId) -> bool {
+        lateness(knowledge, one) < lateness(knowledge, other)
+    }
+
+    /// Makes a way ready; `None` when one of its relations is structure only.
+    #[must_use]
+    pub fn new(knowledge: &KnowledgeBase, way: Way, goes_before: Precedence) -> Option<Computation> {
+        let trigger =
+            way.inputs().reduce(|best, next| if goes_before(knowledge, next, best) { next } else { best });
+        let (body, window) = match way.direct() {
+            Some(signal) => (Body::Direct(Input::new(knowledge, signal)), Span::ZERO),
+            None => computed(knowledge, &way, trigger)?,
+        };
+        let timing = Timing {
+            period: trigger.and_then(|signal| period(knowledge, signal)),
+            lag: trigger.map_or(Span::ZERO, |signal| knowledge.signals()[signal].delay),
+            window,
+        };
+        Some(Computation { way, trigger, timing, body })
+    }
+
+    /// What is computed.
+    #[must_use]
+    pub fn way(&self) -> &Way {
+        &self.way
+    }
+
+    /// The signal whose observations make it compute; `None` when it rests on constants only.
+    #[must_use]
+    pub fn trigger(&self) -> Option<SignalId> {
+        self.trigger
+    }
+
+    /// How it relates to time.
+    #[must_use]
+    pub fn timing(&self) -> Timing {
+        self.timing
+    }
+
+    /// Whether its output is the mean over a window, as a difference quotient is.
+    #[must_use]
+    pub fn is_mean(&self) -> bool {
+        self.timing.window > Span::ZERO
+    }
+
+    /// Whether it goes on from the last value of its own variable: such a way is no witness about it.
+    #[must_use]
+    pub fn continues_itself(&self) -> bool {
+        match &self.body {
+            Body::Direct(_) => false,
+            Body::Computed { inputs, .. } => inputs.iter().any(|input| matches!(input, Source::Last)),
+        }
+    }
+
+    /// Evaluates at a moment; `None` when an input is missing there or the result has no value.
+    ///
+    /// `last` is the last value of the variable that is computed. No allocation for up to 16 inputs.
+    pub fn evaluate<'a>(
+        &'a mut self,
+        ports: &'a IdVec<SignalId, Port>,
+        moment: Validity,
+        last: Option<Sample>,
+    ) -> Option<(Computed<'a>, Validity)> {
+        let (value, validity) = match &mut self.body {
+            Body::Direct(input) => (input.at(ports, moment)?, moment),
+            Body::Computed { program, state, inputs } => {
+                let mut usual = [Value::Scalar(Interval::EMPTY); USUAL_INPUTS];
+                let mut many = Vec::new();
+                let values = match usual.get_mut(..inputs.len()) {
+                    Some(values) => values,
+                    None => {
+                        many.resize(inputs.len(), Value::Scalar(Interval::EMPTY));
+                        many.as_mut_slice()
+                    }
+                };
+                for (value, input) in values.iter_mut().zip(inputs.iter()) {
+                    *value = match input {
+                        Source::Signal(input) => input.at(ports, moment)?,
+                        Source::Constant(value) => Value::Scalar(*value),
+                        Source::Last => Value::Scalar(last?.value),
+                    };
+                }
+                let outcome = program.evaluate(state, values, moment, last.map(|last| last.validity));
+                (outcome.value, outcome.valid)
+            }
+        };
+        match value {
+            Value::Scalar(value) => value.is_bounded().then_some((Computed::Scalar(value), validity)),
+            Value::Vector(elements) => {
+                (!elements.is_empty()).then_some((Computed::Vector(elements), validity))
+            }
+        }
+    }
+
+    /// Evaluates a way of knowing a number, without its last value.
+    pub fn evaluate_scalar(&mut self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Option<Sample> {
+        match self.evaluate(ports, moment, None)? {
+            (Computed::Scalar(value), validity) => Some(Sample { validity, value }),
+            (Computed::Vector(_), _) => None,
+        }
+    }
+}
+
+/// Time between the observations of a signal, as declared.
+fn period(knowledge: &KnowledgeBase, signal: SignalId) -> Option<Span> {
+    knowledge.signals()[signal].rate_hz.map(|rate| Span::from_seconds(1.0 / rate))
+}
+
+/// How long after an event a signal tells of it, at the latest.
+fn lateness(knowledge: &KnowledgeBase, signal: SignalId) -> Span {
+    period(knowledge, signal).unwrap_or(Span::ZERO) + knowledge.signals()[signal].delay
+}
+
+/// The program of a way with the sources of its inputs, and its longest window.
+fn computed(knowledge: &KnowledgeBase, way: &Way, trigger: Option<SignalId>) -> Option<(Body, Span)> {
+    let steps = &way.substitution.steps;
+    let assignment = |step: &crate::substitution::Step| {
+        let relation = &knowledge.relations()[step.relation];
+        Some(Assignment {
+            symbol: symbol(step.output),
+            formula: relation.formula(step.output)?,
+            condition: relation.condition.as_ref(),
+        })
+    };
+    let assignments = steps.iter().map(assignment).collect::<Option<Vec<_>>>()?;
+    let program = Program::compile(&assignments).ok()?;
+    let source = |input: &crate::expression::Input| source(knowledge, way, input);
+    let inputs = program.inputs().iter().map(source).collect::<Option<Vec<_>>>()?;
+    let rate_hz = trigger.and_then(|signal| knowledge.signals()[signal].rate_hz).unwrap_or(USUAL_RATE_HZ);
+    let state = program.new_state(longest_vector(knowledge, way), rate_hz);
+    let window = program.longest_window();
+    Some((Body::Computed { program, state, inputs }, window))
+}
+
+/// Vectors are as long as their observations; without any, no room is kept for them.
+fn longest_vector(knowledge: &KnowledgeBase, way: &Way) -> usize {
+    let is_vector = |variable: &VariableId| knowledge.variables()[*variable].shape == Shape::Vector;
+    let outputs = way.substitution.steps.iter().map(|step| step.output);
+    let any = way.substitution.sources.iter().copied().chain(outputs).any(|variable| is_vector(&variable));
+    if any { LONGEST_VECTOR } else { 0 }
+}
+
+fn source(knowledge: &KnowledgeBase, way: &Way, input: &crate::expression::Input) -> Option<Source> {
+    if input.kind == InputKind::Previous {
+        return (input.symbol == symbol(way.substitution.sink)).then_some(Source::Last);
+    }
+    let at = way.substitution.sources.iter().position(|source| symbol(*source) == input.symbol)?;
+    match (way.signals.get(at)?, way.substitution.sources.get(at)?) {
+        (Some(signal), _) => Some(Source::Signal(Input::new(knowledge, *signal))),
+        (None, variable) => knowledge.variables()[*variable].constant.map(Source::Constant),
+    }
+}
+
+/// The symbol that stands for a variable in formulas.
+#[must_use]
+pub fn symbol(variable: VariableId) -> Symbol {
+    Symbol(u32::try_from(variable.index()).unwrap_or(u32::MAX))
+}

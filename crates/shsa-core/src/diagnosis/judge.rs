@@ -1,0 +1,271 @@
+//! The verdict on each signal over time: suspect, failed, and trusted again.
+//!
+//! A signal has failed when it belongs to every smallest explanation of all conflicts, whatever the comparisons
+//! that are still undecided will say. For the other signals of these explanations, the judge first waits for the
+//! comparisons that may yet decide, for a bounded time; then they are suspect. What a failed signal
+//! explains is no evidence about others. A signal is trusted again after every comparison that speaks about it
+//! has agreed for the probation time. Without a comparison there is no verdict: unknown is not healthy.
+
+use super::explain::{Finding, explain};
+use crate::knowledge::{IdVec, KnowledgeBase, SignalId, SignalSet};
+use crate::monitor::{Monitor, Pair, Relationship};
+use crate::time::{Span, Time};
+use alloc::vec::Vec;
+
+/// What is thought of a signal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// No independent witness speaks about it.
+    Unknown,
+    /// An independent witness agrees with it.
+    Healthy,
+    /// It may be faulty, or others are.
+    Suspect,
+    /// It is faulty.
+    Failed,
+}
+
+/// A change of verdict.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Decision {
+    /// The signal is faulty: it belongs to every smallest explanation.
+    Failed(SignalId),
+    /// These signals explain the conflicts equally well; the set is the whole choice.
+    Suspected(SignalId, SignalSet),
+    /// The signal is trusted again.
+    Cleared(SignalId),
+}
+
+/// Settings of the judge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JudgeOptions {
+    /// How long all evidence must speak for a signal before it is trusted again.
+    pub probation: Span,
+    /// Prior fault probability of a signal whose properties give no `prior`.
+    pub prior: f64,
+}
+
+impl Default for JudgeOptions {
+    fn default() -> JudgeOptions {
+        JudgeOptions { probation: Span::from_millis(5_000), prior: 0.01 }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Standing {
+    /// Suspect or failed.
+    verdict: Option<Verdict>,
+    /// Since when all evidence speaks for it.
+    clean_since: Option<Time>,
+}
+
+/// Decides on signals from the pairs of a monitor.
+#[derive(Debug)]
+pub struct Judge {
+    options: JudgeOptions,
+    priors: IdVec<SignalId, f64>,
+    standings: IdVec<SignalId, Standing>,
+    /// When to look again without a change of evidence.
+    next_review: Option<Time>,
+}
+
+impl Judge {
+    /// For the signals of a knowledge base.
+    #[must_use]
+    pub fn new(knowledge: &KnowledgeBase, options: JudgeOptions) -> Judge {
+        let prior = |signal: SignalId| {
+            knowledge.signals()[signal].properties.get("prior").copied().unwrap_or(options.prior)
+        };
+        let count = knowledge.signals().len();
+        Judge {
+            options,
+            priors: IdVec::filled(count, prior),
+            standings: IdVec::filled(count, |_| Standing::default()),
+            next_review: None,
+        }
+    }
+
+    /// When [`Judge::review`] must be called although no relationship has changed.
+    #[must_use]
+    pub fn next_review(&self) -> Option<Time> {
+        self.next_review
+    }
+
+    /// Whether a signal is neither suspect nor failed.
+    #[must_use]
+    pub fn trusts(&self, signal: SignalId) -> bool {
+        self.standings[signal].verdict.is_none()
+    }
+
+    /// Since when all evidence has spoken for a signal that is suspect or failed.
+    #[must_use]
+    pub fn clean_since(&self, signal: SignalId) -> Option<Time> {
+        self.standings[signal].clean_since
+    }
+
+    /// What is thought of a signal now.
+    #[must_use]
+    pub fn verdict(&self, signal: SignalId, monitor: &Monitor, now: Time) -> Verdict {
+        let witnessed = || {
+            monitor.pairs().iter().any(|pair| {
+                pair.window.relationship(now) == Relationship::Agree
+                    && self.bears_witness(monitor, pair, signal)
+            })
+        };
+        match self.standings[signal].verdict {
+            Some(verdict) => verdict,
+            None if witnessed() => Verdict::Healthy,
+            None => Verdict::Unknown,
+        }
+    }
+
+    /// Whether one way of a pair rests on the signal, the other does not, and no failed signal is in it.
+    fn bears_witness(&self, monitor: &Monitor, pair: &Pair, signal: SignalId) -> bool {
+        let rests = |index| monitor.way(index).is_some_and(|way| way.rests_on.contains(signal));
+        rests(pair.way) != rests(pair.other) && !self.is_explained(pair, Some(signal))
+    }
+
+    /// Takes all evidence in. Complexity: O(pairs) while nothing is in conflict and nobody is accused.
+    pub fn review(&mut self, monitor: &Monitor, now: Time) -> Vec<Decision> {
+        let mut decisions = Vec::new();
+        self.next_review = None;
+        self.accuse(monitor, now, &mut decisions);
+        self.clear(monitor, now, &mut decisions);
+        decisions
+    }
+
+    fn accuse(&mut self, monitor: &Monitor, now: Time, decisions: &mut Vec<Decision>) {
+        let conflicts: Vec<&Pair> = self.open_pairs(monitor, now, Relationship::Conflict).collect();
+        let Some(onset) = conflicts.iter().map(|pair| pair.window.onset()).min() else { return };
+        let mut sets: Vec<SignalSet> = conflicts.iter().map(|pair| pair.signals.clone()).collect();
+        let candidates = self.explanations(monitor, &sets, now);
+        sets.extend(self.open_pairs(monitor, now, Relationship::Undecided).map(|pair| pair.signals.clone()));
+        let rivals = self.explanations(monitor, &sets, now);
+        let accused = union(&candidates);
+        let certain = |signal: &SignalId| candidates.iter().chain(&rivals).all(|set| set.contains(*signal));
+        let (failed, rest): (SignalSet, SignalSet) = (accused.iter().filter(certain).collect(), accused);
+        failed.iter().for_each(|signal| self.set(signal, Verdict::Failed, decisions, None));
+        let rest: SignalSet = rest.iter().filter(|signal| !failed.contains(*signal)).collect();
+        if !rest.is_empty() && self.is_settled(monitor, &rest, onset, now) {
+            rest.iter().for_each(|signal| self.set(signal, Verdict::Suspect, decisions, Some(&rest)));
+        }
+    }
+
+    /// The smallest explanations of conflicts.
+    fn explanations(&self, monitor: &Monitor, conflicts: &[SignalSet], now: Time) -> Vec<SignalSet> {
+        let agrees = |pair: &&Pair| pair.window.relationship(now) == Relationship::Agree;
+        let support = |signal| {
+            monitor.pairs().iter().filter(agrees).filter(|pair| pair.signals.contains(signal)).count()
+        };
+        match explain(conflicts, |signal| self.priors[signal], support) {
+            Finding::Consistent => Vec::new(),
+            Finding::Clear(candidate) => Vec::from([candidate.signals]),
+            Finding::Ambiguous(all) => all.into_iter().map(|candidate| candidate.signals).collect(),
+        }
+    }
+
+    /// Whether all comparisons that speak about the accused have had the time to show a conflict that began at
+    /// `onset`, or the wait for them is over.
+    fn is_settled(&mut self, monitor: &Monitor, accused: &SignalSet, onset: Time, now: Time) -> bool {
+        let open = |pair: &&Pair| {
+            pair.signals.meets(accused)
+                && !self.is_explained(pair, None)
+                && match pair.window.relationship(now) {
+                    Relationship::Undecided => true,
+                    Relationship::Agree => !pair.window.confirmed_since(onset),
+                    Relationship::Conflict | Relationship::Unknown => false,
+                }
+        };
+        let Some(latency) = monitor.pairs().iter().filter(open).map(|pair| pair.window.latency()).max()
+        else {
+            return true;
+        };
+        let deadline = onset + latency.times(2);
+        if now >= deadline {
+            return true;
+        }
+        self.look_again(deadline);
+        false
+    }
+
+    fn set(
+        &mut self,
+        signal: SignalId,
+        verdict: Verdict,
+        decisions: &mut Vec<Decision>,
+        choice: Option<&SignalSet>,
+    ) {
+        if self.standings[signal].verdict >= Some(verdict) {
+            return;
+        }
+        self.standings[signal] = Standing { verdict: Some(verdict), clean_since: None };
+        decisions.push(match choice {
+            None => Decision::Failed(signal),
+            Some(choice) => Decision::Suspected(signal, choice.clone()),
+        });
+    }
+
+    fn clear(&mut self, monitor: &Monitor, now: Time, decisions: &mut Vec<Decision>) {
+        for signal in self.standings.ids() {
+            if self.standings[signal].verdict.is_none() {
+                continue;
+            }
+            if !self.is_clean(monitor, signal, now) {
+                self.standings[signal].clean_since = None;
+                continue;
+            }
+            let since = *self.standings[signal].clean_since.get_or_insert(now);
+            if now - since >= self.options.probation {
+                self.standings[signal] = Standing::default();
+                decisions.push(Decision::Cleared(signal));
+            } else {
+                self.look_again(since + self.options.probation);
+            }
+        }
+    }
+
+    /// Whether every comparison that speaks about a signal agrees, and there is one.
+    fn is_clean(&self, monitor: &Monitor, signal: SignalId, now: Time) -> bool {
+        let mut witnessed = false;
+        for pair in monitor.pairs() {
+            if !pair.signals.contains(signal) || self.is_explained(pair, Some(signal)) {
+                continue;
+            }
+            match pair.window.relationship(now) {
+                Relationship::Unknown => {}
+                Relationship::Agree => witnessed = true,
+                Relationship::Undecided | Relationship::Conflict => return false,
+            }
+        }
+        witnessed && monitor.watch().absence(signal).is_none()
+    }
+
+    fn look_again(&mut self, at: Time) {
+        self.next_review = Some(self.next_review.map_or(at, |earlier| earlier.min(at)));
+    }
+
+    /// Pairs in a relationship that no failed signal explains.
+    fn open_pairs<'a>(
+        &'a self,
+        monitor: &'a Monitor,
+        now: Time,
+        relationship: Relationship,
+    ) -> impl Iterator<Item = &'a Pair> + 'a {
+        monitor.pairs().iter().filter(move |pair| {
+            pair.window.relationship(now) == relationship && !self.is_explained(pair, None)
+        })
+    }
+
+    /// Whether a failed signal other than `except` is in the pair.
+    fn is_explained(&self, pair: &Pair, except: Option<SignalId>) -> bool {
+        pair.signals
+            .iter()
+            .any(|signal| Some(signal) != except && self.standings[signal].verdict == Some(Verdict::Failed))
+    }
+}
+
+fn union(sets: &[SignalSet]) -> SignalSet {
+    let mut all = SignalSet::new();
+    sets.iter().for_each(|set| all.extend(set));
+    all
+}

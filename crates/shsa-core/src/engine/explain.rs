@@ -1,0 +1,140 @@
+//! Decisions in words: which values disagreed, which alternatives there were, which limit was reached.
+
+use super::message::{Event, EventKind};
+use crate::diagnosis::Decision;
+use crate::interval::Interval;
+use crate::knowledge::{KnowledgeBase, SignalId, SignalSet, VariableId};
+use crate::monitor::{Absence, Change, Monitor, Pair, Relationship};
+use crate::time::{Span, Time};
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+/// How many disagreements a reason names.
+const MOST_NAMED: usize = 3;
+
+fn event(knowledge: &KnowledgeBase, kind: EventKind, signal: SignalId, because: String, time: Time) -> Event {
+    let variable = Some(knowledge.signals()[signal].variable);
+    Event { time, kind, signal: Some(signal), variable, because, substitution: None }
+}
+
+/// A signal that says nothing usable any more.
+pub(super) fn absence(knowledge: &KnowledgeBase, change: &Change, absence: Absence, now: Time) -> Event {
+    let timeout = knowledge.signals()[change.signal].timeout.unwrap_or(Span::ZERO);
+    let last = match change.last_valid {
+        Some(last) => format!("the last one {} ago", span(now - last)),
+        None => "none ever".to_string(),
+    };
+    let (kind, what) = match absence {
+        Absence::Silent => (EventKind::Silent, "nothing received"),
+        Absence::Invalid => {
+            (EventKind::Failed, "no possible value (not a number, out of range or of a wrong shape)")
+        }
+    };
+    event(knowledge, kind, change.signal, format!("{what} within {}: {last}", span(timeout)), now)
+}
+
+/// A signal that speaks again and has done so for its probation.
+pub(super) fn returned(knowledge: &KnowledgeBase, signal: SignalId, probation: Span, now: Time) -> Event {
+    let because = format!("it has spoken again for {}", span(probation));
+    event(knowledge, EventKind::Restored, signal, because, now)
+}
+
+/// A change of verdict.
+pub(super) fn decision(
+    knowledge: &KnowledgeBase,
+    monitor: &Monitor,
+    decision: &Decision,
+    now: Time,
+) -> Event {
+    match decision {
+        Decision::Failed(signal) => {
+            let because = format!(
+                "{}; no other explanation is as small",
+                disagreements(knowledge, monitor, *signal, now)
+            );
+            event(knowledge, EventKind::Failed, *signal, because, now)
+        }
+        Decision::Suspected(signal, choice) => {
+            let because = format!(
+                "{}; it may be any of {}",
+                disagreements(knowledge, monitor, *signal, now),
+                names(knowledge, choice)
+            );
+            event(knowledge, EventKind::Suspected, *signal, because, now)
+        }
+        Decision::Cleared(signal) => {
+            let because = "every comparison with it agrees again".to_string();
+            event(knowledge, EventKind::Restored, *signal, because, now)
+        }
+    }
+}
+
+/// The disagreements that a signal is part of.
+fn disagreements(knowledge: &KnowledgeBase, monitor: &Monitor, signal: SignalId, now: Time) -> String {
+    let against = |pair: &&Pair| {
+        pair.signals.contains(signal) && pair.window.relationship(now) == Relationship::Conflict
+    };
+    let count = monitor.pairs().iter().filter(against).count();
+    let mut named: Vec<String> = monitor
+        .pairs()
+        .iter()
+        .filter(against)
+        .take(MOST_NAMED)
+        .filter_map(|pair| disagreement(knowledge, monitor, pair))
+        .collect();
+    if count > MOST_NAMED {
+        named.push(format!("and {} more disagreements", count - MOST_NAMED));
+    }
+    named.join("; ")
+}
+
+fn disagreement(knowledge: &KnowledgeBase, monitor: &Monitor, pair: &Pair) -> Option<String> {
+    let (way, other, last) = (monitor.way(pair.way)?, monitor.way(pair.other)?, pair.disagreement?);
+    let variable = way.variable();
+    let (k, n) = pair.window.counts();
+    Some(format!(
+        "{} says {} where {} says {} ({k} of {n} comparisons)",
+        way.computation.way().describe(knowledge),
+        interval(knowledge, variable, last.value),
+        other.computation.way().describe(knowledge),
+        interval(knowledge, variable, last.other),
+    ))
+}
+
+/// An interval in the unit of a variable.
+pub(super) fn interval(knowledge: &KnowledgeBase, variable: VariableId, value: Interval) -> String {
+    let shown = |number: f64| match &knowledge.variables()[variable].unit {
+        Some(unit) => unit.from_si(number),
+        None => number,
+    };
+    let unit = knowledge.variables()[variable].unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
+    format!("{}..{}{unit}", number(shown(value.lo())), number(shown(value.hi())))
+}
+
+/// With four significant digits, without an exponent where that is short.
+fn number(value: f64) -> String {
+    let magnitude = libm::floor(libm::log10(value.abs()));
+    match magnitude {
+        m if !m.is_finite() => "0".to_string(),
+        m if (-4.0..0.0).contains(&m) => format!("{value:.*}", (3.0 - m) as usize),
+        m if (0.0..4.0).contains(&m) => format!("{value:.*}", (3.0 - m) as usize),
+        m if (4.0..9.0).contains(&m) => format!("{value:.0}"),
+        _ => format!("{value:.3e}"),
+    }
+}
+
+/// A span with the unit that suits it.
+pub(super) fn span(length: Span) -> String {
+    match length.seconds() {
+        seconds if seconds.abs() < 1.0 => format!("{:.0} ms", seconds * 1e3),
+        seconds if seconds.abs() < 100.0 => format!("{seconds:.1} s"),
+        seconds => format!("{seconds:.0} s"),
+    }
+}
+
+/// Names of signals, in file order.
+pub(super) fn names(knowledge: &KnowledgeBase, signals: &SignalSet) -> String {
+    let names: Vec<&str> = signals.iter().map(|signal| knowledge.signals()[signal].name.as_str()).collect();
+    names.join(", ")
+}

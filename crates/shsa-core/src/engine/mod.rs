@@ -1,0 +1,255 @@
+//! Inputs to outputs: alignment, monitor, diagnosis, plan and service, called in this order.
+//!
+//! Drive it with [`Engine::handle`], collect with [`Engine::poll`] until nothing is left, and send a
+//! [`Input::Tick`] when [`Engine::next_deadline`] has come. Observations of one moment of reception are taken
+//! together: what they mean comes out with the first input of a later moment, or with a tick of the same one.
+
+mod explain;
+mod message;
+mod provider;
+mod ways;
+
+pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality};
+pub use provider::NeedStatus;
+
+use crate::diagnosis::{Judge, JudgeOptions, Verdict};
+use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId, SignalSet};
+use crate::monitor::{Absence, Change, Debounce, Monitor};
+use crate::observation::Observation;
+use crate::plan;
+use crate::time::{Span, Time};
+use alloc::collections::VecDeque;
+use alloc::vec::Vec;
+use provider::Provider;
+
+/// Settings of the engine; the defaults are sound.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// How many disagreements make a conflict.
+    pub debounce: Debounce,
+    /// When a signal is trusted again.
+    pub judge: JudgeOptions,
+}
+
+/// The loop of monitor, analyse, plan and execute over one knowledge base.
+#[derive(Debug)]
+pub struct Engine {
+    knowledge: KnowledgeBase,
+    graph: plan::Graph,
+    monitor: Monitor,
+    judge: Judge,
+    providers: IdVec<NeedId, Provider>,
+    outputs: VecDeque<Output>,
+    now: Option<Time>,
+    /// Whether observations of `now` wait to be taken together.
+    waiting: bool,
+    /// Silences and returns since the last settling.
+    changes: Vec<Change>,
+    /// Signals that speak again after silence, and since when: not used before their probation is over.
+    returning: Vec<(SignalId, Time)>,
+    probation: Span,
+}
+
+impl Engine {
+    /// Sets everything up; what is allocated for observations is allocated here.
+    #[must_use]
+    pub fn new(knowledge: KnowledgeBase, mut options: Options) -> Engine {
+        let probations = knowledge.needs().iter().map(|need| need.switching.probation);
+        options.judge.probation = probations.max().unwrap_or(options.judge.probation);
+        let graph = plan::Graph::new(&knowledge, plan::Utility::Norm);
+        let ways = ways::to_watch(&knowledge, &graph);
+        let monitor = Monitor::new(&knowledge, ways, options.debounce);
+        let judge = Judge::new(&knowledge, options.judge);
+        let providers =
+            IdVec::filled(knowledge.needs().len(), |need| Provider::new(&knowledge, &graph, need));
+        Engine {
+            knowledge,
+            graph,
+            monitor,
+            judge,
+            providers,
+            outputs: VecDeque::with_capacity(64),
+            now: None,
+            waiting: false,
+            changes: Vec::with_capacity(8),
+            returning: Vec::new(),
+            probation: options.judge.probation,
+        }
+    }
+
+    /// Takes one input. Time never goes back: an input of an earlier moment counts as one of the present.
+    pub fn handle(&mut self, input: Input) {
+        match input {
+            Input::Observation(observation) => {
+                self.advance(observation.received);
+                self.observe(&observation);
+            }
+            Input::Tick(time) => {
+                self.advance(time);
+                self.settle();
+            }
+        }
+    }
+
+    /// The next output, oldest first.
+    pub fn poll(&mut self) -> Option<Output> {
+        self.outputs.pop_front()
+    }
+
+    /// When a tick is due: at once when observations wait, else when a timeout may run out.
+    #[must_use]
+    pub fn next_deadline(&self) -> Option<Time> {
+        if self.waiting {
+            return self.now;
+        }
+        let needs = self.providers.iter().filter_map(Provider::next_deadline);
+        let returns = self.returning.iter().map(|(_, since)| *since + self.probation);
+        needs.chain(returns).chain(self.monitor.watch().next_deadline()).chain(self.judge.next_review()).min()
+    }
+
+    /// The knowledge base that it works with.
+    #[must_use]
+    pub fn knowledge(&self) -> &KnowledgeBase {
+        &self.knowledge
+    }
+
+    /// The comparisons under watch.
+    #[must_use]
+    pub fn monitor(&self) -> &Monitor {
+        &self.monitor
+    }
+
+    /// What is thought of a signal now.
+    #[must_use]
+    pub fn verdict(&self, signal: SignalId) -> Verdict {
+        self.judge.verdict(signal, &self.monitor, self.now.unwrap_or_default())
+    }
+
+    /// Why a signal gives no usable value now; `None` when it does.
+    #[must_use]
+    pub fn absence(&self, signal: SignalId) -> Option<Absence> {
+        self.monitor.watch().absence(signal)
+    }
+
+    /// How a need is served now.
+    #[must_use]
+    pub fn need_status(&self, need: NeedId) -> NeedStatus {
+        self.providers[need].status(&self.knowledge)
+    }
+
+    fn advance(&mut self, time: Time) {
+        match self.now {
+            Some(now) if time <= now => return,
+            Some(_) if self.waiting => self.settle(),
+            _ => {}
+        }
+        self.now = Some(time);
+        let changes = &mut self.changes;
+        self.monitor.pass(time, |change| changes.push(change));
+        if !self.changes.is_empty() || self.is_due(time) {
+            self.settle();
+        }
+    }
+
+    fn is_due(&self, now: Time) -> bool {
+        self.judge.next_review().is_some_and(|due| due <= now)
+            || self.returning.iter().any(|(_, since)| *since + self.probation <= now)
+            || self.providers.iter().any(|provider| provider.next_deadline().is_some_and(|due| due <= now))
+    }
+
+    fn observe(&mut self, observation: &Observation) {
+        let Some(now) = self.now else { return };
+        if self.knowledge.signals().find(observation.signal).is_none() {
+            return;
+        }
+        let observed = self.monitor.observe(&self.knowledge, observation, now);
+        self.changes.extend(observed.change);
+        for provider in self.providers.iter_mut().filter(|_| observed.kept) {
+            provider.observe(&self.knowledge, observation);
+        }
+        self.waiting = true;
+    }
+
+    /// Takes together what has come at this moment.
+    fn settle(&mut self) {
+        let Some(now) = self.now else { return };
+        self.waiting = false;
+        let evidence_changed = self.monitor.settle(now);
+        let review_due = self.judge.next_review().is_some_and(|due| due <= now);
+        let mut trust_changed = self.report_changes(now);
+        if evidence_changed || review_due || trust_changed {
+            trust_changed |= self.review(now);
+        }
+        if trust_changed {
+            self.replan(now);
+        }
+        self.provide(now);
+    }
+
+    /// Tells of silence, and of returns once their probation is over; whether there was any.
+    fn report_changes(&mut self, now: Time) -> bool {
+        let mut changed = false;
+        for change in core::mem::take(&mut self.changes) {
+            let until_now = self.returning.iter().position(|(signal, _)| *signal == change.signal);
+            until_now.map(|at| self.returning.swap_remove(at));
+            match change.absence {
+                None => self.returning.push((change.signal, now)),
+                Some(_) if until_now.is_some() => {}
+                Some(absence) => {
+                    let event = explain::absence(&self.knowledge, &change, absence, now);
+                    self.outputs.push_back(Output::Event(event));
+                    changed = true;
+                }
+            }
+        }
+        changed | self.report_returns(now)
+    }
+
+    fn report_returns(&mut self, now: Time) -> bool {
+        let over = |(_, since): &(SignalId, Time)| now - *since >= self.probation;
+        let mut returned: Vec<SignalId> =
+            self.returning.iter().filter(|entry| over(entry)).map(|(signal, _)| *signal).collect();
+        returned.sort_unstable();
+        self.returning.retain(|(signal, _)| !returned.contains(signal));
+        for &signal in &returned {
+            let event = explain::returned(&self.knowledge, signal, self.probation, now);
+            self.outputs.push_back(Output::Event(event));
+        }
+        !returned.is_empty()
+    }
+
+    fn review(&mut self, now: Time) -> bool {
+        let decisions = self.judge.review(&self.monitor, now);
+        for decision in &decisions {
+            let event = explain::decision(&self.knowledge, &self.monitor, decision, now);
+            self.outputs.push_back(Output::Event(event));
+        }
+        !decisions.is_empty()
+    }
+
+    /// Signals that may be used now: available, trusted, and not absent; `proven` leaves out those that have
+    /// only just come back.
+    fn usable(&self, proven: bool) -> SignalSet {
+        let usable = |signal: &SignalId| {
+            self.knowledge.is_available(*signal)
+                && self.judge.trusts(*signal)
+                && self.monitor.watch().absence(*signal).is_none()
+                && !(proven && self.returning.iter().any(|(returning, _)| returning == signal))
+        };
+        self.knowledge.signals().ids().filter(usable).collect()
+    }
+
+    fn replan(&mut self, now: Time) {
+        let (proven, usable) = (self.usable(true), self.usable(false));
+        for provider in self.providers.iter_mut() {
+            let event = provider.replan(&self.knowledge, &self.graph, &[&proven, &usable], now);
+            self.outputs.extend(event.map(Output::Event));
+        }
+    }
+
+    fn provide(&mut self, now: Time) {
+        for provider in self.providers.iter_mut() {
+            provider.provide(&self.knowledge, &self.monitor, &self.judge, now, &mut self.outputs);
+        }
+    }
+}

@@ -1,0 +1,355 @@
+//! Keeps one need served: chooses its source, gates every value, and tells when the source changes.
+//!
+//! A lost source is replaced at once; a better one is taken after the hold time only. A value that more of the
+//! other ways contradict than support is held back even before there is a verdict, and a trusted way that is
+//! not contradicted fills in.
+
+use super::explain;
+use super::message::{Event, EventKind, Output, Publication, PublishedValue, Quality};
+use super::ways::{Source, ways};
+use crate::alignment::Sample;
+use crate::computation::Computed;
+use crate::diagnosis::Judge;
+use crate::interval::Interval;
+use crate::knowledge::{KnowledgeBase, NeedId, SignalId, SignalSet, Switching, VariableId};
+use crate::monitor::Monitor;
+use crate::observation::Observation;
+use crate::plan::Graph;
+use crate::service::Service;
+use crate::substitution::Way;
+use crate::time::{Span, Time, Validity};
+use alloc::collections::VecDeque;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+/// How many alternatives an event names.
+const MOST_NAMED: usize = 3;
+
+/// How a need is served.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NeedStatus {
+    /// Signals and relations that serve it; `None` while nothing can.
+    pub source: Option<String>,
+    /// Values published.
+    pub published: u64,
+    /// The longest time between two of them.
+    pub longest_gap: Span,
+    /// The widest of them, SI.
+    pub widest: f64,
+    /// When the last one was.
+    pub last: Option<Time>,
+}
+
+/// Serves one need.
+#[derive(Debug)]
+pub(super) struct Provider {
+    need: NeedId,
+    variable: VariableId,
+    switching: Switching,
+    max_age: Span,
+    max_width: f64,
+    /// What may serve the need now, best first.
+    sources: Vec<Source>,
+    /// What serves it when nothing is wrong.
+    preferred: Option<Way>,
+    active: Option<Service>,
+    active_rests_on: SignalSet,
+    /// When the last switch was.
+    switched: Option<Time>,
+    started: Option<Time>,
+    last: Option<(Time, Sample)>,
+    /// How far the output is still from the new source after a switch: amount, and when it began.
+    blend: Option<(f64, Time)>,
+    /// Whether it has been told that the need is not served.
+    unserved: bool,
+    published: u64,
+    longest_gap: Span,
+    widest: f64,
+}
+
+impl Provider {
+    pub(super) fn new(knowledge: &KnowledgeBase, graph: &Graph, id: NeedId) -> Provider {
+        let need = &knowledge.needs()[id];
+        let all: SignalSet = knowledge.signals().ids().collect();
+        let sources = ways(knowledge, graph, need.variable, &all);
+        let mut provider = Provider {
+            need: id,
+            variable: need.variable,
+            switching: need.switching,
+            max_age: need.max_age,
+            max_width: need.max_width.unwrap_or(f64::INFINITY),
+            sources,
+            preferred: None,
+            active: None,
+            active_rests_on: SignalSet::new(),
+            switched: None,
+            started: None,
+            last: None,
+            blend: None,
+            unserved: false,
+            published: 0,
+            longest_gap: Span::ZERO,
+            widest: 0.0,
+        };
+        provider.start_best(knowledge);
+        provider.preferred = provider.active.as_ref().map(|service| service.way().clone());
+        provider
+    }
+
+    pub(super) fn status(&self, knowledge: &KnowledgeBase) -> NeedStatus {
+        NeedStatus {
+            source: self.active.as_ref().map(|service| service.way().describe(knowledge)),
+            published: self.published,
+            longest_gap: self.longest_gap,
+            widest: self.widest,
+            last: self.last.map(|(time, _)| time),
+        }
+    }
+
+    /// When the need becomes overdue, or the hold time of a better source is over.
+    pub(super) fn next_deadline(&self) -> Option<Time> {
+        let overdue =
+            (!self.unserved).then(|| self.last_served().map(|last| last + self.max_age + Span(1))).flatten();
+        let better = self.better_waits().then(|| self.switched.map(|at| at + self.switching.hold)).flatten();
+        overdue.into_iter().chain(better).min()
+    }
+
+    pub(super) fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {
+        if let Some(service) = &mut self.active {
+            service.observe(knowledge, observation);
+        }
+    }
+
+    fn last_served(&self) -> Option<Time> {
+        self.last.map(|(time, _)| time).or(self.started)
+    }
+
+    /// Starts the best source that can be run; whether there is one.
+    fn start_best(&mut self, knowledge: &KnowledgeBase) -> bool {
+        let service = self.sources.iter().find_map(|source| Service::start(knowledge, source.way.clone()));
+        self.active_rests_on = service.iter().flat_map(|service| service.way().inputs()).collect();
+        self.active = service;
+        self.active.is_some()
+    }
+
+    /// Chooses again after the trust in a signal has changed: from the first set of signals that serves the need.
+    pub(super) fn replan(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        usable: &[&SignalSet],
+        now: Time,
+    ) -> Option<Event> {
+        let found = usable.iter().map(|signals| ways(knowledge, graph, self.variable, signals));
+        self.sources = found.into_iter().find(|sources| !sources.is_empty()).unwrap_or_default();
+        let current = self.active.as_ref().map(|service| service.way().clone());
+        if current.as_ref().is_some_and(|way| self.sources.iter().any(|source| source.way == *way)) {
+            return None;
+        }
+        let lost = current.map(|way| way.describe(knowledge));
+        if !self.start_best(knowledge) {
+            return self.tell_unserved(
+                knowledge,
+                lost.map(|lost| format!("{lost} was lost and nothing else is trusted")),
+                now,
+            );
+        }
+        self.switched = Some(now);
+        let because = match lost {
+            Some(lost) => format!("{lost} is not trusted any more; {}", self.alternatives(knowledge)),
+            None => format!("something can serve it again; {}", self.alternatives(knowledge)),
+        };
+        self.begin_blend(now);
+        Some(self.event(knowledge, EventKind::Substituted, because, now))
+    }
+
+    fn tell_unserved(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        because: Option<String>,
+        now: Time,
+    ) -> Option<Event> {
+        let because = because.filter(|_| !self.unserved)?;
+        self.unserved = true;
+        Some(self.event(knowledge, EventKind::Unhealable, because, now))
+    }
+
+    fn event(&self, knowledge: &KnowledgeBase, kind: EventKind, because: String, time: Time) -> Event {
+        let substitution = self.active.as_ref().map(|service| service.way().describe(knowledge));
+        Event { time, kind, signal: None, variable: Some(self.variable), because, substitution }
+    }
+
+    /// The chosen source and the next ones, with their utilities.
+    fn alternatives(&self, knowledge: &KnowledgeBase) -> String {
+        let named =
+            |source: &Source| format!("{} (utility {:.3})", source.way.describe(knowledge), source.utility);
+        let active = self.active.as_ref().map(Service::way);
+        let chosen = self.sources.iter().find(|source| active == Some(&source.way)).map(named);
+        let others: Vec<String> = self
+            .sources
+            .iter()
+            .filter(|source| active != Some(&source.way))
+            .take(MOST_NAMED)
+            .map(named)
+            .collect();
+        let others = if others.is_empty() { "nothing".to_string() } else { others.join(", then ") };
+        format!("{} takes over, after it would {others}", chosen.unwrap_or_default())
+    }
+
+    /// Whether a source that is preferred, or better by more than the hysteresis, is trusted but not in use.
+    fn better_waits(&self) -> bool {
+        let (Some(best), Some(active)) = (self.sources.first(), &self.active) else { return false };
+        if best.way == *active.way() {
+            return false;
+        }
+        let utility = self
+            .sources
+            .iter()
+            .find(|source| source.way == *active.way())
+            .map_or(0.0, |source| source.utility);
+        self.preferred.as_ref() == Some(&best.way)
+            || best.utility > utility * (1.0 + self.switching.hysteresis)
+    }
+
+    /// Goes back to a better source when the hold time is over.
+    fn go_back(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
+        let held = self.switched.is_some_and(|at| now < at + self.switching.hold);
+        if held || !self.better_waits() {
+            return None;
+        }
+        let left = self.active.as_ref().map(|service| service.way().describe(knowledge)).unwrap_or_default();
+        self.start_best(knowledge);
+        self.switched = Some(now);
+        self.begin_blend(now);
+        Some(self.event(
+            knowledge,
+            EventKind::Restored,
+            format!("its better source is trusted again; before: {left}"),
+            now,
+        ))
+    }
+
+    /// Publishes what this moment brings.
+    pub(super) fn provide(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        monitor: &Monitor,
+        judge: &Judge,
+        now: Time,
+        outputs: &mut VecDeque<Output>,
+    ) {
+        self.started.get_or_insert(now);
+        outputs.extend(self.go_back(knowledge, now).map(Output::Event));
+        let trusts = |signal: SignalId| judge.trusts(signal);
+        let last = self.last.map(|(_, sample)| sample);
+        let computed =
+            self.active.as_mut().and_then(|service| service.compute(monitor.ports(), last)).map(owned);
+        let sample = match computed {
+            Some((PublishedValue::Scalar(value), validity)) => {
+                let sample = Sample { validity, value };
+                let votes = monitor.votes(self.variable, &self.active_rests_on, sample, trusts);
+                if votes.is_contradicted() { self.stand_in(monitor, trusts) } else { Some(sample) }
+            }
+            Some((vector, validity)) => return self.publish(knowledge, vector, validity, now, outputs),
+            None if self.is_late(now) => self.stand_in(monitor, trusts),
+            None => None,
+        };
+        match sample.map(|sample| self.blended(sample, now)) {
+            Some(Sample { value, validity }) if value.width() <= self.max_width => {
+                self.publish(knowledge, PublishedValue::Scalar(value), validity, now, outputs);
+            }
+            _ => outputs.extend(self.check_age(knowledge, now).map(Output::Event)),
+        }
+    }
+
+    /// Half the time that a value may be old is over.
+    fn is_late(&self, now: Time) -> bool {
+        self.last_served().is_some_and(|last| now - last > Span(self.max_age.0 / 2))
+    }
+
+    /// What another trusted way gives at this moment, when it is not contradicted itself.
+    fn stand_in(&self, monitor: &Monitor, trusts: impl Fn(SignalId) -> bool + Copy) -> Option<Sample> {
+        monitor.fresh().iter().find_map(|&(index, sample)| {
+            let way = monitor.way(index).filter(|way| way.variable() == self.variable)?;
+            let usable = way.rests_on.iter().all(trusts) && way.rests_on != self.active_rests_on;
+            let contradicted =
+                || monitor.votes(self.variable, &way.rests_on, sample, trusts).is_contradicted();
+            (usable && !contradicted()).then_some(sample)
+        })
+    }
+
+    fn begin_blend(&mut self, now: Time) {
+        self.blend = (self.switching.blend > Span::ZERO).then_some((f64::NAN, now));
+    }
+
+    /// The value to publish: while a blend lasts, moved towards the last value and grown so that it still holds
+    /// the new one.
+    fn blended(&mut self, sample: Sample, now: Time) -> Sample {
+        let mut value = sample.value;
+        if let (Some((amount, began)), Some((_, last))) = (self.blend, self.last) {
+            let amount = if amount.is_nan() { last.value.midpoint() - value.midpoint() } else { amount };
+            let left = 1.0 - (now - began).seconds() / self.switching.blend.seconds();
+            self.blend = (left > 0.0).then_some((amount, began));
+            let shift = amount * left.max(0.0);
+            value = Interval::new(value.lo() + shift, value.hi() + shift).widened(shift.abs());
+        }
+        Sample { value, ..sample }
+    }
+
+    fn publish(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        value: PublishedValue,
+        validity: Validity,
+        now: Time,
+        outputs: &mut VecDeque<Output>,
+    ) {
+        if let Some((time, _)) = self.last {
+            self.longest_gap = self.longest_gap.max(now - time);
+        }
+        let scalar = match value {
+            PublishedValue::Scalar(value) => value,
+            PublishedValue::Vector(_) => Interval::EMPTY,
+        };
+        self.widest = self.widest.max(scalar.width());
+        self.last = Some((now, Sample { validity, value: scalar }));
+        self.published += 1;
+        if core::mem::take(&mut self.unserved) {
+            let event = self.event(knowledge, EventKind::Restored, "it is served again".to_string(), now);
+            outputs.push_back(Output::Event(event));
+        }
+        let preferred = self.active.as_ref().map(Service::way) == self.preferred.as_ref();
+        let quality = if preferred { Quality::Good } else { Quality::Substitute };
+        outputs.push_back(Output::Publication(Publication {
+            need: self.need,
+            time: now,
+            validity,
+            value,
+            quality,
+        }));
+    }
+
+    /// Tells when the need has not been served for longer than a value may be old.
+    fn check_age(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
+        let age = now - self.last_served()?;
+        if age <= self.max_age {
+            return None;
+        }
+        let because = format!(
+            "no value for {}: what is there is contradicted, too wide or too old (limits: age {}, width {})",
+            explain::span(age),
+            explain::span(self.max_age),
+            self.max_width
+        );
+        self.tell_unserved(knowledge, Some(because), now)
+    }
+}
+
+fn owned((computed, validity): (Computed<'_>, Validity)) -> (PublishedValue, Validity) {
+    let value = match computed {
+        Computed::Scalar(value) => PublishedValue::Scalar(value),
+        Computed::Vector(elements) => PublishedValue::Vector(elements.to_vec()),
+    };
+    (value, validity)
+}

@@ -1,0 +1,53 @@
+//! Which ways of knowing are watched, and which can serve a need.
+
+use crate::knowledge::{Id, KnowledgeBase, SignalId, SignalSet, VariableId};
+use crate::plan::{self, Graph, Limits, Options};
+use crate::substitution::Way;
+use alloc::vec::Vec;
+
+/// How many substitutions, and ways, of one variable are watched or considered for a need.
+const MOST: usize = 32;
+
+/// Expansions after which a search for the next best substitution ends; counted, so that runs repeat.
+const LIMITS: Limits = Limits { expansions: 20_000, states: 20_000 };
+
+/// A way of serving a need, with its utility.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Source {
+    pub(super) way: Way,
+    pub(super) utility: f64,
+}
+
+/// All ways of knowing every variable that can be known in two ways or more.
+pub(super) fn to_watch(knowledge: &KnowledgeBase, graph: &Graph) -> Vec<Way> {
+    let all: SignalSet = knowledge.signals().ids().collect();
+    let of = |variable| ways(knowledge, graph, variable, &all).into_iter().map(|source| source.way);
+    let ways_of = |variable| of(variable).collect::<Vec<Way>>();
+    (0..knowledge.variables().len())
+        .map(|index| ways_of(VariableId::from_index(index)))
+        .filter(|ways| ways.len() > 1)
+        .flatten()
+        .collect()
+}
+
+/// The ways of knowing a variable from usable signals, best utility first, then in file order.
+pub(super) fn ways(
+    knowledge: &KnowledgeBase,
+    graph: &Graph,
+    variable: VariableId,
+    usable: &SignalSet,
+) -> Vec<Source> {
+    let may_use = |signal: SignalId| usable.contains(signal);
+    let forbidden_signals = knowledge.signals().ids().filter(|signal| !usable.contains(*signal)).collect();
+    let options = Options { forbidden_signals, ..Options::default() };
+    let found = plan::best(graph, variable, &options, MOST, LIMITS);
+    found
+        .substitutions
+        .iter()
+        .flat_map(|(substitution, utility)| {
+            let choices = Way::choices(knowledge, substitution, may_use, MOST);
+            choices.into_iter().map(move |way| Source { way, utility: *utility })
+        })
+        .take(MOST)
+        .collect()
+}

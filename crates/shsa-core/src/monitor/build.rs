@@ -1,0 +1,157 @@
+//! Sets the monitor up: which ways are compared with which, and how often.
+
+use super::{Debounce, Monitor, Pair, Watch, WatchedWay, WayIndex, Window};
+use crate::alignment::{History, Port, Reach};
+use crate::computation::Computation;
+use crate::knowledge::{Id, IdVec, KnowledgeBase, Shape, SignalId, SignalSet};
+use crate::substitution::Way;
+use crate::time::Span;
+use alloc::collections::BTreeSet;
+use alloc::vec::Vec;
+
+/// Fewest and most samples in a history.
+const CAPACITY: (usize, usize) = (16, 4_096);
+
+/// Samples in a history of a signal whose rate is not declared.
+const CAPACITY_WITHOUT_RATE: usize = 256;
+
+impl Monitor {
+    /// Watches these ways of knowing. Ways that cannot be run (structure only), or give vectors, are left out.
+    #[must_use]
+    pub fn new(knowledge: &KnowledgeBase, ways: Vec<Way>, debounce: Debounce) -> Monitor {
+        let watched = |way: &Way| knowledge.variables()[way.substitution.sink].shape == Shape::Scalar;
+        let computations: Vec<Computation> = ways
+            .into_iter()
+            .filter(watched)
+            .filter_map(|way| Computation::new(knowledge, way, Computation::slowest_input))
+            .filter(|computation| !computation.continues_itself())
+            .collect();
+        let lookback = lookback(&computations);
+        let ports = IdVec::filled(knowledge.signals().len(), |signal| port(knowledge, signal, lookback));
+        let mut completes = IdVec::filled(knowledge.signals().len(), |_| Vec::new());
+        for (at, computation) in computations.iter().enumerate() {
+            if let Some(trigger) = computation.trigger() {
+                completes[trigger].push(way_index(at));
+            }
+        }
+        let ways: Vec<WatchedWay> = computations
+            .into_iter()
+            .map(|computation| watched_way(knowledge, computation, lookback))
+            .collect();
+        let count = ways.len();
+        let mut monitor = Monitor {
+            ports,
+            watch: Watch::new(knowledge),
+            ways,
+            pairs: Vec::new(),
+            completes,
+            pending: Vec::with_capacity(4 * count),
+            fresh: Vec::with_capacity(4 * count),
+        };
+        monitor.add_pairs(debounce);
+        monitor
+    }
+
+    /// Pairs all ways of each variable, but the same signals and relations only once, in whichever variable.
+    fn add_pairs(&mut self, debounce: Debounce) {
+        let mut seen = BTreeSet::new();
+        for (at, one) in self.ways.iter().enumerate() {
+            for (after, other) in self.ways.iter().enumerate().skip(at + 1) {
+                if one.variable() != other.variable() || one.rests_on == other.rests_on {
+                    continue;
+                }
+                if seen.insert(evidence(one, other)) {
+                    self.pairs.push(pair((at, one), (after, other), debounce));
+                }
+            }
+        }
+        for (number, pair) in self.pairs.iter().enumerate() {
+            if let Some(way) = self.ways.get_mut(pair.way.0 as usize) {
+                way.triggers.push(u32::try_from(number).unwrap_or(u32::MAX));
+            }
+        }
+    }
+}
+
+/// The longest time between an event and the last observation of it: how far back histories reach.
+fn lookback(computations: &[Computation]) -> Span {
+    let slowest = |computation: &Computation| {
+        let timing = computation.timing();
+        timing.lag + timing.window + timing.period.unwrap_or(Span::ZERO).times(3)
+    };
+    computations.iter().map(slowest).max().unwrap_or(Span::ZERO)
+}
+
+fn port(knowledge: &KnowledgeBase, signal: SignalId, lookback: Span) -> Port {
+    let signal = &knowledge.signals()[signal];
+    let variable = &knowledge.variables()[signal.variable];
+    Port::new(variable.shape, variable.range, capacity(signal.rate_hz, lookback))
+}
+
+fn capacity(rate_hz: Option<f64>, lookback: Span) -> usize {
+    let (fewest, most) = CAPACITY;
+    rate_hz.map_or(CAPACITY_WITHOUT_RATE, |rate| {
+        (libm::ceil(rate * 1.5 * lookback.seconds()) as usize).clamp(fewest, most)
+    })
+}
+
+fn watched_way(knowledge: &KnowledgeBase, computation: Computation, lookback: Span) -> WatchedWay {
+    let rests_on = rests_on(knowledge, computation.way());
+    let variable = &knowledge.variables()[computation.way().substitution.sink];
+    let timing = computation.timing();
+    let rate_hz = timing.period.map(|period| 1.0 / period.seconds());
+    let reach = Reach {
+        max_rate: variable.max_rate.unwrap_or(0.0),
+        max_gap: timing.period.map_or(Span::MAX, |period| period.times(2)),
+    };
+    let outputs = History::new(capacity(rate_hz, lookback));
+    WatchedWay { computation, rests_on, outputs, reach, triggers: Vec::new() }
+}
+
+/// The signals of a way with all that they are derived from.
+fn rests_on(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
+    let mut all = SignalSet::new();
+    let mut open: Vec<SignalId> = way.inputs().collect();
+    while let Some(signal) = open.pop() {
+        if !all.contains(signal) {
+            all.insert(signal);
+            open.extend(knowledge.signals()[signal].derived_from.iter().copied());
+        }
+    }
+    all
+}
+
+/// What a comparison speaks about: the same signals and relations in another variable say the same again.
+fn evidence(one: &WatchedWay, other: &WatchedWay) -> (Vec<usize>, Vec<SignalId>) {
+    let steps = |way: &WatchedWay| way.computation.way().substitution.relations();
+    let mut relations: Vec<usize> = steps(one).into_iter().chain(steps(other)).map(Id::index).collect();
+    relations.sort_unstable();
+    relations.dedup();
+    let inputs = |way: &WatchedWay| way.computation.way().inputs().collect::<Vec<_>>();
+    let mut signals: Vec<SignalId> = inputs(one).into_iter().chain(inputs(other)).collect();
+    signals.sort_unstable();
+    signals.dedup();
+    (relations, signals)
+}
+
+fn pair(one: (usize, &WatchedWay), other: (usize, &WatchedWay), debounce: Debounce) -> Pair {
+    let lateness = |way: &WatchedWay| {
+        let timing = way.computation.timing();
+        timing.lag + timing.window + timing.period.unwrap_or(Span::ZERO)
+    };
+    // Of equals, the later in file order: when it delivers, the other of the same row is there.
+    let (slow, fast) = if lateness(one.1) > lateness(other.1) { (one, other) } else { (other, one) };
+    let mut signals = one.1.rests_on.clone();
+    signals.extend(&other.1.rests_on);
+    Pair {
+        way: way_index(slow.0),
+        other: way_index(fast.0),
+        signals,
+        window: Window::new(debounce, slow.1.computation.timing().period),
+        disagreement: None,
+    }
+}
+
+fn way_index(at: usize) -> WayIndex {
+    WayIndex(u32::try_from(at).unwrap_or(u32::MAX))
+}

@@ -1,0 +1,113 @@
+//! The signals one by one: silence, and values that cannot be.
+
+use crate::knowledge::{IdVec, KnowledgeBase, SignalId};
+use crate::time::{Span, Time};
+
+/// Why a signal gives no usable value now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Absence {
+    /// Nothing has come for longer than its timeout.
+    Silent,
+    /// Something comes, but for longer than its timeout nothing of it was a possible value.
+    Invalid,
+}
+
+/// When a signal last said something.
+#[derive(Clone, Copy, Debug)]
+struct Voice {
+    timeout: Option<Span>,
+    heard: Option<Time>,
+    valid: Option<Time>,
+    absence: Option<Absence>,
+}
+
+/// A change in what a signal says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// The signal.
+    pub signal: SignalId,
+    /// Why it gives nothing now; `None` when it is back.
+    pub absence: Option<Absence>,
+    /// When it last gave a possible value; `None` when it never did.
+    pub last_valid: Option<Time>,
+}
+
+/// Watches every signal for silence.
+#[derive(Clone, Debug)]
+pub struct Watch {
+    voices: IdVec<SignalId, Voice>,
+    start: Option<Time>,
+    /// No timeout runs out before this: a lower bound, so that not every observation looks at every signal.
+    quiet_until: Time,
+}
+
+impl Watch {
+    /// For the signals of a knowledge base.
+    #[must_use]
+    pub fn new(knowledge: &KnowledgeBase) -> Watch {
+        let voice = |signal| Voice {
+            timeout: knowledge.signals()[signal].timeout,
+            heard: None,
+            valid: None,
+            absence: None,
+        };
+        Watch { voices: IdVec::filled(knowledge.signals().len(), voice), start: None, quiet_until: Time::MIN }
+    }
+
+    /// A signal has delivered something. Gives the change when it was absent until now.
+    pub fn hear(&mut self, signal: SignalId, valid: bool, now: Time) -> Option<Change> {
+        self.start.get_or_insert(now);
+        let voice = &mut self.voices[signal];
+        voice.heard = Some(now);
+        if !valid {
+            return None;
+        }
+        voice.valid = Some(now);
+        voice.absence.take().map(|_| Change { signal, absence: None, last_valid: Some(now) })
+    }
+
+    /// Whether a signal says nothing usable now.
+    #[must_use]
+    pub fn absence(&self, signal: SignalId) -> Option<Absence> {
+        self.voices[signal].absence
+    }
+
+    /// When a timeout may run out next; `None` before the first observation.
+    #[must_use]
+    pub fn next_deadline(&self) -> Option<Time> {
+        self.start.map(|_| self.quiet_until).filter(|until| *until < Time::MAX)
+    }
+
+    /// Looks for timeouts that have run out. O(1) while none can have, else O(signals).
+    pub fn pass(&mut self, now: Time, mut report: impl FnMut(Change)) {
+        let Some(start) = self.start else { return };
+        if now < self.quiet_until {
+            return;
+        }
+        let mut next = Time::MAX;
+        for signal in self.voices.ids() {
+            let voice = &mut self.voices[signal];
+            let (Some(timeout), None) = (voice.timeout, voice.absence) else { continue };
+            let due = voice.valid.unwrap_or(start) + timeout;
+            if now <= due {
+                next = next.min(due + Span(1));
+                continue;
+            }
+            let absence = if voice.spoke_since(due - timeout) { Absence::Invalid } else { Absence::Silent };
+            voice.absence = Some(absence);
+            report(Change { signal, absence: Some(absence), last_valid: voice.valid });
+        }
+        self.quiet_until = next;
+    }
+
+    /// A signal that came back may fall silent before the bound that was computed without it.
+    pub fn rewatch(&mut self) {
+        self.quiet_until = Time::MIN;
+    }
+}
+
+impl Voice {
+    fn spoke_since(&self, moment: Time) -> bool {
+        self.heard.is_some_and(|heard| heard > moment && self.valid != Some(heard))
+    }
+}

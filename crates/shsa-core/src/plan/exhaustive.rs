@@ -1,0 +1,153 @@
+//! The oracle: every substitution, by trying everything; slow, simple, and apart from the other searches.
+
+use super::Plan;
+use super::graph::Options;
+use super::limits::{Limits, StopReason};
+use super::utility::{Facts, Utility, Weight, check};
+use crate::knowledge::{KnowledgeBase, RelationId, VariableId};
+use crate::substitution::Substitution;
+use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::vec::Vec;
+
+/// How each variable that is needed is known: by a relation, or (`None`) by its own signals.
+type Decisions = BTreeMap<VariableId, Option<RelationId>>;
+
+/// All substitutions of `root`, best first; ties as in [`BestFirst`](super::BestFirst).
+///
+/// With a limit it gives those that were found so far. Complexity: exponential.
+#[must_use]
+pub fn exhaustive(
+    knowledge: &KnowledgeBase,
+    root: VariableId,
+    utility: Utility,
+    options: &Options,
+    limits: Limits,
+) -> Plan {
+    if !check(knowledge).is_empty() {
+        return Plan { substitutions: Vec::new(), stop: StopReason::NotMonotone, expanded: 0, bound: 1.0 };
+    }
+    let search = Search { knowledge, root, utility, options };
+    let mut answers = Vec::new();
+    let mut open = Vec::from([Decisions::new()]);
+    let mut expanded = 0;
+    let mut stop = StopReason::Complete;
+    while let Some(decisions) = open.pop() {
+        if expanded >= limits.expansions || open.len() + answers.len() >= limits.states {
+            let states = expanded < limits.expansions;
+            stop = if states { StopReason::LimitStates } else { StopReason::LimitExpansions };
+            break;
+        }
+        expanded += 1;
+        let Some(substitution) = search.substitution(&decisions) else { continue };
+        match search.undecided(&substitution, &decisions) {
+            Some(variable) => open.extend(search.ways(variable).map(|way| with(&decisions, variable, way))),
+            None => answers.push(search.answer(&decisions, substitution)),
+        }
+    }
+    let bound = if stop == StopReason::Complete { 0.0 } else { 1.0 };
+    Plan { substitutions: in_order(answers), stop, expanded, bound }
+}
+
+fn with(decisions: &Decisions, variable: VariableId, way: Option<RelationId>) -> Decisions {
+    let mut decisions = decisions.clone();
+    decisions.insert(variable, way);
+    decisions
+}
+
+/// A substitution with all that the order looks at.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Answer {
+    weight: Weight,
+    /// The decisions, breadth first from the root, each variable where it is first needed.
+    order: Vec<Option<RelationId>>,
+    substitution: Substitution,
+}
+
+/// Sorts, and keeps the first of those that use the same relations.
+fn in_order(mut answers: Vec<Answer>) -> Vec<(Substitution, f64)> {
+    answers.sort();
+    let mut seen = BTreeSet::new();
+    answers.retain(|answer| seen.insert(answer.substitution.relations()));
+    answers.into_iter().map(|answer| (answer.substitution, answer.weight.utility())).collect()
+}
+
+struct Search<'a> {
+    knowledge: &'a KnowledgeBase,
+    root: VariableId,
+    utility: Utility,
+    options: &'a Options,
+}
+
+impl Search<'_> {
+    /// The decisions so far as a substitution whose undecided variables are sources; `None` when they are cyclic.
+    fn substitution(&self, decisions: &Decisions) -> Option<Substitution> {
+        let relations = decisions.iter().filter_map(|(&variable, &way)| Some((variable, way?))).collect();
+        Substitution::from_choice(self.knowledge, self.root, &relations)
+    }
+
+    fn undecided(&self, substitution: &Substitution, decisions: &Decisions) -> Option<VariableId> {
+        substitution.sources.iter().copied().find(|variable| !decisions.contains_key(variable))
+    }
+
+    fn ways(&self, variable: VariableId) -> impl Iterator<Item = Option<RelationId>> + '_ {
+        let is_root = variable == self.root;
+        let provided = self.is_provided(variable);
+        let as_it_comes = provided && !(is_root && self.options.without_empty);
+        let expand = !provided || is_root || self.options.substitute_provided;
+        let allowed = |relation: &&RelationId| !self.options.forbidden_relations.contains(relation);
+        let producers = self.knowledge.producers(variable).iter().filter(allowed).copied().map(Some);
+        as_it_comes.then_some(None).into_iter().chain(producers.filter(move |_| expand))
+    }
+
+    fn usable(&self, variable: VariableId) -> impl Iterator<Item = crate::knowledge::SignalId> + '_ {
+        self.knowledge.carriers(variable).iter().copied().filter(|signal| {
+            self.knowledge.is_available(*signal) && !self.options.forbidden_signals.contains(signal)
+        })
+    }
+
+    fn is_provided(&self, variable: VariableId) -> bool {
+        self.knowledge.variables()[variable].constant.is_some() || self.usable(variable).next().is_some()
+    }
+
+    fn accuracy(&self, variable: VariableId) -> Option<f64> {
+        let own = self.knowledge.variables()[variable].properties.get("accuracy").copied();
+        let of_signal = |signal| self.knowledge.signals()[signal].properties.get("accuracy").copied();
+        own.or_else(|| self.usable(variable).filter_map(of_signal).reduce(f64::max))
+    }
+
+    fn factor(&self, output: VariableId, relation: RelationId) -> f64 {
+        let relation = &self.knowledge.relations()[relation];
+        self.utility.factor(&Facts {
+            inputs: relation.needs(output).count(),
+            unprovided: relation.needs(output).filter(|&input| !self.is_provided(input)).count(),
+            cost: relation.properties.get("cost").copied().unwrap_or(1.0),
+            accuracy: relation.needs(output).filter_map(|input| self.accuracy(input)).product(),
+        })
+    }
+
+    fn answer(&self, decisions: &Decisions, substitution: Substitution) -> Answer {
+        // A relation that is used for several outputs counts once, with its smallest factor.
+        let mut weights: BTreeMap<RelationId, Weight> = BTreeMap::new();
+        for step in &substitution.steps {
+            let weight = weights.entry(step.relation).or_default();
+            *weight = (*weight).max(Weight::of_factor(self.factor(step.output, step.relation)));
+        }
+        let weight = weights.into_values().sum();
+        Answer { weight, order: self.order(decisions), substitution }
+    }
+
+    fn order(&self, decisions: &Decisions) -> Vec<Option<RelationId>> {
+        let mut needed = Vec::from([self.root]);
+        let mut order = Vec::new();
+        while let Some(&variable) = needed.get(order.len()) {
+            let way = decisions.get(&variable).copied().flatten();
+            if let Some(relation) = way {
+                let inputs = self.knowledge.relations()[relation].needs(variable);
+                let new: Vec<_> = inputs.filter(|input| !needed.contains(input)).collect();
+                needed.extend(new);
+            }
+            order.push(way);
+        }
+        order
+    }
+}

@@ -1,0 +1,288 @@
+//! A knowledge base as the searches read it: flat arrays, built once, and a view of it without what is forbidden.
+
+use super::utility::{Facts, Utility, Weight, check};
+use crate::knowledge::{Id, IdVec, KnowledgeBase, RelationId, SignalId, VariableId};
+use alloc::vec::Vec;
+use core::marker::PhantomData;
+
+/// Lists of different lengths in one vector, one list an id.
+#[derive(Clone, Debug)]
+pub(super) struct Rows<I, T> {
+    starts: Vec<u32>,
+    items: Vec<T>,
+    kind: PhantomData<I>,
+}
+
+impl<I: Id, T> Rows<I, T> {
+    pub(super) fn new() -> Self {
+        Rows { starts: Vec::from([0]), items: Vec::new(), kind: PhantomData }
+    }
+
+    /// Appends the list of the next id.
+    pub(super) fn push(&mut self, items: impl Iterator<Item = T>) {
+        self.items.extend(items);
+        self.starts.push(self.items.len() as u32);
+    }
+
+    /// The list of an id; empty for an id of another graph.
+    pub(super) fn row(&self, id: I) -> &[T] {
+        let start = self.starts.get(id.index()).map_or(0, |&start| start as usize);
+        let end = self.starts.get(id.index() + 1).map_or(start, |&end| end as usize);
+        self.items.get(start..end).unwrap_or_default()
+    }
+}
+
+/// What the searches know about a variable.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Status {
+    /// Known without a relation.
+    pub(super) provided: bool,
+    /// Its own property, else the best of its usable signals.
+    pub(super) accuracy: Option<f64>,
+}
+
+#[derive(Clone, Debug)]
+struct VariableFacts {
+    constant: bool,
+    own_accuracy: Option<f64>,
+    status: Status,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Carrier {
+    signal: SignalId,
+    available: bool,
+    accuracy: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct RelationFacts {
+    cost: f64,
+    several_outputs: bool,
+    exclusive: bool,
+}
+
+/// A relation that can produce a variable.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Producer {
+    pub(super) relation: RelationId,
+    /// With the signals that are available in the knowledge base.
+    pub(super) weight: Weight,
+}
+
+/// The structure of a knowledge base and the weights of its relations, ready to be searched.
+///
+/// It holds the availability of signals at the time it was made: [`Graph::version`] tells whether that is still so.
+#[derive(Clone, Debug)]
+pub struct Graph {
+    version: u64,
+    monotone: bool,
+    utility: Utility,
+    variables: IdVec<VariableId, VariableFacts>,
+    relations: IdVec<RelationId, RelationFacts>,
+    carried: IdVec<SignalId, VariableId>,
+    carriers: Rows<VariableId, Carrier>,
+    producers: Rows<VariableId, Producer>,
+    inputs: Rows<RelationId, VariableId>,
+}
+
+impl Graph {
+    /// Prepares a knowledge base. Complexity: O(model).
+    #[must_use]
+    pub fn new(knowledge: &KnowledgeBase, utility: Utility) -> Graph {
+        let mut graph = Graph {
+            version: knowledge.version(),
+            monotone: check(knowledge).is_empty(),
+            utility,
+            variables: IdVec::new(),
+            relations: IdVec::new(),
+            carried: IdVec::new(),
+            carriers: Rows::new(),
+            producers: Rows::new(),
+            inputs: Rows::new(),
+        };
+        graph.add_variables(knowledge);
+        graph.add_relations(knowledge);
+        graph.add_producers(knowledge);
+        graph
+    }
+
+    /// The version of the knowledge base that it was made of.
+    #[must_use]
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// Whether more relations never raise the utility; the searches refuse a graph for which this does not hold.
+    #[must_use]
+    pub fn is_monotone(&self) -> bool {
+        self.monotone
+    }
+
+    /// How many variables it has.
+    #[must_use]
+    pub fn variables(&self) -> usize {
+        self.variables.len()
+    }
+
+    /// How many relations it has.
+    #[must_use]
+    pub fn relations(&self) -> usize {
+        self.relations.len()
+    }
+
+    fn add_variables(&mut self, knowledge: &KnowledgeBase) {
+        for (_, signal) in knowledge.signals().enumerate() {
+            self.carried.push(signal.variable);
+        }
+        for (id, variable) in knowledge.variables().enumerate() {
+            let carrier = |&signal: &SignalId| Carrier {
+                signal,
+                available: knowledge.is_available(signal),
+                accuracy: knowledge.signals()[signal].properties.get("accuracy").copied(),
+            };
+            self.carriers.push(knowledge.carriers(id).iter().map(carrier));
+            let mut facts = VariableFacts {
+                constant: variable.constant.is_some(),
+                own_accuracy: variable.properties.get("accuracy").copied(),
+                status: Status { provided: false, accuracy: None },
+            };
+            facts.status = status(&facts, self.carriers.row(id), &[]);
+            self.variables.push(facts);
+        }
+    }
+
+    fn add_relations(&mut self, knowledge: &KnowledgeBase) {
+        for relation in knowledge.relations() {
+            self.inputs.push(relation.inputs.iter().copied());
+            self.relations.push(RelationFacts {
+                cost: relation.properties.get("cost").copied().unwrap_or(1.0),
+                several_outputs: relation.outputs.len() > 1,
+                exclusive: relation.outputs.iter().all(|output| relation.inputs.contains(output)),
+            });
+        }
+    }
+
+    fn add_producers(&mut self, knowledge: &KnowledgeBase) {
+        for variable in knowledge.variables().ids() {
+            let mut relations = knowledge.producers(variable).to_vec();
+            relations.dedup();
+            let producers: Vec<_> = relations
+                .into_iter()
+                .map(|relation| {
+                    let weight = self.weight(relation, variable, |input| self.variables[input].status);
+                    Producer { relation, weight }
+                })
+                .collect();
+            self.producers.push(producers.into_iter());
+        }
+    }
+
+    fn weight(
+        &self,
+        relation: RelationId,
+        output: VariableId,
+        status: impl Fn(VariableId) -> Status,
+    ) -> Weight {
+        let mut facts =
+            Facts { inputs: 0, unprovided: 0, cost: self.relations[relation].cost, accuracy: 1.0 };
+        for &input in self.inputs.row(relation).iter().filter(|&&input| input != output) {
+            let status = status(input);
+            facts.inputs += 1;
+            facts.unprovided += usize::from(!status.provided);
+            facts.accuracy *= status.accuracy.unwrap_or(1.0);
+        }
+        Weight::of_factor(self.utility.factor(&facts))
+    }
+
+    /// All that `relation` reads, ascending, for whichever output.
+    pub(super) fn inputs(&self, relation: RelationId) -> &[VariableId] {
+        self.inputs.row(relation)
+    }
+
+    /// Whether a relation can produce several variables.
+    pub(super) fn has_several_outputs(&self, relation: RelationId) -> bool {
+        self.relations[relation].several_outputs
+    }
+
+    /// Whether a relation can be used only once in a substitution: each of its outputs needs all the others.
+    pub(super) fn is_exclusive(&self, relation: RelationId) -> bool {
+        self.relations[relation].exclusive
+    }
+}
+
+fn status(facts: &VariableFacts, carriers: &[Carrier], forbidden: &[SignalId]) -> Status {
+    let usable = || carriers.iter().filter(|c| c.available && forbidden.binary_search(&c.signal).is_err());
+    let best = || usable().filter_map(|carrier| carrier.accuracy).reduce(f64::max);
+    Status {
+        provided: facts.constant || usable().next().is_some(),
+        accuracy: facts.own_accuracy.or_else(best),
+    }
+}
+
+/// What is asked of a search, beside the variable.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// Provided variables may be substituted, too; without it they are always used as they come.
+    pub substitute_provided: bool,
+    /// Leaves out the empty substitution, the root's own signals.
+    pub without_empty: bool,
+    /// Signals that must not be used, in any order.
+    pub forbidden_signals: Vec<SignalId>,
+    /// Relations that must not be used, in any order.
+    pub forbidden_relations: Vec<RelationId>,
+}
+
+/// A graph without what is forbidden. Making one costs nothing in the size of the graph.
+pub(super) struct View<'a> {
+    graph: &'a Graph,
+    /// Variables that the forbidden signals carry, ascending, as they are without them.
+    changed: Vec<(VariableId, Status)>,
+    forbidden: Vec<RelationId>,
+}
+
+impl<'a> View<'a> {
+    pub(super) fn new(graph: &'a Graph, options: &Options) -> View<'a> {
+        let signals = sorted(&options.forbidden_signals);
+        let carried: Vec<_> = signals.iter().filter_map(|&s| graph.carried.find(s).copied()).collect();
+        let without =
+            |variable| (variable, status(&graph.variables[variable], graph.carriers.row(variable), &signals));
+        let changed = sorted(&carried).into_iter().map(without).collect();
+        View { graph, changed, forbidden: sorted(&options.forbidden_relations) }
+    }
+
+    pub(super) fn graph(&self) -> &'a Graph {
+        self.graph
+    }
+
+    fn change(&self, variable: VariableId) -> Option<Status> {
+        let at = self.changed.binary_search_by_key(&variable, |&(changed, _)| changed).ok()?;
+        self.changed.get(at).map(|&(_, status)| status)
+    }
+
+    pub(super) fn status(&self, variable: VariableId) -> Status {
+        self.change(variable).unwrap_or_else(|| self.graph.variables[variable].status)
+    }
+
+    /// The relations that may produce a variable, ascending.
+    pub(super) fn producers(&self, variable: VariableId) -> impl Iterator<Item = Producer> + '_ {
+        let allowed = |producer: &&Producer| self.forbidden.binary_search(&producer.relation).is_err();
+        self.graph.producers.row(variable).iter().filter(allowed).copied()
+    }
+
+    /// The weight of a relation for an output, as it is without the forbidden signals.
+    pub(super) fn weight(&self, producer: Producer, output: VariableId) -> Weight {
+        let is_changed = |&input: &VariableId| self.change(input).is_some();
+        if self.changed.is_empty() || !self.graph.inputs.row(producer.relation).iter().any(is_changed) {
+            return producer.weight;
+        }
+        self.graph.weight(producer.relation, output, |input| self.status(input))
+    }
+}
+
+fn sorted<T: Copy + Ord>(items: &[T]) -> Vec<T> {
+    let mut items = items.to_vec();
+    items.sort_unstable();
+    items.dedup();
+    items
+}

@@ -1,0 +1,208 @@
+//! The partial substitution that a search stands at: decisions that can be taken and taken back.
+
+use super::scope::{ChoiceId, Place, Scope, Team};
+use super::utility::Weight;
+use crate::knowledge::{IdVec, RelationId, VariableId};
+use crate::substitution::{Step, Substitution};
+use alloc::vec::Vec;
+
+/// What to restore when a decision is taken back.
+#[derive(Clone, Copy, Debug)]
+struct Frame {
+    places: u32,
+    bound: Weight,
+    charged: Weight,
+    choice: ChoiceId,
+}
+
+/// A place that needs another, in a list that belongs to the other.
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    above: Place,
+    next: Option<u32>,
+}
+
+/// Decisions from the root on, breadth first: the places that are needed, in the order in which they were first
+/// needed, of which the first ones are decided.
+#[derive(Debug)]
+pub(super) struct Trail {
+    places: Vec<Place>,
+    frames: Vec<Frame>,
+    chosen: IdVec<Place, Option<ChoiceId>>,
+    needed: IdVec<Place, bool>,
+    charged: IdVec<Team, Weight>,
+    /// Decided weights, and hopes of what is needed but undecided.
+    bound: Weight,
+    links: Vec<Link>,
+    /// The decided places that need each place; kept only where cycles are possible.
+    above: IdVec<Place, Option<u32>>,
+    /// The places that the next place is needed for, itself among them.
+    over: IdVec<Place, bool>,
+    over_list: Vec<Place>,
+}
+
+impl Trail {
+    /// Before the first decision.
+    pub(super) fn new(scope: &Scope) -> Trail {
+        let cyclic = if scope.is_cyclic() { scope.len() } else { 0 };
+        let mut trail = Trail {
+            places: Vec::with_capacity(scope.len().min(64)),
+            frames: Vec::with_capacity(scope.len().min(64)),
+            chosen: IdVec::filled(scope.len(), |_| None),
+            needed: IdVec::filled(scope.len(), |_| false),
+            charged: IdVec::filled(scope.teams(), |_| Weight::ZERO),
+            bound: Weight::ZERO,
+            links: Vec::new(),
+            above: IdVec::filled(cyclic, |_| None),
+            over: IdVec::filled(cyclic, |_| false),
+            over_list: Vec::new(),
+        };
+        if let Some(root) = scope.root() {
+            trail.places.push(root);
+            trail.needed[root] = true;
+            trail.bound = scope.hope(root);
+        }
+        trail
+    }
+
+    /// What is to be decided next; `None` when nothing is.
+    pub(super) fn next(&self) -> Option<Place> {
+        self.places.get(self.frames.len()).copied()
+    }
+
+    /// No completion weighs less. Of a complete substitution it is the weight.
+    pub(super) fn bound(&self) -> Weight {
+        self.bound
+    }
+
+    /// What [`Trail::bound`] would be after a decision for the next place.
+    pub(super) fn bound_after(&self, scope: &Scope, place: Place, choice: ChoiceId) -> Weight {
+        let new = scope.inputs(choice).iter().filter(|&&input| !self.needed[input]);
+        let hopes: Weight = new.map(|&input| scope.hope(input)).sum();
+        (self.bound - scope.hope(place)) + self.extra(scope, choice) + hopes
+    }
+
+    /// What a choice adds: a relation that is used for a second output counts once, with its smaller factor.
+    fn extra(&self, scope: &Scope, choice: ChoiceId) -> Weight {
+        let choice = scope.choice(choice);
+        choice.team.map_or(choice.weight, |team| choice.weight - self.charged[team])
+    }
+
+    /// Decides the next place.
+    pub(super) fn take(&mut self, scope: &Scope, choice: ChoiceId) {
+        let Some(place) = self.next() else { return };
+        let team = scope.choice(choice).team;
+        self.frames.push(Frame {
+            places: self.places.len() as u32,
+            bound: self.bound,
+            charged: team.map_or(Weight::ZERO, |team| self.charged[team]),
+            choice,
+        });
+        self.bound = self.bound_after(scope, place, choice);
+        if let Some(team) = team {
+            self.charged[team] = self.charged[team].max(scope.choice(choice).weight);
+        }
+        self.chosen[place] = Some(choice);
+        for &input in scope.inputs(choice) {
+            if !core::mem::replace(&mut self.needed[input], true) {
+                self.places.push(input);
+            }
+            if scope.is_cyclic() {
+                let next = self.above[input].replace(self.links.len() as u32);
+                self.links.push(Link { above: place, next });
+            }
+        }
+    }
+
+    /// Takes back the last decision.
+    pub(super) fn back(&mut self, scope: &Scope) {
+        let Some(frame) = self.frames.pop() else { return };
+        for place in self.places.drain(frame.places as usize..) {
+            self.needed[place] = false;
+        }
+        if let Some(place) = self.next() {
+            self.chosen[place] = None;
+        }
+        if let Some(team) = scope.choice(frame.choice).team {
+            self.charged[team] = frame.charged;
+        }
+        if scope.is_cyclic() {
+            for &input in scope.inputs(frame.choice).iter().rev() {
+                self.above[input] = self.links.pop().and_then(|link| link.next);
+            }
+        }
+        self.bound = frame.bound;
+    }
+
+    /// Marks everything that `place` is needed for, so that [`Trail::closes_cycle`] can tell.
+    pub(super) fn look_up_from(&mut self, scope: &Scope, place: Place) {
+        if !scope.is_cyclic() {
+            return;
+        }
+        for marked in self.over_list.drain(..) {
+            self.over[marked] = false;
+        }
+        self.over[place] = true;
+        self.over_list.push(place);
+        let mut next = 0;
+        while let Some(&place) = self.over_list.get(next) {
+            let mut link = self.above[place];
+            while let Some(&Link { above, next }) = link.and_then(|at| self.links.get(at as usize)) {
+                if !core::mem::replace(&mut self.over[above], true) {
+                    self.over_list.push(above);
+                }
+                link = next;
+            }
+            next += 1;
+        }
+    }
+
+    /// Whether a choice needs something that the place which was looked up from is needed for.
+    pub(super) fn closes_cycle(&self, scope: &Scope, choice: ChoiceId) -> bool {
+        scope.is_cyclic() && scope.inputs(choice).iter().any(|&input| self.over[input])
+    }
+
+    /// The relations in use, ascending, if another assignment of outputs could use the same ones.
+    pub(super) fn ambiguous_relations(&self, scope: &Scope) -> Option<Vec<RelationId>> {
+        let choices = || self.frames.iter().map(|frame| scope.choice(frame.choice));
+        if !choices().any(|choice| choice.ambiguous) {
+            return None;
+        }
+        let mut relations: Vec<_> = choices().filter_map(|choice| choice.relation).collect();
+        relations.sort_unstable();
+        relations.dedup();
+        Some(relations)
+    }
+
+    /// The substitution, once everything is decided: a depth-first walk that lists a step after all that it reads.
+    pub(super) fn substitution(&self, scope: &Scope, sink: VariableId) -> Substitution {
+        let mut sources: Vec<VariableId> = Vec::with_capacity(2 * self.frames.len());
+        for frame in &self.frames {
+            sources.extend_from_slice(scope.sources(frame.choice));
+        }
+        sources.sort_unstable();
+        sources.dedup();
+        Substitution { sink, steps: self.steps(scope), sources }
+    }
+
+    fn steps(&self, scope: &Scope) -> Vec<Step> {
+        let mut steps = Vec::with_capacity(self.frames.len());
+        let mut done = IdVec::filled(scope.len(), |_: Place| false);
+        let mut stack: Vec<(Place, usize)> = scope.root().map(|root| (root, 0)).into_iter().collect();
+        while let Some((place, at)) = stack.pop() {
+            let Some(choice) = self.chosen[place] else { continue };
+            if let Some(&input) = scope.inputs(choice).get(at) {
+                stack.push((place, at + 1));
+                if !done[input] {
+                    stack.push((input, 0));
+                }
+                continue;
+            }
+            let step = |relation| Step { relation, output: scope.variable(place) };
+            if !core::mem::replace(&mut done[place], true) {
+                steps.extend(scope.choice(choice).relation.map(step));
+            }
+        }
+        steps
+    }
+}

@@ -1,0 +1,151 @@
+//! What a substitution is worth: a factor for each relation, added up as exact weights.
+
+use crate::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
+use alloc::vec::Vec;
+use core::fmt;
+use core::ops::{Add, Sub};
+
+/// How a relation is rated; the utility of a substitution is the product over its relations, 1 without any.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Utility {
+    /// `(0.3/n + 0.5/cost + 0.1/(u+1) + 0.5*A) / 1.4`: few inputs, low cost, few inputs that must be substituted
+    /// themselves, exact inputs (Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, chapter 6).
+    #[default]
+    Norm,
+}
+
+/// What a utility may know about a relation that is used for one output.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Facts {
+    /// How many variables it needs.
+    pub inputs: usize,
+    /// How many of them are not provided.
+    pub unprovided: usize,
+    /// Its property `cost`, 1 without.
+    pub cost: f64,
+    /// The product of the accuracies of those inputs that have one.
+    pub accuracy: f64,
+}
+
+impl Utility {
+    /// The factor of a relation, in (0, 1] for a model without [`check`]ed problems.
+    #[must_use]
+    pub fn factor(self, facts: &Facts) -> f64 {
+        match self {
+            Utility::Norm => norm(facts),
+        }
+    }
+}
+
+fn norm(facts: &Facts) -> f64 {
+    let few_inputs = 0.3 / facts.inputs.max(1) as f64;
+    let few_unprovided = 0.1 / (facts.unprovided as f64 + 1.0);
+    (few_inputs + 0.5 / facts.cost + few_unprovided + 0.5 * facts.accuracy) / 1.4
+}
+
+/// A number in a model that would let the utility rise with more relations, or fall below zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Problem {
+    /// A relation's `cost` is below 1.
+    Cost(RelationId, f64),
+    /// A variable's `accuracy` is outside [0, 1].
+    VariableAccuracy(VariableId, f64),
+    /// A signal's `accuracy` is outside [0, 1].
+    SignalAccuracy(SignalId, f64),
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Problem::Cost(_, value) => write!(f, "the cost {value} is below 1"),
+            Problem::VariableAccuracy(_, value) | Problem::SignalAccuracy(_, value) => {
+                write!(f, "the accuracy {value} is outside 0 to 1")
+            }
+        }
+    }
+}
+
+/// Everything for which the utility is not a product of factors in (0, 1]. Complexity: O(model).
+///
+/// The searches refuse such a model with [`StopReason::NotMonotone`](super::StopReason::NotMonotone).
+#[must_use]
+pub fn check(knowledge: &KnowledgeBase) -> Vec<Problem> {
+    let costs = knowledge.relations().enumerate().filter_map(|(id, relation)| {
+        let cost = relation.properties.get("cost").copied()?;
+        (cost < 1.0 || cost.is_nan()).then_some(Problem::Cost(id, cost))
+    });
+    let variables = knowledge.variables().enumerate().filter_map(|(id, variable)| {
+        let accuracy = variable.properties.get("accuracy").copied()?;
+        (!is_share(accuracy)).then_some(Problem::VariableAccuracy(id, accuracy))
+    });
+    let signals = knowledge.signals().enumerate().filter_map(|(id, signal)| {
+        let accuracy = signal.properties.get("accuracy").copied()?;
+        (!is_share(accuracy)).then_some(Problem::SignalAccuracy(id, accuracy))
+    });
+    costs.chain(variables).chain(signals).collect()
+}
+
+fn is_share(value: f64) -> bool {
+    (0.0..=1.0).contains(&value)
+}
+
+/// How many bits of a weight count relations.
+const COUNT_BITS: u32 = 32;
+/// Weights are multiples of this share of a neper, so that their sums are exact in any order.
+const STEPS_PER_NEPER: f64 = (1_u64 << 50) as f64;
+
+/// The minus logarithm of a utility, and below it the number of relations: what is smaller is better.
+///
+/// A whole number, since sums of floating-point logarithms (or products of factors) depend on their order, and
+/// then substitutions that are equally good would be told apart by rounding.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Weight(u128);
+
+impl Weight {
+    /// No relation: utility 1.
+    pub(super) const ZERO: Weight = Weight(0);
+    /// Heavier than any sum.
+    pub(super) const MAX: Weight = Weight(u128::MAX);
+
+    /// The weight of one relation with a factor in (0, 1]; rounded by at most 2^-51 of a neper.
+    pub(super) fn of_factor(factor: f64) -> Weight {
+        let nepers = -libm::log(factor);
+        Weight(((libm::round(nepers * STEPS_PER_NEPER).max(0.0) as u128) << COUNT_BITS) | 1)
+    }
+
+    /// The utility, rounded to 12 significant digits; a heavier weight never has a higher one.
+    pub(super) fn utility(self) -> f64 {
+        let nepers = (self.0 >> COUNT_BITS) as f64 / STEPS_PER_NEPER;
+        rounded(libm::exp(-nepers))
+    }
+}
+
+impl Add for Weight {
+    type Output = Weight;
+    fn add(self, other: Weight) -> Weight {
+        Weight(self.0.saturating_add(other.0))
+    }
+}
+
+/// What is left, or nothing.
+impl Sub for Weight {
+    type Output = Weight;
+    fn sub(self, part: Weight) -> Weight {
+        Weight(self.0.saturating_sub(part.0))
+    }
+}
+
+impl core::iter::Sum for Weight {
+    fn sum<I: Iterator<Item = Weight>>(weights: I) -> Weight {
+        weights.fold(Weight::ZERO, Add::add)
+    }
+}
+
+/// A number in [0, 1] to 12 significant digits, so that 0.9 is shown as 0.9.
+fn rounded(value: f64) -> f64 {
+    let mut scale = 1e12;
+    while value * scale < 1e11 && scale < 1e300 {
+        scale *= 10.0;
+    }
+    libm::round(value * scale) / scale
+}
