@@ -1,3 +1,5 @@
-//! Files: knowledge bases, recordings, journals and stories.
+//! Files: knowledge bases, recordings, faults to inject, journals and stories.
 
+pub mod fault;
+pub mod journal;
 pub mod recording;

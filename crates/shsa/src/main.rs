@@ -1,3 +1,57 @@
-//! The command `shsa`.
+//! The command `shsa`: arguments, subcommands, exit statuses.
 
-fn main() {}
+mod check;
+mod complete;
+mod demo;
+mod monitor;
+mod outcome;
+mod plan;
+mod replay;
+mod show;
+
+use clap::{Parser, Subcommand};
+use outcome::Outcome;
+use std::process::ExitCode;
+
+/// Heals the information that flows through robots, vehicles, buildings and plants.
+///
+/// From one knowledge base - variables, relations, signals, needs - it notices a signal that lies or falls silent,
+/// names it, and goes on providing what is needed from the others.
+#[derive(Parser)]
+#[command(version, after_help = STATUSES, max_term_width = 110)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const STATUSES: &str = "Exit status: 0 done; 1 the answer is no; 2 bad input or usage, nothing done; 3 done but degraded.
+Example: shsa demo rover --fast";
+
+#[derive(Subcommand)]
+enum Command {
+    /// Load and check a knowledge base; tell every problem with its place.
+    Check(check::Arguments),
+    /// Find substitutions for a variable, best first.
+    Plan(plan::Arguments),
+    /// Compare all ways of knowing a variable over recorded observations.
+    Monitor(monitor::Arguments),
+    /// Run the whole loop over recordings, with faults injected if you like.
+    Replay(replay::Arguments),
+    /// Watch a simulated system break and heal.
+    Demo(demo::Arguments),
+    /// Print completions for a shell.
+    Completions(complete::Arguments),
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let outcome = match arguments.command {
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
+        Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Completions(arguments) => complete::run(&arguments),
+    };
+    Outcome::from_result(outcome).into()
+}

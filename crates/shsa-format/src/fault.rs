@@ -1,0 +1,256 @@
+//! Faults injected into recordings: `KIND[=AMOUNT]:SIGNAL@FROM..TO`.
+//!
+//! Times count from the first sample of the recording, amounts are in the signal's unit. What is random comes
+//! from a seed, so that a run repeats byte for byte.
+
+use crate::recording::{Sample, parse_span};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use shsa_core::observation::RawValue;
+use shsa_core::time::{Span, Time};
+
+/// What goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FaultKind {
+    /// The value stays what it was at the start, or this value.
+    Stuck(Option<f64>),
+    /// This is added.
+    Bias(f64),
+    /// Nothing comes.
+    Drop,
+    /// Something between minus and plus this is added, evenly distributed.
+    Noise(f64),
+    /// This is added for every second since the start.
+    Drift(f64),
+    /// This is added to one sample in ten.
+    Spike(f64),
+    /// Values are multiplied by this.
+    Scale(f64),
+    /// Values are received this much later, with their old stamps.
+    Delay(Span),
+    /// This value is sent instead, with sound stamps.
+    Spoof(f64),
+}
+
+/// A fault of a signal for a time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fault {
+    /// What goes wrong.
+    pub kind: FaultKind,
+    /// The signal's name.
+    pub signal: String,
+    /// Since when, from the first sample on.
+    pub from: Span,
+    /// Until when, this moment excluded; `None` to the end.
+    pub to: Option<Span>,
+}
+
+/// Why a text is no fault.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[error("fault '{text}': {problem}; expected KIND[=AMOUNT]:SIGNAL@FROM..TO, for example bias=1.5:/gps/speed@20s..40s")]
+pub struct FaultError {
+    text: String,
+    problem: String,
+}
+
+impl std::str::FromStr for Fault {
+    type Err = FaultError;
+
+    fn from_str(text: &str) -> Result<Fault, FaultError> {
+        parse(text).map_err(|problem| FaultError { text: text.to_owned(), problem })
+    }
+}
+
+fn parse(text: &str) -> Result<Fault, String> {
+    let (what, rest) = text.split_once(':').ok_or("no ':' before the signal")?;
+    let (signal, times) = match rest.rsplit_once('@') {
+        Some((signal, times)) => (signal, times),
+        None => (rest, ".."),
+    };
+    let (kind, amount) = match what.split_once('=') {
+        Some((kind, amount)) => (kind.trim(), Some(amount.trim())),
+        None => (what.trim(), None),
+    };
+    let (from, to) = times.split_once("..").ok_or("no '..' between its start and its end")?;
+    let moment = |text: &str| parse_span(text).ok_or_else(|| format!("'{text}' is no time, such as 20s or 500ms"));
+    let from = if from.is_empty() { Span::ZERO } else { moment(from)? };
+    let to = if to.is_empty() { None } else { Some(moment(to)?) };
+    if signal.is_empty() {
+        return Err("the signal's name is missing".to_owned());
+    }
+    if to.is_some_and(|to| to <= from) {
+        return Err("it ends before it starts".to_owned());
+    }
+    Ok(Fault { kind: parse_kind(kind, amount)?, signal: signal.to_owned(), from, to })
+}
+
+fn parse_kind(kind: &str, amount: Option<&str>) -> Result<FaultKind, String> {
+    let number = || {
+        let amount = amount.ok_or_else(|| format!("{kind} needs an amount, such as {kind}=2"))?;
+        amount.parse::<f64>().map_err(|_| format!("'{amount}' is no number"))
+    };
+    match kind {
+        "stuck" if amount.is_none() => Ok(FaultKind::Stuck(None)),
+        "stuck" => Ok(FaultKind::Stuck(Some(number()?))),
+        "bias" => Ok(FaultKind::Bias(number()?)),
+        "drop" if amount.is_none() => Ok(FaultKind::Drop),
+        "drop" => Err("drop takes no amount".to_owned()),
+        "noise" => Ok(FaultKind::Noise(number()?)),
+        "drift" => Ok(FaultKind::Drift(number()?)),
+        "spike" => Ok(FaultKind::Spike(number()?)),
+        "scale" => Ok(FaultKind::Scale(number()?)),
+        "spoof" => Ok(FaultKind::Spoof(number()?)),
+        "delay" => {
+            let amount = amount.ok_or("delay needs an amount, such as delay=600ms")?;
+            let span = parse_span(amount).filter(|span| *span >= Span::ZERO);
+            span.map(FaultKind::Delay).ok_or_else(|| format!("'{amount}' is no time, such as 600ms"))
+        }
+        _ => Err(format!(
+            "unknown kind '{kind}'; known: stuck, bias, drop, noise, drift, spike, scale, delay, spoof"
+        )),
+    }
+}
+
+impl Fault {
+    /// Injects this fault into the samples of signal number `wanted`, which stay sorted by reception.
+    ///
+    /// Complexity: O(samples), for a delay O(samples log samples).
+    pub fn inject(&self, samples: &mut Vec<Sample>, wanted: usize, seed: u64) {
+        let Some(first) = samples.first().map(|sample| sample.received) else { return };
+        let span = (first + self.from, self.to.map_or(Time::MAX, |to| first + to));
+        let hit = |sample: &Sample| sample.wanted == wanted && span.0 <= sample.received && sample.received < span.1;
+        match self.kind {
+            FaultKind::Drop => samples.retain(|sample| !hit(sample)),
+            FaultKind::Delay(delay) => {
+                samples.iter_mut().filter(|sample| hit(sample)).for_each(|sample| sample.received = sample.received + delay);
+                samples.sort_by_key(|sample| sample.received);
+            }
+            FaultKind::Stuck(None) => freeze(samples, wanted, hit),
+            kind => {
+                let mut change = Change { kind, random: ChaCha8Rng::seed_from_u64(seed), since: span.0 };
+                samples.iter_mut().filter(|sample| hit(sample)).for_each(|sample| change.apply(sample));
+            }
+        }
+    }
+}
+
+fn freeze(samples: &mut [Sample], wanted: usize, hit: impl Fn(&Sample) -> bool) {
+    let mut held: Option<RawValue> = None;
+    for sample in samples.iter_mut().filter(|sample| sample.wanted == wanted) {
+        match &held {
+            Some(value) if hit(sample) => sample.value = value.clone(),
+            _ => held = Some(sample.value.clone()),
+        }
+    }
+}
+
+/// A fault that changes values one by one.
+struct Change {
+    kind: FaultKind,
+    random: ChaCha8Rng,
+    since: Time,
+}
+
+impl Change {
+    fn apply(&mut self, sample: &mut Sample) {
+        let elapsed = (sample.received - self.since).seconds();
+        let mut each = |value: &mut f64| *value = self.changed(*value, elapsed);
+        match &mut sample.value {
+            RawValue::Number(value) => each(value),
+            RawValue::Interval { lo, hi } => {
+                let middle = lo.midpoint(*hi);
+                let mut moved = middle;
+                each(&mut moved);
+                (*lo, *hi) = (*lo + moved - middle, *hi + moved - middle);
+            }
+            RawValue::Vector(values) => values.iter_mut().for_each(each),
+        }
+    }
+
+    fn changed(&mut self, value: f64, elapsed: f64) -> f64 {
+        match self.kind {
+            FaultKind::Bias(amount) => value + amount,
+            FaultKind::Noise(amount) => value + amount * (2.0 * self.random() - 1.0),
+            FaultKind::Drift(rate) => value + rate * elapsed,
+            FaultKind::Spike(amount) if self.random() < 0.1 => value + amount,
+            FaultKind::Scale(factor) => value * factor,
+            FaultKind::Spoof(fixed) | FaultKind::Stuck(Some(fixed)) => fixed,
+            FaultKind::Spike(_) | FaultKind::Stuck(None) | FaultKind::Drop | FaultKind::Delay(_) => value,
+        }
+    }
+
+    /// Evenly between 0 (included) and 1 (excluded), with 53 bits.
+    fn random(&mut self) -> f64 {
+        (self.random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn samples() -> Vec<Sample> {
+        let sample = |second: i64| Sample {
+            wanted: (second % 2) as usize,
+            time: Time(second * 1_000_000_000),
+            received: Time(second * 1_000_000_000),
+            value: RawValue::Number(second as f64),
+        };
+        (10..20).map(sample).collect()
+    }
+
+    #[track_caller]
+    fn check(fault: &str, expected: &str) {
+        let fault: Fault = fault.parse().unwrap();
+        let mut samples = samples();
+        fault.inject(&mut samples, 0, 7);
+        let shown: Vec<String> = samples
+            .iter()
+            .filter(|sample| sample.wanted == 0)
+            .map(|sample| match sample.value {
+                RawValue::Number(value) => format!("{}:{value}", sample.received.seconds()),
+                _ => unreachable!(),
+            })
+            .collect();
+        assert_eq!(shown.join(" "), expected);
+    }
+
+    #[test]
+    fn kinds_do_what_they_say() {
+        check("bias=1.5:/a@2s..6s", "10:10 12:13.5 14:15.5 16:16 18:18");
+        check("stuck:/a@4s..", "10:10 12:12 14:12 16:12 18:12");
+        check("drop:/a@1s..5s", "10:10 16:16 18:18");
+        check("spoof=3.0:/a@6s..", "10:10 12:12 14:14 16:3 18:3");
+        check("scale=2:/a", "10:20 12:24 14:28 16:32 18:36");
+        check("drift=0.1:/a@4s..", "10:10 12:12 14:14 16:16.2 18:18.4");
+        check("delay=3s:/a@0s..3s", "13:10 14:14 15:12 16:16 18:18");
+    }
+
+    #[test]
+    fn noise_and_spikes_repeat_with_their_seed() {
+        let run = |seed| {
+            let mut samples = samples();
+            "noise=3:/a".parse::<Fault>().unwrap().inject(&mut samples, 0, seed);
+            samples
+        };
+        assert_eq!(run(1), run(1));
+        assert_ne!(run(1), run(2));
+    }
+
+    #[track_caller]
+    fn refuse(fault: &str, expected: &str) {
+        let error = fault.parse::<Fault>().unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+
+    #[test]
+    fn bad_faults_are_told() {
+        refuse("bias:/a", "bias needs an amount");
+        refuse("warp=1:/a", "unknown kind 'warp'");
+        refuse("bias=1", "no ':'");
+        refuse("bias=x:/a", "'x' is no number");
+        refuse("drop:/a@5s..2s", "ends before it starts");
+        refuse("drop:/a@5", "no '..'");
+        refuse("drop:@5s..", "name is missing");
+    }
+}

@@ -1,0 +1,20 @@
+//! `shsa completions`: what a shell needs to complete our arguments.
+
+use crate::outcome::Outcome;
+use clap::CommandFactory;
+use clap_complete::Shell;
+
+/// Arguments of `shsa completions`.
+#[derive(clap::Args)]
+#[command(after_help = "Example: shsa completions bash > ~/.local/share/bash-completion/completions/shsa")]
+pub(crate) struct Arguments {
+    /// The shell to print completions for.
+    shell: Shell,
+}
+
+/// Prints the completions.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let mut command = crate::Arguments::command();
+    clap_complete::generate(arguments.shell, &mut command, "shsa", &mut std::io::stdout());
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,59 @@
+//! How a command ends, and the exit status of each end.
+
+use std::fmt;
+use std::process::ExitCode;
+
+/// How a command ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// Done.
+    Done,
+    /// Done, and the answer is no: no substitution, a need unmet, a contract violated.
+    No,
+    /// Bad input or usage; nothing was done.
+    Bad,
+    /// Done, but not with all of the input: a truncated recording, say.
+    Degraded,
+}
+
+impl Outcome {
+    /// Tells an error and maps it to its outcome.
+    pub(crate) fn from_result(result: anyhow::Result<Outcome>) -> Outcome {
+        result.unwrap_or_else(|error| {
+            if !is_closed_pipe(&error) && !error.is::<AlreadyTold>() {
+                eprintln!("error: {error:#}");
+            }
+            Outcome::Bad
+        })
+    }
+}
+
+impl From<Outcome> for ExitCode {
+    fn from(outcome: Outcome) -> ExitCode {
+        ExitCode::from(match outcome {
+            Outcome::Done => 0,
+            Outcome::No => 1,
+            Outcome::Bad => 2,
+            Outcome::Degraded => 3,
+        })
+    }
+}
+
+/// An error whose words are on the screen already.
+#[derive(Debug)]
+pub(crate) struct AlreadyTold;
+
+impl fmt::Display for AlreadyTold {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("see above")
+    }
+}
+
+impl std::error::Error for AlreadyTold {}
+
+/// Whether whoever reads our output has stopped reading, as `head` does: no error of the user's.
+fn is_closed_pipe(error: &anyhow::Error) -> bool {
+    error.chain().any(|cause| {
+        cause.downcast_ref::<std::io::Error>().is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
+    })
+}

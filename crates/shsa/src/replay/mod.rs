@@ -1,0 +1,168 @@
+//! `shsa replay`: the whole loop over recordings, with faults injected if wanted.
+
+mod drive;
+mod report;
+
+use crate::outcome::Outcome;
+use crate::show;
+use anyhow::{Context, bail};
+use drive::Run;
+use shsa_core::engine::Input;
+use shsa_core::knowledge::{Id, KnowledgeBase, SignalId};
+use shsa_core::observation::Observation;
+use shsa_format::fault::Fault;
+use shsa_format::journal::{self, JournalWriter};
+use shsa_format::recording::{self, ReadOptions, Recording, Wanted, parse_span};
+use std::fs::File;
+use std::io::{BufRead, BufReader, BufWriter};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Arguments of `shsa replay`.
+#[derive(clap::Args)]
+#[command(after_help = "Example: shsa replay models/car.yaml drive/ --inject bias=2:wheel_1@20s..
+
+Faults: KIND[=AMOUNT]:SIGNAL@FROM..TO with stuck, bias, drop, noise, drift, spike, scale, delay, spoof;
+times count from the first observation, amounts are in the signal's unit.")]
+pub(crate) struct Arguments {
+    /// The knowledge base, YAML or JSON.
+    model: PathBuf,
+    /// Recordings: CSV, JSON lines, ROS 1 bags, folders of them; or the journal of an earlier run.
+    #[arg(required = true)]
+    recordings: Vec<PathBuf>,
+    /// A fault to inject; may be given several times.
+    #[arg(long, value_name = "FAULT")]
+    inject: Vec<Fault>,
+    /// Seed of what is random in faults.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// The column with the time, where a CSV file's header does not tell.
+    #[arg(long, value_name = "NAME")]
+    time_column: Option<String>,
+    /// What one step of the time column is: s, ms, us, ns or a span such as 5s.
+    #[arg(long, value_name = "UNIT", value_parser = parse_span)]
+    time_unit: Option<shsa_core::time::Span>,
+    /// Write every input of the run as a journal that can be replayed.
+    #[arg(long, value_name = "FILE")]
+    journal: Option<PathBuf>,
+    /// Write every value that the needs are served with, as JSON lines.
+    #[arg(long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Print one JSON object instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Replays and reports; the answer is no when a need was unmet.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let knowledge = show::load_model(&arguments.model)?;
+    let source = read(arguments, &knowledge)?;
+    let began = Instant::now();
+    let run = play(arguments, &knowledge, &source.inputs)?;
+    let elapsed = began.elapsed();
+    let clean = source.clean.as_ref().map(|inputs| Run::of(&knowledge, inputs, |_| Ok(()))).transpose()?;
+    if let Some(path) = &arguments.output {
+        let file = File::create(path).with_context(|| format!("{} cannot be written", path.display()))?;
+        report::write_values(&knowledge, &run, BufWriter::new(file))?;
+    }
+    let report = report::Report::new(&knowledge, &run, clean.as_ref(), &source);
+    report.print(arguments.json, elapsed)?;
+    Ok(match (report.all_met(), source.degraded) {
+        (false, _) => Outcome::No,
+        (true, true) => Outcome::Degraded,
+        (true, false) => Outcome::Done,
+    })
+}
+
+/// What is to be replayed.
+struct Source {
+    inputs: Vec<Input>,
+    /// The same without the injected faults, to compare with.
+    clean: Option<Vec<Input>>,
+    /// Rows without a value, for each signal.
+    missing: Vec<usize>,
+    degraded: bool,
+}
+
+fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Source> {
+    match arguments.recordings.as_slice() {
+        [only] if is_journal(only) => read_journal(only, arguments, knowledge),
+        _ => read_recordings(arguments, knowledge),
+    }
+}
+
+fn is_journal(path: &Path) -> bool {
+    let mut line = String::new();
+    path.is_file()
+        && File::open(path).is_ok_and(|file| {
+            let limited = std::io::Read::take(file, 1 << 20);
+            BufReader::new(limited).read_line(&mut line).is_ok() && journal::is_journal(&line)
+        })
+}
+
+fn read_journal(path: &Path, arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Source> {
+    if !arguments.inject.is_empty() {
+        bail!("a journal is replayed as it was; faults can be injected into recordings only");
+    }
+    let file = File::open(path).with_context(|| format!("{} cannot be read", path.display()))?;
+    let journal = journal::read_journal(BufReader::new(file), knowledge)
+        .with_context(|| format!("{} cannot be replayed", path.display()))?;
+    if let Some((line, reason)) = &journal.damage {
+        eprintln!("warning: {}:{line}: {reason}; what comes before is replayed", path.display());
+    }
+    let missing = vec![0; knowledge.signals().len()];
+    Ok(Source { inputs: journal.inputs, clean: None, missing, degraded: journal.damage.is_some() })
+}
+
+fn read_recordings(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Source> {
+    let wanted: Vec<Wanted> = knowledge
+        .signals()
+        .iter()
+        .map(|signal| Wanted { signal: signal.name.clone(), source: signal.source.clone() })
+        .collect();
+    let options = ReadOptions { time_column: arguments.time_column.clone(), time_scale: arguments.time_unit };
+    let targets: Vec<usize> =
+        arguments.inject.iter().map(|fault| target(knowledge, fault)).collect::<anyhow::Result<_>>()?;
+    let mut recording = recording::read(&arguments.recordings, &wanted, &options)?;
+    recording.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    if recording.samples.is_empty() {
+        bail!("none of the model's signals is in the recording; `source` in the model says where each is found");
+    }
+    let clean = (!arguments.inject.is_empty()).then(|| inputs(&recording));
+    for (number, (fault, &target)) in arguments.inject.iter().zip(&targets).enumerate() {
+        fault.inject(&mut recording.samples, target, arguments.seed.wrapping_add(number as u64));
+    }
+    let missing = recording.found.iter().map(|found| found.missing).collect();
+    Ok(Source { inputs: inputs(&recording), clean, missing, degraded: recording.degraded })
+}
+
+fn target(knowledge: &KnowledgeBase, fault: &Fault) -> anyhow::Result<usize> {
+    if let Some(signal) = knowledge.signal(&fault.signal) {
+        return Ok(signal.index());
+    }
+    let names = knowledge.signals().iter().map(|signal| signal.name.as_str());
+    match show::nearest(&fault.signal, names) {
+        Some(near) => bail!("the model has no signal '{}' to inject a fault into; did you mean '{near}'?", fault.signal),
+        None => bail!("the model has no signal '{}' to inject a fault into", fault.signal),
+    }
+}
+
+fn inputs(recording: &Recording) -> Vec<Input> {
+    let observation = |sample: &recording::Sample| Observation {
+        signal: SignalId::from_index(sample.wanted),
+        stamp: sample.time,
+        received: sample.received,
+        value: sample.value.clone(),
+    };
+    let observations: Vec<Observation> = recording.samples.iter().map(observation).collect();
+    observations.into_iter().map(Input::Observation).collect()
+}
+
+fn play(arguments: &Arguments, knowledge: &KnowledgeBase, inputs: &[Input]) -> anyhow::Result<Run> {
+    let Some(path) = &arguments.journal else { return Run::of(knowledge, inputs, |_| Ok(())) };
+    let file = File::create(path).with_context(|| format!("{} cannot be written", path.display()))?;
+    let mut journal = JournalWriter::new(BufWriter::new(file), knowledge)?;
+    let run = Run::of(knowledge, inputs, |input| Ok(journal.record(input)?))?;
+    journal.flush()?;
+    Ok(run)
+}

@@ -1,0 +1,302 @@
+//! What a replay found, as text and as JSON.
+
+use super::Source;
+use super::drive::Run;
+use crate::show::{self, Paint};
+use serde_json::{Map, Value, json};
+use shsa_core::diagnosis::Verdict;
+use shsa_core::engine::{Event, EventKind, Publication, PublishedValue};
+use shsa_core::interval::Interval;
+use shsa_core::knowledge::{KnowledgeBase, Need, NeedId, SignalId, VariableId};
+use shsa_core::monitor::Absence;
+use shsa_core::time::{Span, Time};
+use std::io::{Write, stdout};
+use std::time::Duration;
+
+/// How a need was served.
+struct NeedReport {
+    id: NeedId,
+    published: u64,
+    longest_gap: Span,
+    /// Whether no value was older than the need allows, to the end.
+    met: bool,
+    source: Option<String>,
+    widest: f64,
+    /// Root mean square and largest difference to the run without the injected faults.
+    error: Option<(f64, f64)>,
+}
+
+/// What a replay found.
+pub(super) struct Report<'a> {
+    knowledge: &'a KnowledgeBase,
+    run: &'a Run,
+    source: &'a Source,
+    needs: Vec<NeedReport>,
+}
+
+impl<'a> Report<'a> {
+    pub(super) fn new(knowledge: &'a KnowledgeBase, run: &'a Run, clean: Option<&Run>, source: &'a Source) -> Report<'a> {
+        let need = |(id, need): (NeedId, &Need)| need_report(run, clean, id, need, knowledge);
+        Report { knowledge, run, source, needs: knowledge.needs().enumerate().map(need).collect() }
+    }
+
+    pub(super) fn all_met(&self) -> bool {
+        self.needs.iter().all(|need| need.met)
+    }
+
+    pub(super) fn print(&self, as_json: bool, elapsed: Duration) -> anyhow::Result<()> {
+        let mut output = stdout().lock();
+        match as_json {
+            true => writeln!(output, "{}", self.json(elapsed))?,
+            false => writeln!(output, "{}", self.text(elapsed))?,
+        }
+        Ok(())
+    }
+
+    fn duration(&self) -> Span {
+        self.run.last - self.run.first
+    }
+
+    fn json(&self, elapsed: Duration) -> Value {
+        let events: Vec<Value> = self.run.events.iter().map(|event| self.event_json(event)).collect();
+        let needs: Map<String, Value> = self.needs.iter().map(|need| self.need_json(need)).collect();
+        let signals: Map<String, Value> =
+            self.knowledge.signals().ids().map(|signal| self.signal_json(signal)).collect();
+        json!({
+            "observations": self.run.observations,
+            "duration_s": self.duration().seconds(),
+            "elapsed_s": elapsed.as_secs_f64(),
+            "events": events,
+            "needs": needs,
+            "signals": signals,
+        })
+    }
+
+    fn event_json(&self, event: &Event) -> Value {
+        json!({
+            "time_s": (event.time - self.run.first).seconds(),
+            "kind": kind_name(event.kind),
+            "signal": event.signal.map(|signal| &self.knowledge.signals()[signal].name),
+            "variable": event.variable.map(|variable| &self.knowledge.variables()[variable].name),
+            "because": event.because,
+            "substitution": event.substitution,
+        })
+    }
+
+    fn need_json(&self, report: &NeedReport) -> (String, Value) {
+        let need = &self.knowledge.needs()[report.id];
+        let variable = &self.knowledge.variables()[need.variable];
+        let in_unit = |value: f64| difference_from_si(self.knowledge, need.variable, value);
+        let mut value = json!({
+            "signal": need.signal,
+            "met": report.met,
+            "source": report.source,
+            "published": report.published,
+            "longest_gap_s": report.longest_gap.seconds(),
+            "widest": in_unit(report.widest),
+        });
+        if let (Some((rmse, most)), Some(object)) = (report.error, value.as_object_mut()) {
+            object.insert("rmse".to_owned(), json!(in_unit(rmse)));
+            object.insert("max_error".to_owned(), json!(in_unit(most)));
+        }
+        (variable.name.clone(), value)
+    }
+
+    fn signal_json(&self, signal: SignalId) -> (String, Value) {
+        let counts = self.run.engine.monitor().ports()[signal].counts();
+        let value = json!({
+            "verdict": self.verdict(signal),
+            "accepted": counts.accepted,
+            "reordered": counts.reordered,
+            "duplicates": counts.duplicates,
+            "dropped": counts.dropped,
+            "invalid": counts.invalid,
+            "missing": self.missing(signal),
+        });
+        (self.knowledge.signals()[signal].name.clone(), value)
+    }
+
+    fn missing(&self, signal: SignalId) -> usize {
+        use shsa_core::knowledge::Id;
+        self.source.missing.get(signal.index()).copied().unwrap_or(0)
+    }
+
+    fn verdict(&self, signal: SignalId) -> &'static str {
+        match (self.run.engine.absence(signal), self.run.engine.verdict(signal)) {
+            (Some(Absence::Silent), _) => "silent",
+            (Some(Absence::Invalid), _) | (None, Verdict::Failed) => "failed",
+            (None, Verdict::Unknown) => "unknown",
+            (None, Verdict::Healthy) => "healthy",
+            (None, Verdict::Suspect) => "suspect",
+        }
+    }
+
+    fn text(&self, elapsed: Duration) -> String {
+        let mut parts = vec![format!(
+            "{} observations over {:.1} s, replayed in {:.3} s",
+            self.run.observations,
+            self.duration().seconds(),
+            elapsed.as_secs_f64()
+        )];
+        parts.push(self.events_text());
+        if !self.needs.is_empty() {
+            parts.push(self.needs_text());
+        }
+        parts.push(self.signals_text());
+        parts.join("\n\n")
+    }
+
+    fn events_text(&self) -> String {
+        if self.run.events.is_empty() {
+            return "No events: nothing failed, nothing was substituted.".to_owned();
+        }
+        let lines = self.run.events.iter().map(|event| {
+            let time = format!("{:>9.3} s", (event.time - self.run.first).seconds());
+            let subject = match (event.signal, event.variable) {
+                (Some(signal), _) => self.knowledge.signals()[signal].name.clone(),
+                (None, Some(variable)) => self.knowledge.variables()[variable].name.clone(),
+                (None, None) => String::new(),
+            };
+            let kind = paint_kind(event.kind);
+            let source = event.substitution.as_ref().map_or(String::new(), |source| format!(" <- {source}"));
+            format!("{time}  {kind} {subject}{source}\n{:13}{}", "", event.because)
+        });
+        lines.collect::<Vec<_>>().join("\n")
+    }
+
+    fn needs_text(&self) -> String {
+        let mut rows = vec![row(&["need", "met", "published", "longest gap", "source at the end", "error"])];
+        for report in &self.needs {
+            let need = &self.knowledge.needs()[report.id];
+            let in_unit = |value: f64| difference_from_si(self.knowledge, need.variable, value);
+            let error = report.error.map_or(String::new(), |(rmse, most)| {
+                format!("rmse {:.3}, at most {:.3}{}", in_unit(rmse), in_unit(most), unit(self.knowledge, need.variable))
+            });
+            rows.push(vec![
+                self.knowledge.variables()[need.variable].name.clone(),
+                if report.met { "yes".to_owned() } else { show::paint(Paint::Red, "no") },
+                report.published.to_string(),
+                format!("{:.3} s", report.longest_gap.seconds()),
+                report.source.clone().unwrap_or_else(|| "nothing".to_owned()),
+                error,
+            ]);
+        }
+        show::table(&rows)
+    }
+
+    fn signals_text(&self) -> String {
+        let mut rows = vec![row(&["signal", "verdict", "accepted", "reordered", "dropped", "invalid"])];
+        for signal in self.knowledge.signals().ids() {
+            let counts = self.run.engine.monitor().ports()[signal].counts();
+            rows.push(vec![
+                self.knowledge.signals()[signal].name.clone(),
+                self.verdict(signal).to_owned(),
+                counts.accepted.to_string(),
+                counts.reordered.to_string(),
+                (counts.dropped + counts.duplicates).to_string(),
+                counts.invalid.to_string(),
+            ]);
+        }
+        show::table(&rows)
+    }
+}
+
+fn row(cells: &[&str]) -> Vec<String> {
+    cells.iter().map(|cell| (*cell).to_owned()).collect()
+}
+
+fn unit(knowledge: &KnowledgeBase, variable: VariableId) -> String {
+    knowledge.variables()[variable].unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"))
+}
+
+fn difference_from_si(knowledge: &KnowledgeBase, variable: VariableId, value: f64) -> f64 {
+    knowledge.variables()[variable].unit.as_ref().map_or(value, |unit| value / unit.scale())
+}
+
+/// The name of an event's kind, as others rely on it.
+pub(super) fn kind_name(kind: EventKind) -> &'static str {
+    match kind {
+        EventKind::Suspected => "suspected",
+        EventKind::Failed => "failed",
+        EventKind::Silent => "silent",
+        EventKind::Substituted => "substituted",
+        EventKind::Restored => "restored",
+        EventKind::Unhealable => "unhealable",
+        EventKind::Refused => "refused",
+    }
+}
+
+fn paint_kind(kind: EventKind) -> String {
+    let name = format!("{:<11}", kind_name(kind));
+    match kind {
+        EventKind::Failed | EventKind::Unhealable | EventKind::Refused => show::paint(Paint::Red, &name),
+        EventKind::Suspected | EventKind::Silent => show::paint(Paint::Yellow, &name),
+        EventKind::Substituted | EventKind::Restored => show::paint(Paint::Green, &name),
+    }
+}
+
+fn need_report(run: &Run, clean: Option<&Run>, id: NeedId, need: &Need, knowledge: &KnowledgeBase) -> NeedReport {
+    let status = run.engine.need_status(id);
+    let to_end = status.last.map_or(run.last - run.first, |last| run.last - last);
+    let _ = knowledge;
+    NeedReport {
+        id,
+        published: status.published,
+        longest_gap: status.longest_gap.max(to_end),
+        met: status.published > 0 && status.longest_gap.max(to_end) <= need.max_age,
+        source: status.source,
+        widest: status.widest,
+        error: clean.and_then(|clean| difference(values(run, id), &values(clean, id).collect::<Vec<_>>())),
+    }
+}
+
+/// The published scalars of a need: when, and the middle of the value.
+fn values(run: &Run, need: NeedId) -> impl Iterator<Item = (Time, f64)> + '_ {
+    run.publications.iter().filter(move |publication| publication.need == need).filter_map(|publication| {
+        match &publication.value {
+            PublishedValue::Scalar(value) => Some((publication.time, value.midpoint())),
+            PublishedValue::Vector(_) => None,
+        }
+    })
+}
+
+/// Root mean square and largest difference to the value that stood at the same moment.
+fn difference(values: impl Iterator<Item = (Time, f64)>, reference: &[(Time, f64)]) -> Option<(f64, f64)> {
+    let (mut count, mut squares, mut most) = (0_u64, 0.0, 0.0_f64);
+    for (time, value) in values {
+        let standing = reference.partition_point(|(at, _)| *at <= time);
+        let Some((_, expected)) = standing.checked_sub(1).and_then(|at| reference.get(at)) else { continue };
+        let error = (value - expected).abs();
+        count += 1;
+        squares += error * error;
+        most = most.max(error);
+    }
+    (count > 0).then(|| ((squares / count as f64).sqrt(), most))
+}
+
+/// Writes the values of all needs as JSON lines, in the variables' units.
+pub(super) fn write_values(knowledge: &KnowledgeBase, run: &Run, mut output: impl Write) -> anyhow::Result<()> {
+    for publication in &run.publications {
+        writeln!(output, "{}", value_json(knowledge, publication))?;
+    }
+    output.flush()?;
+    Ok(())
+}
+
+fn value_json(knowledge: &KnowledgeBase, publication: &Publication) -> Value {
+    let need = &knowledge.needs()[publication.need];
+    let unit = knowledge.variables()[need.variable].unit;
+    let shown = |value: f64| unit.as_ref().map_or(value, |unit| unit.from_si(value));
+    let interval = |value: &Interval| json!({ "lo": shown(value.lo()), "hi": shown(value.hi()) });
+    let value = match &publication.value {
+        PublishedValue::Scalar(value) => interval(value),
+        PublishedValue::Vector(elements) => elements.iter().map(interval).collect(),
+    };
+    json!({
+        "signal": need.signal,
+        "time_ns": publication.validity.to.0,
+        "received_ns": publication.time.0,
+        "value": value,
+        "quality": format!("{:?}", publication.quality).to_lowercase(),
+    })
+}
