@@ -1,9 +1,75 @@
-//! Formulas (being written).
+//! Formulas: parse, check shapes and units, solve for a variable, compile, evaluate over numbers and intervals.
+//!
+//! The way of a formula: text -> [`Expr`] (written, with places) -> [`Formula`] (looked up, in SI, simplified)
+//! -> [`Program`] (flat, over registers). An equation is solved between the second and the third.
+//!
+//! Every formula terminates: no loops, no recursion, bounded length, and time operators keep bounded state.
 
-/// Dense index of a variable of the model.
+mod builtin;
+mod check;
+mod check_call;
+mod compile;
+mod evaluate;
+mod formula;
+mod history;
+mod lexer;
+mod measure;
+mod number;
+mod operation;
+mod parser;
+mod problem;
+mod program;
+mod simplify;
+mod solve;
+mod syntax;
+mod text;
+
+use alloc::vec::Vec;
+
+pub use builtin::is_reserved;
+pub use check::{Checked, CheckedEquation, check, check_equation, check_function};
+pub use evaluate::{Outcome, State, Value};
+pub use formula::{Formula, MAX_LEVELS, MAX_NODES, Shape};
+pub use number::Number;
+pub use operation::{Binary, Comparison, Constant, Operation, Reduction, Unary};
+pub use parser::{
+    MAX_DEPTH, MAX_TEXT, Quantity, parse_equation, parse_expression, parse_function_head, parse_quantity,
+};
+pub use problem::{Problem, Severity};
+pub use program::{Assignment, Input, InputKind, MAX_INSTRUCTIONS, Program};
+pub use solve::solve;
+pub use syntax::{Equation, Expr, Function, Infix, Node, Prefix};
+
+use crate::interval::Interval;
+use crate::unit::Unit;
+
+/// A variable of the model, as a dense number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Symbol(pub u32);
 
-/// A checked formula over symbols, in coherent SI units.
+/// What is declared of a variable.
 #[derive(Clone, Debug)]
-pub struct Formula;
+pub struct Kind {
+    /// A number or a vector; a truth is no variable.
+    pub shape: Shape,
+    /// Its unit; `None` is not checked.
+    pub unit: Option<Unit>,
+    /// The bounds that its values never leave, in SI.
+    pub range: Option<Interval>,
+    /// Its value in SI when it is a constant; it is written out in formulas.
+    pub constant: Option<Constant>,
+}
+
+/// What the checker asks of a model.
+pub trait Scope {
+    /// The variable or constant of this name.
+    fn symbol(&self, name: &str) -> Option<Symbol>;
+    /// What is declared of it.
+    fn kind(&self, symbol: Symbol) -> Kind;
+    /// The model's function of this name.
+    fn function(&self, name: &str) -> Option<&Function>;
+    /// The names of all variables and constants, for suggestions.
+    fn names(&self) -> Vec<&str>;
+    /// The names of all functions of the model, for suggestions.
+    fn function_names(&self) -> Vec<&str>;
+}

@@ -1,0 +1,341 @@
+//! Checks the functions of the language: their arguments' shapes and units, and what they make of them.
+
+use alloc::format;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::f64::consts::LN_10;
+use core::ops::Range;
+
+use super::builtin::Builtin;
+use super::check::{Checker, Typed, whole_power};
+use super::formula::Formula;
+use super::measure::{ANGLE, Measure, PLAIN};
+use super::operation::{Binary, Constant, Operation, Reduction, Unary};
+use super::problem::Problem;
+use super::syntax::{Expr, Node, Prefix};
+use crate::interval::Interval;
+use crate::unit::Dimension;
+
+impl<'a> Checker<'a> {
+    pub(super) fn builtin(
+        &mut self,
+        span: &Range<usize>,
+        name: &str,
+        function: Builtin,
+        arguments: &[Expr],
+    ) -> Option<Typed> {
+        let what = format!("`{name}`");
+        match (function, arguments) {
+            (Builtin::If, [condition, then, other]) => self.select(span, condition, then, other),
+            (Builtin::Within, [of, least, greatest]) => self.within(span, of, least, greatest),
+            (Builtin::Atan2 | Builtin::Hypot, [left, right]) => {
+                self.of_two(span, name, function, left, right)
+            }
+            (Builtin::Root, [of, degree]) => self.root(span, of, degree),
+            (Builtin::Interval, [lo, hi]) => self.between(span, lo, hi),
+            (Builtin::Derivative | Builtin::Delay, [of, window]) => {
+                self.over_time(span, &what, function, of, window)
+            }
+            (Builtin::PlusMinus, [of]) => self.plus_minus(span, of),
+            (Builtin::Previous, [of]) => self.previous(span, of),
+            (Builtin::Integral, [of]) => {
+                let of = self.scalar(&what, of)?;
+                let measure = of.measure.combine(Measure::Known(Dimension::TIME), Dimension::times);
+                let measure = self.noted(span, measure);
+                self.made(span, Formula::node(Operation::Integral, vec![of.formula]), measure)
+            }
+            (_, arguments) => match reduction(function) {
+                Some(reduction) => self.reduce(span, name, reduction, arguments),
+                None => arguments.first().and_then(|of| self.of_one(span, name, function, of)),
+            },
+        }
+    }
+
+    /// Functions of one number.
+    fn of_one(&mut self, span: &Range<usize>, name: &str, function: Builtin, of: &Expr) -> Option<Typed> {
+        let what = format!("`{name}`");
+        let typed = self.numeric(&what, of)?;
+        let (unary, takes, gives) = match function {
+            Builtin::Sqrt => {
+                let measure = self.noted(span, typed.measure.power(1, 2));
+                return self.made(span, Formula::unary(Unary::Sqrt, typed.formula), measure);
+            }
+            Builtin::Abs => (Unary::Abs, None, typed.measure),
+            Builtin::Floor => (Unary::Floor, Some(Dimension::PLAIN), PLAIN),
+            Builtin::Exp => (Unary::Exp, Some(Dimension::PLAIN), PLAIN),
+            Builtin::Ln | Builtin::Log10 => (Unary::Ln, Some(Dimension::PLAIN), PLAIN),
+            Builtin::Sin => (Unary::Sin, Some(Dimension::ANGLE), PLAIN),
+            Builtin::Cos => (Unary::Cos, Some(Dimension::ANGLE), PLAIN),
+            Builtin::Tan => (Unary::Tan, Some(Dimension::ANGLE), PLAIN),
+            Builtin::Asin => (Unary::Asin, Some(Dimension::PLAIN), ANGLE),
+            Builtin::Acos => (Unary::Acos, Some(Dimension::PLAIN), ANGLE),
+            _ => (Unary::Atan, Some(Dimension::PLAIN), ANGLE),
+        };
+        if let Some(takes) = takes {
+            self.expect(&what, &typed, takes, of);
+        }
+        let formula = Formula::unary(unary, typed.formula);
+        let formula = if function == Builtin::Log10 { over_ln_10(formula) } else { formula };
+        self.made(span, formula, gives)
+    }
+
+    fn of_two(
+        &mut self,
+        span: &Range<usize>,
+        name: &str,
+        function: Builtin,
+        left: &Expr,
+        right: &Expr,
+    ) -> Option<Typed> {
+        let (left, right) = self.both(&format!("`{name}`"), left, right, Checker::numeric)?;
+        let common = self.common(span, name, left.measure, right.measure);
+        let (binary, measure) =
+            if function == Builtin::Atan2 { (Binary::Atan2, ANGLE) } else { (Binary::Hypot, common) };
+        self.made(span, Formula::binary(binary, left.formula, right.formula), measure)
+    }
+
+    fn root(&mut self, span: &Range<usize>, of: &Expr, degree: &Expr) -> Option<Typed> {
+        let typed = self.numeric("`root`", of);
+        let (Constant { value, .. }, _) = self.constant("the degree of a root", degree)?;
+        let typed = typed?;
+        if libm::trunc(value) != value || !(2.0..=1000.0).contains(&value) {
+            let problem =
+                Problem::error(degree.span.clone(), "the degree of a root is a whole number from 2 to 1000");
+            self.report(problem);
+            return None;
+        }
+        let measure = self.noted(span, typed.measure.power(1, value as i32));
+        let unary = if value == 2.0 { Unary::Sqrt } else { Unary::Root(value as i32) };
+        self.made(span, Formula::unary(unary, typed.formula), measure)
+    }
+
+    fn select(&mut self, span: &Range<usize>, condition: &Expr, then: &Expr, other: &Expr) -> Option<Typed> {
+        let condition = self.truth("`if`", condition);
+        let (then, other) = self.both("`if`", then, other, Checker::scalar)?;
+        let measure = self.common(span, "if", then.measure, other.measure);
+        let arguments = vec![condition?.formula, then.formula, other.formula];
+        self.made(span, Formula::node(Operation::Select, arguments), measure)
+    }
+
+    /// One vector, or two and more numbers.
+    fn reduce(
+        &mut self,
+        span: &Range<usize>,
+        name: &str,
+        how: Reduction,
+        arguments: &[Expr],
+    ) -> Option<Typed> {
+        let what = format!("`{name}`");
+        if let [vector] = arguments {
+            let typed = self.vector(&format!("{what} of one argument"), vector)?;
+            let measure = if how == Reduction::Count { PLAIN } else { typed.measure };
+            return self.made(span, Formula::node(Operation::Reduce(how), vec![typed.formula]), measure);
+        }
+        let typed: Vec<Option<Typed>> = arguments
+            .iter()
+            .map(|argument| self.scalar(&format!("{what} of several arguments"), argument))
+            .collect();
+        let typed: Vec<Typed> = typed.into_iter().collect::<Option<_>>()?;
+        let measures = typed.iter().map(|typed| typed.measure);
+        let common =
+            measures.reduce(|left, right| self.common(span, name, left, right)).unwrap_or(Measure::Unknown);
+        let measure = if how == Reduction::Count { PLAIN } else { common };
+        self.made(span, of_list(how, typed.into_iter().map(|typed| typed.formula).collect()), measure)
+    }
+
+    pub(super) fn index(&mut self, span: &Range<usize>, of: &Expr, index: &Expr) -> Option<Typed> {
+        let vector = self.vector("`[..]`", of);
+        let place = self.scalar("an index", index);
+        let (vector, place) = vector.zip(place)?;
+        self.expect("an index", &place, Dimension::PLAIN, index);
+        self.made(span, Formula::node(Operation::Index, vec![vector.formula, place.formula]), vector.measure)
+    }
+
+    pub(super) fn slice(
+        &mut self,
+        span: &Range<usize>,
+        of: &Expr,
+        from: Option<&Expr>,
+        to: Option<&Expr>,
+    ) -> Option<Typed> {
+        let vector = self.vector("`[..]`", of);
+        let from = from.map_or(Some(0), |from| self.place(from));
+        let to = to.map_or(Some(u32::MAX), |to| self.place(to));
+        let (vector, (from, to)) = vector.zip(from.zip(to))?;
+        if from >= to {
+            let problem = Problem::error(span.clone(), format!("no element lies from {from} to before {to}"));
+            self.report(problem.with_help("`v[a..b]` holds the elements from a to before b, counted from 0"));
+            return None;
+        }
+        self.made(span, Formula::node(Operation::Slice(from, to), vec![vector.formula]), vector.measure)
+    }
+
+    /// A constant place in a vector.
+    fn place(&mut self, expression: &Expr) -> Option<u32> {
+        let (Constant { value, .. }, measure) = self.constant("the end of a slice", expression)?;
+        if libm::trunc(value) == value
+            && (0.0..1e9).contains(&value)
+            && matches!(measure, PLAIN | Measure::Zero)
+        {
+            return Some(value as u32);
+        }
+        let problem =
+            Problem::error(expression.span.clone(), "the end of a slice is a whole number, not negative");
+        self.report(problem);
+        None
+    }
+
+    fn plus_minus(&mut self, span: &Range<usize>, of: &Expr) -> Option<Typed> {
+        let (constant, measure) = self.constant("`plusminus`", of)?;
+        let most = constant.bounds.abs().hi();
+        let formula = Formula::constant(Constant { value: 0.0, bounds: Interval::new(-most, most) });
+        self.made(span, formula, measure)
+    }
+
+    fn between(&mut self, span: &Range<usize>, lo: &Expr, hi: &Expr) -> Option<Typed> {
+        let lo = self.constant("`interval`", lo);
+        let ((lo, own), (hi, other)) = lo.zip(self.constant("`interval`", hi))?;
+        let measure = self.common(span, "interval", own, other);
+        let bounds = Interval::new(lo.bounds.lo(), hi.bounds.hi());
+        if bounds.is_empty() {
+            self.report(Problem::error(span.clone(), "the first bound of this interval is above the second"));
+            return None;
+        }
+        self.made(span, Formula::constant(Constant::between(bounds)), measure)
+    }
+
+    fn within(&mut self, span: &Range<usize>, of: &Expr, least: &Expr, greatest: &Expr) -> Option<Typed> {
+        let of = self.scalar("`within`", of);
+        let least = self.bound(least, f64::NEG_INFINITY);
+        let greatest = self.bound(greatest, f64::INFINITY);
+        let (of, ((lo, own), (hi, other))) = of.zip(least.zip(greatest))?;
+        let bounds = self.common(span, "within", own, other);
+        let measure = self.common(span, "within", of.measure, bounds);
+        let bounds = Interval::new(lo, hi);
+        if bounds.is_empty() {
+            self.report(Problem::error(span.clone(), "the least value is above the greatest"));
+            return None;
+        }
+        self.made(
+            span,
+            Formula::node(Operation::Within(Constant::between(bounds)), vec![of.formula]),
+            measure,
+        )
+    }
+
+    /// A constant, or `inf` with its sign.
+    fn bound(&mut self, expression: &Expr, outermost: f64) -> Option<(f64, Measure)> {
+        let (is_negative, of) = match &expression.node {
+            Node::Prefix(Prefix::Minus, of) => (true, &**of),
+            _ => (false, expression),
+        };
+        if matches!(&of.node, Node::Name(name) if name == "inf") && is_negative == (outermost < 0.0) {
+            return Some((outermost, Measure::Zero));
+        }
+        let (constant, measure) = self.constant("a bound of `within`", expression)?;
+        let bound = if outermost < 0.0 { constant.bounds.lo() } else { constant.bounds.hi() };
+        Some((bound, measure))
+    }
+
+    fn previous(&mut self, span: &Range<usize>, of: &Expr) -> Option<Typed> {
+        let typed = self.numeric("`previous`", of)?;
+        let Some(formula) = before(&typed.formula) else {
+            let problem = Problem::error(span.clone(), "`previous` of a time operator");
+            self.report(
+                problem
+                    .with_help("`previous(x)` takes variables and what is computed from them at one moment"),
+            );
+            return None;
+        };
+        self.made(span, formula, typed.measure)
+    }
+
+    fn over_time(
+        &mut self,
+        span: &Range<usize>,
+        what: &str,
+        function: Builtin,
+        of: &Expr,
+        window: &Expr,
+    ) -> Option<Typed> {
+        let typed = self.scalar(what, of);
+        let window = self.span(what, window);
+        let (typed, window) = typed.zip(window)?;
+        let (operation, measure) = if function == Builtin::Delay {
+            (Operation::Delay(window), typed.measure)
+        } else {
+            let measure = typed.measure.combine(Measure::Known(Dimension::TIME), Dimension::over);
+            (Operation::Derivative(window), self.noted(span, measure))
+        };
+        self.made(span, Formula::node(operation, vec![typed.formula]), measure)
+    }
+}
+
+/// What a function does with a vector.
+fn reduction(function: Builtin) -> Option<Reduction> {
+    Some(match function {
+        Builtin::Min => Reduction::Min,
+        Builtin::Max => Reduction::Max,
+        Builtin::Sum => Reduction::Sum,
+        Builtin::Mean => Reduction::Mean,
+        Builtin::Norm => Reduction::Norm,
+        Builtin::Median => Reduction::Median,
+        Builtin::Count => Reduction::Count,
+        Builtin::Either => Reduction::Either,
+        _ => return None,
+    })
+}
+
+/// A reduction of listed numbers, as plain arithmetic where it is that, so that it can be solved.
+fn of_list(how: Reduction, formulas: Vec<Formula>) -> Formula {
+    let count = formulas.len() as f64;
+    let chain = |binary, formulas: Vec<Formula>| {
+        let chained = formulas.into_iter().reduce(|left, right| Formula::binary(binary, left, right));
+        chained.unwrap_or_else(|| Formula::number(0.0))
+    };
+    match how {
+        Reduction::Min => chain(Binary::Min, formulas),
+        Reduction::Max => chain(Binary::Max, formulas),
+        Reduction::Sum => chain(Binary::Add, formulas),
+        Reduction::Mean => Formula::binary(Binary::Div, chain(Binary::Add, formulas), Formula::number(count)),
+        Reduction::Norm => {
+            let squares = formulas.into_iter().map(|formula| whole_power(formula, 2)).collect();
+            Formula::unary(Unary::Sqrt, chain(Binary::Add, squares))
+        }
+        Reduction::Median | Reduction::Count | Reduction::Either => {
+            Formula::node(Operation::Reduce(how), vec![Formula::node(Operation::List, formulas)])
+        }
+    }
+}
+
+fn over_ln_10(formula: Formula) -> Formula {
+    let constant = Constant { value: LN_10, bounds: Interval::new(LN_10.next_down(), LN_10.next_up()) };
+    Formula::binary(Binary::Div, formula, Formula::constant(constant))
+}
+
+/// The formula over the previous values of its symbols; `None` when it depends on more than those.
+fn before(formula: &Formula) -> Option<Formula> {
+    match formula.operation() {
+        Operation::Symbol(symbol) => Some(Formula::previous(symbol, formula.shape())),
+        operation if operation.is_stateful() => None,
+        _ => {
+            let arguments: Option<Vec<Formula>> = formula.arguments().iter().map(before).collect();
+            Some(formula.with_arguments(arguments?))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expression::{Shape, Symbol};
+
+    #[test]
+    fn previous_reaches_the_leaves() {
+        let sum =
+            Formula::binary(Binary::Add, Formula::symbol(Symbol(1), Shape::Scalar), Formula::number(2.0));
+        let found = before(&sum).map(|formula| formula.previous_symbols());
+        assert_eq!(found, Some(vec![Symbol(1)]));
+        assert_eq!(before(&Formula::node(Operation::Elapsed, vec![])), None);
+    }
+}

@@ -1,0 +1,182 @@
+//! Compiles formulas to a flat program; equal terms share a register.
+
+use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::vec::Vec;
+
+use super::Symbol;
+use super::formula::{Formula, Shape};
+use super::operation::Operation;
+use super::problem::Problem;
+use super::program::{Assignment, Input, InputKind, Instruction, MAX_INSTRUCTIONS, NONE, Program, Register};
+
+pub(super) struct Compiler {
+    program: Program,
+    /// Where the value of an operation on registers is already.
+    known: BTreeMap<(Operation, Vec<Register>), Register>,
+    /// The variables that the program computes, all of them, and those that it has so far.
+    outputs: Vec<Symbol>,
+    assigned: BTreeMap<Symbol, Register>,
+}
+
+impl Compiler {
+    pub(super) fn new(assignments: &[Assignment<'_>]) -> Compiler {
+        let program = Program {
+            inputs: Vec::new(),
+            input_registers: Vec::new(),
+            constants: Vec::new(),
+            truths: Vec::new(),
+            instructions: Vec::new(),
+            listed: Vec::new(),
+            retained: Vec::new(),
+            memories: Vec::new(),
+            elapsed: None,
+            conditions: Vec::new(),
+            output: NONE,
+            scalar_count: 0,
+            vector_count: 0,
+            truth_count: 0,
+            longest_list: 0,
+        };
+        let outputs = assignments.iter().map(|assignment| assignment.symbol).collect();
+        Compiler { program, known: BTreeMap::new(), outputs, assigned: BTreeMap::new() }
+    }
+
+    pub(super) fn compile(mut self, assignments: &[Assignment<'_>]) -> Result<Program, Problem> {
+        for Assignment { symbol, formula, condition } in assignments {
+            if self.assigned.contains_key(symbol) {
+                return Err(refused("a program computes a variable twice"));
+            }
+            let register = self.formula(formula)?;
+            if matches!(register, Register::Truth(_)) {
+                return Err(refused("a program computes true or false, not a value"));
+            }
+            self.assigned.insert(*symbol, register);
+            self.program.output = register;
+            if let Some(condition) = condition {
+                let register = self.formula(condition)?;
+                self.program.conditions.push(register);
+            }
+        }
+        if self.program.output == NONE {
+            Err(refused("a program computes nothing"))
+        } else {
+            Ok(self.program)
+        }
+    }
+
+    /// The register that holds the formula's value.
+    fn formula(&mut self, formula: &Formula) -> Result<Register, Problem> {
+        match formula.operation() {
+            Operation::Symbol(symbol) => return self.symbol(symbol, formula.shape()),
+            Operation::Previous(symbol) => return self.previous(symbol, formula.shape()),
+            _ => {}
+        }
+        let arguments = formula.arguments().iter().map(|argument| self.formula(argument));
+        let arguments: Vec<Register> = arguments.collect::<Result<_, _>>()?;
+        let key = (formula.operation(), arguments);
+        if let Some(register) = self.known.get(&key) {
+            return Ok(*register);
+        }
+        let register = self.register(formula.shape());
+        self.emit(key.0, &key.1, register)?;
+        self.known.insert(key, register);
+        Ok(register)
+    }
+
+    fn emit(
+        &mut self,
+        operation: Operation,
+        arguments: &[Register],
+        result: Register,
+    ) -> Result<(), Problem> {
+        if self.program.instructions.len() >= MAX_INSTRUCTIONS {
+            let problem = refused(format!("this needs more than {MAX_INSTRUCTIONS} operations"));
+            return Err(problem.with_help("use fewer or shorter relations in one substitution"));
+        }
+        let mut operands = [NONE; 3];
+        for (operand, argument) in operands.iter_mut().zip(arguments) {
+            *operand = *argument;
+        }
+        match (operation, result) {
+            (Operation::Constant(constant), Register::Scalar(place)) => {
+                self.program.constants.push((place, constant));
+                return Ok(());
+            }
+            (Operation::Truth(truth), Register::Truth(place)) => {
+                self.program.truths.push((place, truth));
+                return Ok(());
+            }
+            (Operation::Elapsed, Register::Scalar(place)) => {
+                self.program.elapsed = Some(place);
+                return Ok(());
+            }
+            (Operation::List, _) => {
+                let start = self.program.listed.len() as u32;
+                self.program.listed.extend(arguments);
+                self.program.longest_list = self.program.longest_list.max(arguments.len());
+                operands = [Register::Scalar(start), Register::Scalar(arguments.len() as u32), NONE];
+            }
+            (Operation::Derivative(_) | Operation::Integral | Operation::Delay(_), _) => {
+                let memory = Register::Scalar(self.program.memories.len() as u32);
+                self.program.memories.push(operation);
+                let [_, second, _] = &mut operands;
+                *second = memory;
+            }
+            _ => {}
+        }
+        self.program.instructions.push(Instruction { operation, arguments: operands, result });
+        Ok(())
+    }
+
+    fn register(&mut self, shape: Shape) -> Register {
+        let Program { scalar_count, vector_count, truth_count, .. } = &mut self.program;
+        let (count, register): (&mut u32, fn(u32) -> Register) = match shape {
+            Shape::Scalar => (scalar_count, Register::Scalar),
+            Shape::Vector => (vector_count, Register::Vector),
+            Shape::Truth => (truth_count, Register::Truth),
+        };
+        *count += 1;
+        register(*count - 1)
+    }
+
+    fn symbol(&mut self, symbol: Symbol, shape: Shape) -> Result<Register, Problem> {
+        if let Some(register) = self.assigned.get(&symbol) {
+            return Ok(*register);
+        }
+        if self.outputs.contains(&symbol) {
+            return Err(refused("a program uses a variable before it has computed it"));
+        }
+        Ok(self.input(Input { symbol, kind: InputKind::Current }, shape))
+    }
+
+    fn previous(&mut self, symbol: Symbol, shape: Shape) -> Result<Register, Problem> {
+        if self.outputs.contains(&symbol) {
+            return Ok(self.input(Input { symbol, kind: InputKind::Previous }, shape));
+        }
+        let key = (Operation::Previous(symbol), Vec::new());
+        if let Some(register) = self.known.get(&key) {
+            return Ok(*register);
+        }
+        let from = self.symbol(symbol, shape)?;
+        let to = self.register(shape);
+        self.program.retained.push((from, to));
+        self.known.insert(key, to);
+        Ok(to)
+    }
+
+    fn input(&mut self, input: Input, shape: Shape) -> Register {
+        let place = self.program.inputs.iter().position(|known| *known == input);
+        if let Some(register) = place.and_then(|place| self.program.input_registers.get(place)) {
+            return *register;
+        }
+        let register = self.register(shape);
+        self.program.inputs.push(input);
+        self.program.input_registers.push(register);
+        register
+    }
+}
+
+fn refused(message: impl Into<alloc::string::String>) -> Problem {
+    Problem::error(0..0, message)
+}

@@ -1,0 +1,248 @@
+//! A formula whose names are looked up: a tree over symbols, in coherent SI units, simplified.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use super::Symbol;
+use super::operation::{Binary, Comparison, Constant, Operation, Unary};
+
+/// What kind of value a formula has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Shape {
+    /// One number.
+    Scalar,
+    /// Several numbers; how many is known when it is evaluated.
+    Vector,
+    /// True, false or unknown.
+    Truth,
+}
+
+/// The largest formula in nodes, functions of the model written out.
+pub const MAX_NODES: usize = 10_000;
+/// The deepest formula in nodes from the root to a leaf.
+pub const MAX_LEVELS: usize = 400;
+
+/// A formula over symbols in SI.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Formula {
+    operation: Operation,
+    shape: Shape,
+    /// Nodes, and nodes on the longest way to a leaf.
+    size: usize,
+    levels: usize,
+    arguments: Vec<Formula>,
+}
+
+impl Formula {
+    /// The value of a variable.
+    #[must_use]
+    pub fn symbol(symbol: Symbol, shape: Shape) -> Formula {
+        Formula { operation: Operation::Symbol(symbol), shape, size: 1, levels: 1, arguments: Vec::new() }
+    }
+
+    /// A number in SI.
+    #[must_use]
+    pub fn constant(constant: Constant) -> Formula {
+        Formula::node(Operation::Constant(constant), Vec::new())
+    }
+
+    pub(super) fn number(value: f64) -> Formula {
+        Formula::constant(Constant::exact(value))
+    }
+
+    pub(super) fn previous(symbol: Symbol, shape: Shape) -> Formula {
+        Formula { operation: Operation::Previous(symbol), ..Formula::symbol(symbol, shape) }
+    }
+
+    pub(super) fn unary(unary: Unary, of: Formula) -> Formula {
+        Formula::node(Operation::Unary(unary), vec![of])
+    }
+
+    pub(super) fn binary(binary: Binary, left: Formula, right: Formula) -> Formula {
+        Formula::node(Operation::Binary(binary), vec![left, right])
+    }
+
+    pub(super) fn compare(comparison: Comparison, left: Formula, right: Formula) -> Formula {
+        Formula::node(Operation::Compare(comparison), vec![left, right])
+    }
+
+    /// A node of an operation that is no symbol; the shape follows from the arguments, which the caller has checked.
+    pub(super) fn node(operation: Operation, arguments: Vec<Formula>) -> Formula {
+        let is_vector = arguments.iter().any(|argument| argument.shape == Shape::Vector);
+        let shape = match operation {
+            Operation::Truth(_) | Operation::Compare(_) | Operation::And | Operation::Or | Operation::Not => {
+                Shape::Truth
+            }
+            Operation::List | Operation::Slice(..) => Shape::Vector,
+            Operation::Unary(_) | Operation::Binary(_) | Operation::Within(_) if is_vector => Shape::Vector,
+            _ => Shape::Scalar,
+        };
+        let size = arguments.iter().fold(1_usize, |sum, argument| sum.saturating_add(argument.size));
+        let levels = 1 + arguments.iter().map(|argument| argument.levels).max().unwrap_or(0);
+        Formula { operation, shape, size, levels, arguments }
+    }
+
+    /// The same operation on other arguments of the same shapes.
+    pub(super) fn with_arguments(&self, arguments: Vec<Formula>) -> Formula {
+        if self.arguments.is_empty() { self.clone() } else { Formula::node(self.operation, arguments) }
+    }
+
+    /// Its root and what is below, to make another formula of.
+    pub(super) fn into_arguments(self) -> Vec<Formula> {
+        self.arguments
+    }
+
+    /// What the root does.
+    #[must_use]
+    pub fn operation(&self) -> Operation {
+        self.operation
+    }
+
+    /// What the root does it with.
+    #[must_use]
+    pub fn arguments(&self) -> &[Formula] {
+        &self.arguments
+    }
+
+    /// The kind of its value.
+    #[must_use]
+    pub fn shape(&self) -> Shape {
+        self.shape
+    }
+
+    /// The number of nodes.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// Whether it is within [`MAX_NODES`] and [`MAX_LEVELS`].
+    pub(super) fn is_bounded(&self) -> bool {
+        self.size <= MAX_NODES && self.levels <= MAX_LEVELS
+    }
+
+    /// Its value in SI when it is a constant.
+    #[must_use]
+    pub fn as_constant(&self) -> Option<Constant> {
+        match self.operation {
+            Operation::Constant(constant) => Some(constant),
+            _ => None,
+        }
+    }
+
+    /// Whether it is exactly this number.
+    pub(super) fn is(&self, value: f64) -> bool {
+        self.as_constant().is_some_and(|constant| constant.is(value))
+    }
+
+    /// The variables whose present value it uses, each once, in the order of their first use.
+    #[must_use]
+    pub fn symbols(&self) -> Vec<Symbol> {
+        let mut symbols = Vec::new();
+        self.visit(&mut |node| {
+            if let Operation::Symbol(symbol) = node.operation
+                && !symbols.contains(&symbol)
+            {
+                symbols.push(symbol);
+            }
+        });
+        symbols
+    }
+
+    /// The variables whose previous value it uses, each once, in the order of their first use.
+    #[must_use]
+    pub fn previous_symbols(&self) -> Vec<Symbol> {
+        let mut symbols = Vec::new();
+        self.visit(&mut |node| {
+            if let Operation::Previous(symbol) = node.operation
+                && !symbols.contains(&symbol)
+            {
+                symbols.push(symbol);
+            }
+        });
+        symbols
+    }
+
+    /// Whether its value depends on more than the present values of its symbols.
+    #[must_use]
+    pub fn is_stateful(&self) -> bool {
+        let mut found = false;
+        self.visit(&mut |node| found |= node.operation.is_stateful());
+        found
+    }
+
+    /// How often the present value of a variable is used.
+    #[must_use]
+    pub fn occurrences(&self, symbol: Symbol) -> usize {
+        let mut count = 0;
+        self.visit(&mut |node| count += usize::from(node.operation == Operation::Symbol(symbol)));
+        count
+    }
+
+    /// Whether it holds a number that is uncertain beyond rounding, so that two copies of it may differ in value.
+    pub(super) fn is_uncertain(&self) -> bool {
+        let mut found = false;
+        self.visit(&mut |node| {
+            found |= node.as_constant().is_some_and(|constant| !constant.is_certain() && !constant.is(0.0))
+        });
+        found
+    }
+
+    fn visit(&self, see: &mut dyn FnMut(&Formula)) {
+        see(self);
+        for argument in &self.arguments {
+            argument.visit(see);
+        }
+    }
+
+    /// With the variables that `definitions` define replaced by their formulas, those in turn by the definitions
+    /// before them: one formula of a whole substitution.
+    ///
+    /// A variable stays a variable where the result would leave [`MAX_NODES`] or [`MAX_LEVELS`]; the previous value of
+    /// a variable stays as it is.
+    #[must_use]
+    pub fn inline(&self, definitions: &[(Symbol, &Formula)]) -> Formula {
+        let mut written_out: Vec<(Symbol, Formula)> = Vec::new();
+        for (symbol, formula) in definitions {
+            let formula = formula.replaced(&written_out);
+            written_out.push((*symbol, formula));
+        }
+        self.replaced(&written_out)
+    }
+
+    /// Replaced if that stays bounded, else unchanged.
+    fn replaced(&self, definitions: &[(Symbol, Formula)]) -> Formula {
+        let mut room = MAX_NODES.saturating_sub(self.size);
+        let replaced = self.replace(definitions, &mut room);
+        if replaced.is_bounded() { replaced } else { self.clone() }
+    }
+
+    fn replace(&self, definitions: &[(Symbol, Formula)], room: &mut usize) -> Formula {
+        if let Operation::Symbol(symbol) = self.operation {
+            let definition = definitions.iter().rev().find(|(defined, _)| *defined == symbol);
+            return match definition {
+                Some((_, formula)) if formula.size <= *room => {
+                    *room -= formula.size;
+                    formula.clone()
+                }
+                _ => self.clone(),
+            };
+        }
+        let arguments = self.arguments.iter().map(|argument| argument.replace(definitions, room)).collect();
+        self.with_arguments(arguments)
+    }
+}
+
+impl Operation {
+    /// Whether its value depends on more than its arguments' present values.
+    pub(super) fn is_stateful(self) -> bool {
+        matches!(
+            self,
+            Operation::Previous(_)
+                | Operation::Elapsed
+                | Operation::Derivative(_)
+                | Operation::Integral
+                | Operation::Delay(_)
+        )
+    }
+}

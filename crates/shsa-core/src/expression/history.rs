@@ -1,0 +1,171 @@
+//! What the time operators remember: samples of their argument, a bounded number of them.
+//!
+//! A sample is not kept when it follows the last kept one too closely: so the room always reaches back over the
+//! whole window, however fast the samples come. Samples without a value are not kept. Evaluations at the time
+//! of the last one or before it change nothing.
+
+use alloc::vec::Vec;
+
+use super::number::Number;
+use super::operation::{Binary, Constant, Operation};
+use crate::interval::Interval;
+use crate::time::{Span, Time, Validity};
+
+/// The most samples that one operator keeps.
+const MAX_SAMPLES: usize = 2048;
+
+#[derive(Clone, Copy, Debug)]
+struct Sample<N> {
+    at: Validity,
+    value: N,
+}
+
+/// The memory of one time operator.
+#[derive(Clone, Debug)]
+pub(super) struct History<N> {
+    operation: Operation,
+    /// A ring: the oldest one stands at `start` once it is full.
+    samples: Vec<Sample<N>>,
+    start: usize,
+    room: usize,
+    spacing: Span,
+    /// The integral so far.
+    sum: N,
+}
+
+/// What a time operator gives, and since when that holds.
+pub(super) struct Recalled<N> {
+    pub(super) value: N,
+    pub(super) since: Option<Time>,
+}
+
+/// The middle of a validity; every sample's time where one moment is wanted.
+pub(super) fn middle(at: Validity) -> Time {
+    Time(at.from.0 / 2 + at.to.0 / 2 + (at.from.0 % 2 + at.to.0 % 2) / 2)
+}
+
+/// The seconds from one validity to a later one: between their middles, with what they may be at least and at most.
+pub(super) fn elapsed(from: Validity, to: Validity) -> Constant {
+    let at_least = (to.from - from.to).seconds().max(0.0);
+    let at_most = (to.to - from.from).seconds().max(0.0);
+    let value = (middle(to) - middle(from)).seconds();
+    // nanoseconds to floating-point seconds rounds twice
+    let bounds = Interval::new(at_least.next_down().next_down().max(0.0), at_most.next_up().next_up());
+    Constant { value, bounds: Interval::hull(bounds, Interval::point(value)) }
+}
+
+/// Half the length of a validity in seconds, on both sides of zero.
+fn uncertainty(at: Validity) -> Constant {
+    let half = (at.length().seconds() / 2.0).next_up();
+    let half = if at.from == at.to { 0.0 } else { half };
+    Constant { value: 0.0, bounds: Interval::new(-half, half) }
+}
+
+impl<N: Number> History<N> {
+    /// Allocates all that it will need for samples at up to `rate` per second.
+    pub(super) fn new(operation: Operation, rate: f64) -> History<N> {
+        let window = match operation {
+            Operation::Derivative(window) | Operation::Delay(window) => window,
+            _ => Span::ZERO,
+        };
+        let wanted = libm::ceil(2.0 * window.seconds() * rate.max(0.0)) as usize;
+        let room = wanted.saturating_add(4).min(MAX_SAMPLES);
+        History {
+            operation,
+            samples: Vec::with_capacity(room),
+            start: 0,
+            room,
+            spacing: Span(window.0 / (room as i64 - 2)),
+            sum: N::MISSING,
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.samples.clear();
+        self.start = 0;
+        self.sum = N::MISSING;
+    }
+
+    /// The operator's value for its argument's value now; remembers that when it is newer than the last.
+    pub(super) fn recall(&mut self, value: N, at: Validity, is_new: bool) -> Recalled<N> {
+        let recalled = match self.operation {
+            Operation::Derivative(window) => self.derivative(value, at, window),
+            Operation::Delay(span) => Recalled { value: self.delay(value, at, span), since: None },
+            _ => Recalled { value: self.integral(value, at, is_new), since: None },
+        };
+        if is_new && !value.is_missing() {
+            self.keep(Sample { at, value });
+        }
+        recalled
+    }
+
+    /// From the oldest to the newest.
+    fn samples(&self) -> impl DoubleEndedIterator<Item = &Sample<N>> {
+        let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
+        older.iter().chain(newer)
+    }
+
+    fn keep(&mut self, sample: Sample<N>) {
+        let is_close = |last: &Sample<N>| middle(sample.at) - middle(last.at) < self.spacing;
+        if self.samples().next_back().is_some_and(is_close) {
+            return;
+        }
+        if self.samples.len() < self.room {
+            self.samples.push(sample);
+        } else if let Some(oldest) = self.samples.get_mut(self.start) {
+            *oldest = sample;
+            self.start = (self.start + 1) % self.room;
+        }
+    }
+
+    /// The mean rate of change since the sample whose age is nearest to the window, and at least half of it.
+    fn derivative(&self, value: N, at: Validity, window: Span) -> Recalled<N> {
+        let now = middle(at);
+        let age = |sample: &Sample<N>| now - middle(sample.at);
+        let old = self
+            .samples()
+            .filter(|sample| age(sample) > Span::ZERO && age(sample) >= Span(window.0 / 2))
+            .min_by_key(|sample| (age(sample) - window).abs());
+        let Some(old) = old else { return Recalled { value: N::MISSING, since: None } };
+        let change = value.binary(Binary::Sub, old.value);
+        let time = N::constant(elapsed(old.at, at));
+        Recalled { value: change.binary(Binary::Div, time), since: Some(old.at.from) }
+    }
+
+    /// The value a span ago: between the last sample before and the first one after.
+    fn delay(&self, value: N, at: Validity, span: Span) -> N {
+        let now = [Sample { at, value }];
+        let is_newer = |sample: &&Sample<N>| middle(sample.at) < middle(at);
+        let samples =
+            || self.samples().filter(is_newer).chain(now.iter().filter(|sample| !sample.value.is_missing()));
+        let (earliest, moment, latest) = (at.from - span, middle(at) - span, at.to - span);
+        let before = samples().filter(|sample| middle(sample.at) <= earliest).last();
+        let nominal = samples().filter(|sample| middle(sample.at) <= moment).last();
+        let after = samples().find(|sample| middle(sample.at) >= latest);
+        let (Some(before), Some(nominal), Some(after)) = (before, nominal, after) else { return N::MISSING };
+        let around =
+            samples().filter(|sample| (middle(before.at)..=middle(after.at)).contains(&middle(sample.at)));
+        around.fold(nominal.value, |hull, sample| hull.covering(sample.value))
+    }
+
+    /// The sum of the trapezoids since the first value. Over intervals, the value between two samples lies in their
+    /// hull; the lengths are those between the middles of the times, and the uncertainty of the first and the
+    /// last time counts with the value there.
+    fn integral(&mut self, value: N, at: Validity, is_new: bool) -> N {
+        if value.is_missing() {
+            return N::MISSING;
+        }
+        let at_end = value.binary(Binary::Mul, N::constant(uncertainty(at)));
+        let Some(last) = self.samples.first().copied() else {
+            self.sum = if is_new { at_end } else { N::MISSING };
+            return self.sum;
+        };
+        if is_new {
+            let length = elapsed(Validity::at(middle(last.at)), Validity::at(middle(at)));
+            let area = last.value.between(value).binary(Binary::Mul, N::constant(length));
+            self.sum = self.sum.binary(Binary::Add, area);
+            self.samples.clear();
+        }
+        self.sum.binary(Binary::Add, at_end)
+    }
+}

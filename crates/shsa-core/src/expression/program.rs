@@ -1,0 +1,128 @@
+//! A flat program over registers: what formulas are compiled to, and what is evaluated again and again.
+
+use alloc::vec::Vec;
+
+use super::Symbol;
+use super::compile::Compiler;
+use super::formula::Formula;
+use super::operation::{Constant, Operation};
+use super::problem::Problem;
+
+/// The largest program in operations.
+pub const MAX_INSTRUCTIONS: usize = 50_000;
+
+/// A variable that a program computes.
+#[derive(Clone, Copy, Debug)]
+pub struct Assignment<'a> {
+    /// The variable.
+    pub symbol: Symbol,
+    /// What it is computed by; it may use the variables assigned before.
+    pub formula: &'a Formula,
+    /// What must certainly be true for the program to give anything; it may use this variable and those before.
+    pub condition: Option<&'a Formula>,
+}
+
+/// What a program must be given for every evaluation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Input {
+    /// The variable.
+    pub symbol: Symbol,
+    /// Which of its values.
+    pub kind: InputKind,
+}
+
+/// Which value of a variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum InputKind {
+    /// Its present value.
+    Current,
+    /// Its last trusted value: the program computes the variable and refers to its `previous(..)` value, which need
+    /// not be the one that the program has computed itself.
+    Previous,
+}
+
+/// A register of one of the three kinds, by its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Register {
+    Scalar(u32),
+    Vector(u32),
+    Truth(u32),
+}
+
+/// One operation on registers; unused arguments are `NONE`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Instruction {
+    pub(super) operation: Operation,
+    pub(super) arguments: [Register; 3],
+    pub(super) result: Register,
+}
+
+pub(super) const NONE: Register = Register::Scalar(u32::MAX);
+
+/// Assignments compiled for evaluation; independent of the kind of number.
+#[derive(Clone, Debug)]
+pub struct Program {
+    pub(super) inputs: Vec<Input>,
+    /// Where the inputs go, in the same order.
+    pub(super) input_registers: Vec<Register>,
+    pub(super) constants: Vec<(u32, Constant)>,
+    pub(super) truths: Vec<(u32, bool)>,
+    pub(super) instructions: Vec<Instruction>,
+    /// The elements of `List` instructions.
+    pub(super) listed: Vec<Register>,
+    /// Where to keep values for the next evaluation: from, to.
+    pub(super) retained: Vec<(Register, Register)>,
+    /// The operations that keep samples of their argument; instructions name them by their place here.
+    pub(super) memories: Vec<Operation>,
+    pub(super) elapsed: Option<u32>,
+    pub(super) conditions: Vec<Register>,
+    pub(super) output: Register,
+    /// How many registers of each kind there are.
+    pub(super) scalar_count: u32,
+    pub(super) vector_count: u32,
+    pub(super) truth_count: u32,
+    pub(super) longest_list: usize,
+}
+
+impl Program {
+    /// Compiles assignments, each of which may use the variables of those before it; the last one is the output.
+    ///
+    /// `previous(x)` of a variable that the program computes becomes an input ([`InputKind::Previous`]); of any other
+    /// variable the program keeps the value itself. Equal terms are computed once.
+    ///
+    /// # Errors
+    /// No assignment, a variable assigned twice or used before it is assigned, an output that is neither number nor
+    /// vector, more than [`MAX_INSTRUCTIONS`]. Time: n log n in the size of the formulas.
+    pub fn compile(assignments: &[Assignment<'_>]) -> Result<Program, Problem> {
+        Compiler::new(assignments).compile(assignments)
+    }
+
+    /// What every evaluation must be given, in this order.
+    #[must_use]
+    pub fn inputs(&self) -> &[Input] {
+        &self.inputs
+    }
+
+    /// The number of operations of an evaluation; each takes bounded time per element of the longest vector.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.instructions.len()
+    }
+
+    /// Whether it only passes an input or a constant on.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.instructions.is_empty()
+    }
+
+    /// Whether an evaluation depends on those before it.
+    #[must_use]
+    pub fn is_stateful(&self) -> bool {
+        !self.retained.is_empty() || !self.memories.is_empty() || self.elapsed.is_some()
+    }
+
+    /// Whether it is given the last trusted value of a variable, so that `dt` is the age of that value.
+    pub(super) fn takes_previous(&self) -> bool {
+        self.inputs.iter().any(|input| input.kind == InputKind::Previous)
+    }
+}

@@ -1,0 +1,131 @@
+//! The SI exponents of a quantity, with the angle as a base dimension of its own.
+
+use core::fmt;
+
+/// Exponents of length, mass, time, current, temperature, amount, luminous intensity and angle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Dimension {
+    exponents: [i8; 8],
+}
+
+const ANGLE: usize = 7;
+const SYMBOLS: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
+/// Where the symbols above stand in the exponents: mass is written before length.
+const ORDER: [usize; 8] = [1, 0, 2, 3, 4, 5, 6, ANGLE];
+/// What is better known under a name of its own.
+const NAMED: [([i8; 8], &str); 10] = [
+    ([1, 1, -2, 0, 0, 0, 0, 0], "N"),
+    ([-1, 1, -2, 0, 0, 0, 0, 0], "Pa"),
+    ([2, 1, -2, 0, 0, 0, 0, 0], "J"),
+    ([2, 1, -3, 0, 0, 0, 0, 0], "W"),
+    ([2, 1, -3, -1, 0, 0, 0, 0], "V"),
+    ([2, 1, -3, -2, 0, 0, 0, 0], "ohm"),
+    ([-2, -1, 4, 2, 0, 0, 0, 0], "F"),
+    ([2, 1, -2, -2, 0, 0, 0, 0], "H"),
+    ([0, 1, -2, -1, 0, 0, 0, 0], "T"),
+    ([0, 0, 1, 1, 0, 0, 0, 0], "A*s"),
+];
+
+impl Dimension {
+    /// Of a plain number.
+    pub const PLAIN: Dimension = Dimension::of([0; 8]);
+    /// Of a length.
+    pub const LENGTH: Dimension = Dimension::of([1, 0, 0, 0, 0, 0, 0, 0]);
+    /// Of a time.
+    pub const TIME: Dimension = Dimension::of([0, 0, 1, 0, 0, 0, 0, 0]);
+    /// Of an angle.
+    pub const ANGLE: Dimension = Dimension::of([0, 0, 0, 0, 0, 0, 0, 1]);
+
+    /// From the exponents in the order of the type's description.
+    #[must_use]
+    pub const fn of(exponents: [i8; 8]) -> Dimension {
+        Dimension { exponents }
+    }
+
+    /// The exponents in the order of the type's description.
+    #[must_use]
+    pub const fn exponents(self) -> [i8; 8] {
+        self.exponents
+    }
+
+    /// Of a product; `None` when an exponent leaves its range.
+    #[must_use]
+    pub fn times(self, other: Dimension) -> Option<Dimension> {
+        self.zip(other, i8::checked_add)
+    }
+
+    /// Of a quotient; `None` when an exponent leaves its range.
+    #[must_use]
+    pub fn over(self, other: Dimension) -> Option<Dimension> {
+        self.zip(other, i8::checked_sub)
+    }
+
+    /// Of a power; `None` when an exponent leaves its range.
+    #[must_use]
+    pub fn power(self, exponent: i8) -> Option<Dimension> {
+        self.zip(self, |own, _| own.checked_mul(exponent))
+    }
+
+    /// Of a root; `None` when an exponent is no multiple of `degree`.
+    #[must_use]
+    pub fn root(self, degree: i8) -> Option<Dimension> {
+        self.zip(self, |own, _| (own.checked_rem(degree)? == 0).then_some(own.checked_div(degree)?))
+    }
+
+    /// The same without its angle.
+    #[must_use]
+    pub const fn without_angle(self) -> Dimension {
+        let [length, mass, time, current, temperature, amount, intensity, _] = self.exponents;
+        Dimension::of([length, mass, time, current, temperature, amount, intensity, 0])
+    }
+
+    /// The exponent of the angle.
+    #[must_use]
+    pub const fn angle(self) -> i8 {
+        let [.., angle] = self.exponents;
+        angle
+    }
+
+    fn zip(self, other: Dimension, with: impl Fn(i8, i8) -> Option<i8>) -> Option<Dimension> {
+        let mut exponents = [0; 8];
+        let pairs = self.exponents.iter().zip(other.exponents);
+        for (result, (own, its)) in exponents.iter_mut().zip(pairs) {
+            *result = with(*own, its)?;
+        }
+        Some(Dimension { exponents })
+    }
+
+    fn power_of(self, place: usize) -> i8 {
+        self.exponents.get(place).copied().unwrap_or(0)
+    }
+}
+
+impl fmt::Display for Dimension {
+    /// `m/s^2`, `V`, `rad`, `1` for a plain number.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some((_, name)) = NAMED.iter().find(|(exponents, _)| *exponents == self.exponents) {
+            return f.write_str(name);
+        }
+        let mut first = true;
+        for (place, symbol) in ORDER.into_iter().zip(SYMBOLS).filter(|&(place, _)| self.power_of(place) > 0) {
+            f.write_str(if first { "" } else { "*" })?;
+            write_power(f, symbol, self.power_of(place))?;
+            first = false;
+        }
+        if first {
+            f.write_str("1")?;
+        }
+        for (place, symbol) in ORDER.into_iter().zip(SYMBOLS).filter(|&(place, _)| self.power_of(place) < 0) {
+            f.write_str("/")?;
+            write_power(f, symbol, self.power_of(place))?;
+        }
+        Ok(())
+    }
+}
+
+fn write_power(f: &mut fmt::Formatter<'_>, symbol: &str, exponent: i8) -> fmt::Result {
+    match exponent.unsigned_abs() {
+        1 => f.write_str(symbol),
+        power => write!(f, "{symbol}^{power}"),
+    }
+}
