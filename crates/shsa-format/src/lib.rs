@@ -1,1 +1,3 @@
 //! Files: knowledge bases, recordings, journals and stories.
+
+pub mod model;
