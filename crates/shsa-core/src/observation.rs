@@ -42,11 +42,28 @@ impl Signal {
         self.enclose_bounds(value, value)
     }
 
-    /// As [`Signal::enclose`] for a value that brings its own bounds.
+    /// As [`Signal::enclose`] for a value that brings its own bounds: the signal's error comes on top of them.
+    ///
+    /// The relative error is a share of the reading in the signal's unit. Without it and in SI units the bounds are
+    /// plain sums of 64-bit numbers, else they are rounded outward.
     #[must_use]
     pub fn enclose_bounds(&self, lo: f64, hi: f64) -> Interval {
-        let _ = (lo, hi);
-        Interval::EMPTY
+        if !(lo.is_finite() && hi.is_finite() && lo <= hi) {
+            return Interval::EMPTY;
+        }
+        let error = self.value_error;
+        let unit = self.unit.as_ref().filter(|unit| !unit.is_si());
+        if unit.is_none() && error.relative == 0.0 {
+            return Interval::new(lo + error.lo, hi + error.hi);
+        }
+        let share =
+            |bound: f64| if error.relative == 0.0 { 0.0 } else { (error.relative * bound.abs()).next_up() };
+        let (reading, shares) = (Interval::new(lo, hi), Interval::new(-share(lo), share(hi)));
+        let (value, shares) = match unit {
+            Some(unit) => (unit.to_si_interval(reading), unit.to_si_difference_interval(shares)),
+            None => (reading, shares),
+        };
+        value + shares + Interval::new(error.lo, error.hi)
     }
 
     /// When the content of an observation with this time stamp was true.
@@ -54,5 +71,80 @@ impl Signal {
     pub fn validity(&self, stamp: Time) -> Validity {
         let content = stamp - self.delay;
         Validity { from: content + self.time_error.0, to: content + self.time_error.1 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::knowledge::{Id, Properties, ValueError, VariableId};
+    use crate::time::Span;
+    use crate::unit::Unit;
+    use alloc::string::String;
+    use proptest::prelude::*;
+
+    fn signal(unit: Option<&str>, lo: f64, hi: f64, relative: f64) -> Signal {
+        Signal {
+            name: String::new(),
+            variable: VariableId::from_index(0),
+            source: String::new(),
+            unit: unit.and_then(|text| Unit::parse(text).ok()),
+            rate_hz: None,
+            value_error: ValueError { lo, hi, relative },
+            time_error: (Span::ZERO, Span::ZERO),
+            delay: Span::ZERO,
+            timeout: None,
+            derived_from: Vec::new(),
+            properties: Properties::new(),
+        }
+    }
+
+    #[track_caller]
+    fn check(signal: &Signal, value: f64, lo: f64, hi: f64) {
+        let enclosed = signal.enclose(value);
+        let near = |bound: f64, expected: f64| (bound - expected).abs() <= 1e-12 * expected.abs().max(1.0);
+        assert!(near(enclosed.lo(), lo) && near(enclosed.hi(), hi), "{enclosed:?} is not [{lo}, {hi}]");
+    }
+
+    #[test]
+    fn si_readings_are_widened_by_plain_sums() {
+        let enclosed = signal(Some("m"), -0.1, 0.2, 0.0).enclose(1.3);
+        assert_eq!((enclosed.lo(), enclosed.hi()), (1.3 - 0.1, 1.3 + 0.2));
+        assert_eq!(signal(None, 0.0, 0.0, 0.0).enclose(0.1), Interval::point(0.1));
+    }
+
+    #[test]
+    fn readings_are_converted_and_errors_come_on_top() {
+        check(&signal(Some("km/h"), -1.0, 1.0, 0.0), 36.0, 9.0, 11.0);
+        check(&signal(Some("degC"), -0.5, 0.5, 0.0), 20.0, 292.65, 293.65);
+        check(&signal(Some("degC"), 0.0, 0.0, 0.02), 20.0, 292.75, 293.55);
+        check(&signal(None, -0.3, 0.3, 0.01), -10.0, -10.4, -9.6);
+    }
+
+    #[test]
+    fn what_is_no_number_is_empty() {
+        let signal = signal(Some("km/h"), -1.0, 1.0, 0.1);
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(signal.enclose(value).is_empty());
+        }
+        assert!(signal.enclose_bounds(2.0, 1.0).is_empty());
+        assert!(signal.enclose_bounds(0.0, f64::INFINITY).is_empty());
+    }
+
+    proptest! {
+        #[test]
+        fn every_value_within_its_error_is_enclosed(
+            reading in -1e6..1e6_f64, own in 0.0..10.0_f64, margin in 0.0..5.0_f64, share in 0.0..0.9_f64,
+            at in 0.0..=1.0_f64,
+        ) {
+            let unit = Unit::parse("km/h").unwrap();
+            let signal = signal(Some("km/h"), -margin, margin, share);
+            let shown = reading + own * at;
+            let enclosed = signal.enclose_bounds(reading, reading + own);
+            for sign in [-1.0, 0.0, 1.0] {
+                let truth = unit.to_si(shown * (1.0 + sign * 0.999 * share)) + sign * 0.999 * margin;
+                prop_assert!(enclosed.contains(truth) || (share + margin == 0.0 && enclosed.distance(Interval::point(truth)) < 1e-6));
+            }
+        }
     }
 }

@@ -2,4 +2,5 @@
 
 pub mod fault;
 pub mod journal;
+pub mod model;
 pub mod recording;

@@ -3,9 +3,16 @@
 //! Everything is found by dense ids in file order. Cycles and relations that are usable in several directions
 //! are ordinary. What can change at run time is the availability of signals; every change bumps the version.
 
+mod build;
+mod draft;
 mod ids;
 mod signal_set;
 
+pub use build::build;
+pub use draft::{
+    BodyDraft, Bounds, Diagnostic, Draft, NeedDraft, Place, PropertyDrafts, RelationDraft, Severity,
+    SignalDraft, Text, VariableDraft,
+};
 pub use ids::{Id, IdVec, NeedId, RelationId, SignalId, VariableId};
 pub use signal_set::SignalSet;
 
@@ -101,7 +108,7 @@ pub struct Signal {
     pub variable: VariableId,
     /// Where it is found: topic or file, `#`, field or column.
     pub source: String,
-    /// What its values come in; `None` means the variable's.
+    /// What its values come in: its own unit or else the variable's; `None` when the model gives neither.
     pub unit: Option<Unit>,
     /// Observations a second; `None` when it comes when it comes.
     pub rate_hz: Option<f64>,

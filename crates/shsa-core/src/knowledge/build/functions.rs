@@ -1,0 +1,48 @@
+//! Checks the model's functions.
+
+use super::problems::Problems;
+use super::scope::Names;
+use super::variables::Variables;
+use crate::expression::{Function, Scope, check_function, parse_expression, parse_function_head};
+use crate::knowledge::draft::{Draft, Text};
+use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::string::String;
+
+/// Reads functions by name; a broken one is left out.
+pub(super) fn build(
+    problems: &mut Problems,
+    draft: &Draft,
+    variables: &Variables,
+) -> BTreeMap<String, Function> {
+    let mut functions = BTreeMap::new();
+    for (head, body) in &draft.functions {
+        let Some(function) = function(problems, head, body) else { continue };
+        let name = function.name.clone();
+        if variables.find(&name).is_some() {
+            problems.error(head, format!("`{name}` is a variable and a function"), "rename one");
+        } else if functions.contains_key(&name) {
+            problems.error(head, format!("function `{name}` is given twice"), "keep one, or rename one");
+        } else {
+            functions.insert(name, function);
+        }
+    }
+    functions
+}
+
+/// Checks the bodies, now that all functions are known.
+pub(super) fn check(problems: &mut Problems, draft: &Draft, names: &Names) {
+    for (head, body) in &draft.functions {
+        let known = parse_function_head(&head.text).ok().and_then(|(name, _)| names.function(&name));
+        for problem in known.map(|function| check_function(function, names)).unwrap_or_default() {
+            problems.inside(body, problem);
+        }
+    }
+}
+
+fn function(problems: &mut Problems, head: &Text, body: &Text) -> Option<Function> {
+    let read = parse_function_head(&head.text).map_err(|problem| problems.inside(head, problem)).ok();
+    let body = parse_expression(&body.text).map_err(|problem| problems.inside(body, problem)).ok();
+    let (name, parameters) = read?;
+    Some(Function { name, parameters, body: body? })
+}

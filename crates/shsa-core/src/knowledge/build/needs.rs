@@ -1,0 +1,169 @@
+//! Checks needs, and that each can be provided at all.
+
+use super::problems::Problems;
+use super::quantity::{self, Kind};
+use super::variables::Variables;
+use crate::knowledge::draft::{Draft, NeedDraft, Text};
+use crate::knowledge::{IdVec, KnowledgeBase, Need, NeedId, Signal, SignalId, Switching, VariableId};
+use crate::time::Span;
+use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::format;
+use alloc::vec::Vec;
+
+/// A need whose variable no rated signal carries accepts values of this age.
+const UNRATED_AGE: Span = Span::from_millis(1_000);
+/// The least default age: three periods of a 10 Hz sensor, the usual rate of the slow ones on a machine.
+const LEAST_AGE: Span = Span::from_millis(300);
+
+/// Reads needs; one of an unknown variable is left out.
+pub(super) fn build(
+    problems: &mut Problems,
+    draft: &Draft,
+    variables: &Variables,
+    signals: &IdVec<SignalId, Signal>,
+) -> IdVec<NeedId, Need> {
+    let mut needs: IdVec<NeedId, Need> = IdVec::new();
+    let mut taken: BTreeSet<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
+    let ages = usual_ages(signals);
+    let mut names = Vec::new();
+    for draft in &draft.needs {
+        let need = need(problems, draft, variables, &ages);
+        if let Some(need) = need {
+            names.push((draft, need.signal.clone()));
+            needs.push(need);
+        }
+    }
+    for (draft, name) in &names {
+        if !taken.insert(name) {
+            let at = draft.signal.as_ref().unwrap_or(&draft.variable);
+            let message = format!("`{name}` is published already");
+            problems.error(at, message, "publish under a name that is no signal's and no other need's");
+        }
+    }
+    needs
+}
+
+/// Reports the needs that no signal, constant or chain of relations provides even when everything is healthy.
+///
+/// `undecided`: variables that broken relations name; they may be providable once these are corrected.
+pub(super) fn check_providable(
+    problems: &mut Problems,
+    draft: &Draft,
+    variables: &Variables,
+    knowledge: &KnowledgeBase,
+    undecided: &BTreeSet<VariableId>,
+) {
+    let known = providable(knowledge, undecided);
+    for name in draft.needs.iter().map(|need| &need.variable) {
+        if variables.find(&name.text).is_some_and(|id| !known[id]) {
+            let help = "add a signal that carries it, or a relation whose inputs are provided";
+            problems.error(name, format!("nothing can provide `{}`", name.text), help);
+        }
+    }
+}
+
+/// Which variables are provided or given, or can be computed from those: the least fixpoint.
+///
+/// Time and space: linear in the edges of the relations.
+pub(super) fn providable(knowledge: &KnowledgeBase, given: &BTreeSet<VariableId>) -> IdVec<VariableId, bool> {
+    let variables = knowledge.variables();
+    let mut known = IdVec::filled(variables.len(), |id| knowledge.is_provided(id) || given.contains(&id));
+    let mut missing = IdVec::filled(knowledge.relations().len(), |id| knowledge.relations()[id].inputs.len());
+    let mut readers = IdVec::filled(variables.len(), |_| Vec::new());
+    for (id, relation) in knowledge.relations().enumerate() {
+        for &input in &relation.inputs {
+            readers[input].push(id);
+        }
+    }
+    let mut open: Vec<VariableId> = variables.ids().filter(|&id| known[id]).collect();
+    let mut ready: Vec<_> = knowledge.relations().ids().filter(|&id| missing[id] <= 1).collect();
+    loop {
+        while let Some(id) = ready.pop() {
+            for &output in &knowledge.relations()[id].outputs {
+                let complete =
+                    missing[id] == 0 || knowledge.relations()[id].inputs.binary_search(&output).is_ok();
+                if complete && !known[output] {
+                    known[output] = true;
+                    open.push(output);
+                }
+            }
+        }
+        let Some(variable) = open.pop() else { return known };
+        for &id in &readers[variable] {
+            missing[id] -= 1;
+            if missing[id] <= 1 {
+                ready.push(id);
+            }
+        }
+    }
+}
+
+fn need(
+    problems: &mut Problems,
+    draft: &NeedDraft,
+    variables: &Variables,
+    ages: &BTreeMap<VariableId, Span>,
+) -> Option<Need> {
+    let variable = variables.look_up(problems, &draft.variable);
+    let unit = variable.and_then(|id| variables.list[id].unit.as_ref());
+    let max_width = draft.max_width.as_ref();
+    let usual = Switching::default();
+    let mut time = |text: Option<&Text>| text.and_then(|text| quantity::span(problems, text));
+    let max_age = time(draft.max_age.as_ref());
+    let hold = time(draft.hold.as_ref()).unwrap_or(usual.hold);
+    let probation = time(draft.probation.as_ref()).unwrap_or(usual.probation);
+    let blend = time(draft.blend.as_ref()).unwrap_or(usual.blend);
+    let hysteresis = draft.hysteresis.as_ref().and_then(|text| share(problems, text));
+    let max_width = max_width.and_then(|text| width(problems, text, unit));
+    let integrity = draft.integrity.as_ref().and_then(|text| integrity(problems, text));
+    let variable = variable?;
+    let healed = || format!("/healed/{}", draft.variable.text);
+    Some(Need {
+        variable,
+        signal: draft.signal.as_ref().map_or_else(healed, |text| text.text.clone()),
+        max_age: max_age.or_else(|| ages.get(&variable).copied()).unwrap_or(UNRATED_AGE),
+        max_width,
+        integrity,
+        switching: Switching { hold, probation, blend, hysteresis: hysteresis.unwrap_or(usual.hysteresis) },
+    })
+}
+
+/// As long as the fastest rated signal of a variable may be silent, and not less than three tenths of a second.
+fn usual_ages(signals: &IdVec<SignalId, Signal>) -> BTreeMap<VariableId, Span> {
+    let mut ages = BTreeMap::new();
+    for signal in signals {
+        let Some(silence) = signal.timeout else { continue };
+        let age = ages.entry(signal.variable).or_insert(Span::MAX);
+        *age = silence.max(LEAST_AGE).min(*age);
+    }
+    ages
+}
+
+fn width(problems: &mut Problems, text: &Text, unit: Option<&crate::unit::Unit>) -> Option<f64> {
+    let width = quantity::quantity(problems, text, unit, Kind::Difference)?;
+    if width <= 0.0 {
+        problems.error(text, "a largest width is above 0", "leave `max_width` away when every width will do");
+        return None;
+    }
+    Some(width)
+}
+
+fn share(problems: &mut Problems, text: &Text) -> Option<f64> {
+    let share = quantity::number(problems, text)?;
+    if share < 0.0 {
+        problems.error(text, format!("`{}` is negative", text.text), "write a share like `5 %` or `0.05`");
+        return None;
+    }
+    Some(share)
+}
+
+fn integrity(problems: &mut Problems, text: &Text) -> Option<char> {
+    match text.text.as_str() {
+        "A" | "B" | "C" | "D" => text.text.chars().next(),
+        _ => {
+            let message = format!("`{}` is no integrity level", text.text);
+            problems.error(text, message, "write `A`, `B`, `C` or `D`, the highest");
+            None
+        }
+    }
+}

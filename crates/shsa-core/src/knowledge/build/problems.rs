@@ -1,0 +1,70 @@
+//! Collects what is wrong with a draft.
+
+use crate::expression::{Problem, Severity};
+use crate::knowledge::draft::{Diagnostic, Place, Text};
+use crate::unit::nearest;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+/// How many pairs of names are compared in search of the nearest one: about a second.
+pub(super) const MAX_COMPARISONS: usize = 1_000_000;
+
+/// How many problems are kept: more help nobody.
+const MAX_PROBLEMS: usize = 10_000;
+
+/// Everything that was found so far.
+#[derive(Default)]
+pub(super) struct Problems {
+    found: Vec<Diagnostic>,
+    comparisons: usize,
+}
+
+impl Problems {
+    /// Adds an error about a whole piece of text.
+    pub(super) fn error(&mut self, text: &Text, message: impl Into<String>, help: impl Into<String>) {
+        self.push(Severity::Error, text.place, message.into(), help.into());
+    }
+
+    /// Adds a warning about a whole piece of text.
+    pub(super) fn warn(&mut self, text: &Text, message: impl Into<String>, help: impl Into<String>) {
+        self.push(Severity::Warning, text.place, message.into(), help.into());
+    }
+
+    /// Adds what was found inside a piece of text.
+    pub(super) fn inside(&mut self, text: &Text, problem: Problem) {
+        let Problem { severity, span, message, help } = problem;
+        self.keep(Diagnostic { severity, place: text.place, span: Some(span), message, help });
+    }
+
+    /// Adds that a name is not known, with the nearest of the known ones as help.
+    pub(super) fn unknown<'a>(
+        &mut self,
+        name: &Text,
+        what: &str,
+        known: impl ExactSizeIterator<Item = &'a str>,
+        otherwise: &str,
+    ) {
+        self.comparisons = self.comparisons.saturating_add(known.len());
+        let near = if self.comparisons > MAX_COMPARISONS { None } else { nearest(&name.text, known) };
+        let help = near.map_or_else(|| otherwise.to_string(), |near| format!("did you mean `{near}`?"));
+        self.error(name, format!("there is no {what} `{}`", name.text), help);
+    }
+
+    /// All that was found, in the order of the file.
+    pub(super) fn sorted(mut self) -> Vec<Diagnostic> {
+        self.found.sort_by_key(|found| (found.place, found.span.as_ref().map(|span| span.start)));
+        self.found
+    }
+
+    fn push(&mut self, severity: Severity, place: Place, message: String, help: String) {
+        let help = Some(help).filter(|help| !help.is_empty());
+        self.keep(Diagnostic { severity, place, span: None, message, help });
+    }
+
+    fn keep(&mut self, diagnostic: Diagnostic) {
+        if self.found.len() < MAX_PROBLEMS {
+            self.found.push(diagnostic);
+        }
+    }
+}

@@ -1,0 +1,308 @@
+//! Checks relations: equations are solved for every variable that they can be solved for.
+
+use super::problems::Problems;
+use super::quantity;
+use super::scope::{Names, symbol};
+use crate::expression::{
+    self, Equation, Formula, Node, Problem, check as check_formula, check_equation, parse_equation,
+    parse_expression, solve,
+};
+use crate::knowledge::draft::{BodyDraft, Bounds, Draft, RelationDraft, Text};
+use crate::knowledge::{IdVec, Relation, RelationId, ValueError, VariableId};
+use crate::unit::{Dimension, Unit};
+use alloc::collections::BTreeSet;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+/// How many reasons why an equation cannot be solved are told.
+const MAX_REASONS: usize = 3;
+
+/// For how many variables an equation is solved: each gives a formula of the equation's size.
+const MAX_DIRECTIONS: usize = 100;
+
+/// Reads relations; a broken one is left out, and the variables that it names are told apart.
+pub(super) fn build(
+    problems: &mut Problems,
+    draft: &Draft,
+    names: &Names,
+) -> (IdVec<RelationId, Relation>, BTreeSet<VariableId>) {
+    let mut relations = IdVec::new();
+    let mut undecided = BTreeSet::new();
+    let mut taken = BTreeSet::new();
+    for draft in &draft.relations {
+        let relation = match &draft.body {
+            BodyDraft::Equation(text) => equation(problems, draft, text, names),
+            BodyDraft::Structure { outputs, inputs } => structure(problems, draft, outputs, inputs, names),
+        };
+        let properties = quantity::properties(problems, &draft.properties);
+        if !taken.insert(draft.name.text.as_str()) {
+            problems.error(&draft.name, format!("relation `{}` is given twice", draft.name.text), "keep one");
+        } else if let Some(relation) = relation {
+            relations.push(Relation { properties, ..relation });
+        } else {
+            undecided.extend(named_by(&draft.body, names));
+        }
+    }
+    (relations, undecided)
+}
+
+fn named_by(body: &BodyDraft, names: &Names) -> Vec<VariableId> {
+    let texts: Vec<&Text> = match body {
+        BodyDraft::Equation(text) => Vec::from([text]),
+        BodyDraft::Structure { outputs, inputs } => outputs.iter().chain(inputs).collect(),
+    };
+    texts.into_iter().flat_map(|text| names.variables.named_in(&text.text)).collect()
+}
+
+fn structure(
+    problems: &mut Problems,
+    draft: &RelationDraft,
+    outputs: &[Text],
+    inputs: &[Text],
+    names: &Names,
+) -> Option<Relation> {
+    let equations_only = [("for", draft.directions.is_some()), ("when", draft.condition.is_some())];
+    let equations_only = equations_only.into_iter().chain([("error", draft.error.is_some())]);
+    for (key, _) in equations_only.filter(|(_, given)| *given) {
+        let message =
+            format!("`{key}` has no meaning in relation `{}`, which has no equation", draft.name.text);
+        problems.error(&draft.name, message, "give an `equation`, or leave it away");
+    }
+    let found = names.variables.look_up_all(problems, outputs);
+    let inputs = names.variables.look_up_all(problems, inputs);
+    report_constants(problems, outputs, names);
+    if found.is_empty() || outputs.iter().any(|name| is_constant(names, &name.text)) {
+        return None;
+    }
+    if let [output] = found.as_slice()
+        && inputs.as_slice() == [*output]
+    {
+        let message = format!("relation `{}` reads only what it produces", draft.name.text);
+        problems.error(&draft.name, message, "name other inputs");
+        return None;
+    }
+    Some(Relation { inputs, outputs: found, ..unsolved(draft, "") })
+}
+
+fn equation(problems: &mut Problems, draft: &RelationDraft, text: &Text, names: &Names) -> Option<Relation> {
+    let parsed = reported(problems, text, parse_equation(&text.text));
+    let equation = parsed.and_then(|parsed| checked(problems, draft, text, parsed, names));
+    let mut inputs = names.take_used();
+    let wanted = directions(problems, draft, names);
+    let condition = draft.condition.as_ref().and_then(|text| condition(problems, text, names));
+    inputs.extend(names.take_used());
+    let equation = equation?;
+    let (outputs, formulas) = match wanted {
+        Some(wanted) => named(problems, &wanted, &equation, names),
+        None => every(problems, text, &equation, &inputs, names),
+    };
+    names.take_used();
+    let inputs = inputs.into_iter().collect();
+    let solved = Relation { inputs, outputs, formulas, condition, ..unsolved(draft, &text.text) };
+    (!solved.outputs.is_empty()).then_some(solved)
+}
+
+/// A relation that says nothing yet.
+fn unsolved(draft: &RelationDraft, text: &str) -> Relation {
+    Relation {
+        name: draft.name.text.clone(),
+        inputs: Vec::new(),
+        outputs: Vec::new(),
+        formulas: Vec::new(),
+        condition: None,
+        text: text.to_string(),
+        properties: crate::knowledge::Properties::new(),
+    }
+}
+
+/// The equation with the relation's own error in it, when there is nothing wrong.
+fn checked(
+    problems: &mut Problems,
+    draft: &RelationDraft,
+    text: &Text,
+    parsed: Equation,
+    names: &Names,
+) -> Option<Equation> {
+    let checked = check_equation(&parsed, names);
+    for problem in checked.problems {
+        problems.inside(text, problem);
+    }
+    let Some(bounds) = &draft.error else { return checked.sides.and(Some(parsed)) };
+    let error = error(problems, bounds, &parsed, checked.dimension, names);
+    checked.sides?;
+    parse_equation(&loosened(&text.text, &parsed, error?, checked.dimension)?).ok()
+}
+
+/// The error in SI; a plain number counts in the unit of the left side when that is a variable.
+fn error(
+    problems: &mut Problems,
+    bounds: &Bounds,
+    parsed: &Equation,
+    dimension: Option<Dimension>,
+    names: &Names,
+) -> Option<ValueError> {
+    let of_variable = match &parsed.lhs.node {
+        Node::Name(name) => names.variables.find(name).and_then(|id| names.variables.list[id].unit.clone()),
+        _ => None,
+    };
+    let unit = of_variable.or_else(|| dimension.map(Unit::si));
+    quantity::value_error(problems, bounds, unit.as_ref())
+}
+
+/// The equation's text with the error written into it.
+fn loosened(
+    text: &str,
+    parsed: &Equation,
+    error: ValueError,
+    dimension: Option<Dimension>,
+) -> Option<String> {
+    let between = parsed.lhs.span.end..parsed.rhs.span.start;
+    let at = between.start + text.get(between)?.find('=')?;
+    let (lhs, rhs) = (text.get(..at)?, text.get(at + 1..)?);
+    let unit = dimension.filter(|&dimension| dimension != Dimension::PLAIN);
+    let unit = unit.map(|unit| format!(" {unit}")).unwrap_or_default();
+    let (lo, hi) = (error.lo, error.hi);
+    let (less, more) = (1.0 - error.relative, 1.0 + error.relative);
+    Some(format!("{lhs} = ({rhs}) * interval({less}, {more}) + interval({lo}{unit}, {hi}{unit})"))
+}
+
+fn condition(problems: &mut Problems, text: &Text, names: &Names) -> Option<Formula> {
+    let parsed = reported(problems, text, parse_expression(&text.text))?;
+    let checked = check_formula(&parsed, names);
+    for problem in checked.problems {
+        problems.inside(text, problem);
+    }
+    let formula = checked.formula?;
+    if formula.shape() != expression::Shape::Truth {
+        problems.error(text, "this is no condition", "write a comparison like `abs(speed) > 0.2`");
+        return None;
+    }
+    Some(formula)
+}
+
+/// The names after `for` with their variables.
+fn directions<'d>(
+    problems: &mut Problems,
+    draft: &'d RelationDraft,
+    names: &Names,
+) -> Option<Vec<(&'d Text, VariableId)>> {
+    let wanted = draft.directions.as_ref()?;
+    if wanted.is_empty() || wanted.len() > MAX_DIRECTIONS {
+        let message =
+            format!("relation `{}` is to be solved for {} variables", draft.name.text, wanted.len());
+        let help = format!("name 1 to {MAX_DIRECTIONS} variables after `for`, or leave `for` away");
+        problems.error(&draft.name, message, help);
+        return Some(Vec::new());
+    }
+    report_constants(problems, wanted, names);
+    let mut found: Vec<(&Text, VariableId)> = wanted
+        .iter()
+        .filter_map(|name| Some((name, names.variables.look_up(problems, name)?)))
+        .filter(|(name, _)| !is_constant(names, &name.text))
+        .collect();
+    found.sort_by_key(|(_, id)| *id);
+    found.dedup_by_key(|(_, id)| *id);
+    Some(found)
+}
+
+/// Solved for the named variables; those for which it cannot be are errors.
+fn named(
+    problems: &mut Problems,
+    wanted: &[(&Text, VariableId)],
+    equation: &Equation,
+    names: &Names,
+) -> (Vec<VariableId>, Vec<Formula>) {
+    let mut solved = (Vec::new(), Vec::new());
+    for &(name, id) in wanted {
+        match solve(equation, symbol(id), names) {
+            Ok(formula) => {
+                solved.0.push(id);
+                solved.1.push(formula);
+            }
+            Err(problem) => {
+                let message = format!("`for` names `{}`, but {}", name.text, problem.message);
+                problems.error(
+                    name,
+                    message,
+                    problem.help.unwrap_or_else(|| "take it out of `for`".to_string()),
+                );
+            }
+        }
+    }
+    solved
+}
+
+/// Solved for every variable for which it can be; none at all is an error.
+fn every(
+    problems: &mut Problems,
+    text: &Text,
+    equation: &Equation,
+    used: &BTreeSet<VariableId>,
+    names: &Names,
+) -> (Vec<VariableId>, Vec<Formula>) {
+    let mut solved = (Vec::new(), Vec::new());
+    let mut reasons = Vec::new();
+    if used.len() > MAX_DIRECTIONS {
+        let message = format!("this relation holds {} variables", used.len());
+        problems.error(
+            text,
+            message,
+            format!("name those to solve for with `for`, at most {MAX_DIRECTIONS}"),
+        );
+        return solved;
+    }
+    for &id in used.iter().filter(|&&id| names.variables.list[id].constant.is_none()) {
+        match solve(equation, symbol(id), names) {
+            Ok(formula) => {
+                solved.0.push(id);
+                solved.1.push(formula);
+            }
+            Err(problem) => reasons.push(reason(&names.variables.list[id].name, &problem)),
+        }
+    }
+    if solved.0.is_empty() {
+        let (message, help) = unsolvable(equation, &reasons, names);
+        problems.error(text, message, help);
+    }
+    solved
+}
+
+fn reason(variable: &str, problem: &Problem) -> String {
+    let message = problem.message.as_str();
+    format!(
+        "not for `{variable}`: {}",
+        message.strip_prefix("this cannot be solved for it: ").unwrap_or(message)
+    )
+}
+
+/// Why an equation can be solved for nothing, and what to do.
+fn unsolvable(equation: &Equation, reasons: &[String], names: &Names) -> (&'static str, String) {
+    let sides = check_equation(equation, names).sides;
+    let constants = sides.and_then(|(lhs, rhs)| lhs.as_constant().zip(rhs.as_constant()));
+    if constants.is_some_and(|(lhs, rhs)| !lhs.bounds.overlaps(rhs.bounds)) {
+        let help = "the two sides have different values: correct one of them";
+        return ("the constants of this relation contradict each other", help.to_string());
+    }
+    if reasons.is_empty() {
+        let help = "a relation says how variables determine each other";
+        return ("this relation holds no variable", help.to_string());
+    }
+    let told = reasons.get(..MAX_REASONS.min(reasons.len())).unwrap_or_default().join("; ");
+    ("this relation can be solved for nothing", told)
+}
+
+fn report_constants(problems: &mut Problems, outputs: &[Text], names: &Names) {
+    for name in outputs.iter().filter(|name| is_constant(names, &name.text)) {
+        problems.error(name, format!("`{}` is a constant", name.text), "a constant is never computed");
+    }
+}
+
+fn is_constant(names: &Names, name: &str) -> bool {
+    names.variables.find(name).is_some_and(|id| names.variables.list[id].constant.is_some())
+}
+
+/// What was read; else its problem is noted.
+fn reported<T>(problems: &mut Problems, text: &Text, read: Result<T, Problem>) -> Option<T> {
+    read.map_err(|problem| problems.inside(text, problem)).ok()
+}

@@ -1,0 +1,90 @@
+//! What formulas may name: the model's variables, constants and functions.
+
+use super::problems::MAX_COMPARISONS;
+use super::variables::Variables;
+use crate::expression::{self, Constant, Function, Kind, Scope, Symbol};
+use crate::knowledge::{Id, Shape, VariableId};
+use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::cell::{Cell, RefCell};
+
+/// All names, with a note of which variables and constants a formula used.
+pub(super) struct Names<'a> {
+    pub(super) variables: &'a Variables<'a>,
+    functions: &'a BTreeMap<String, Function>,
+    used: RefCell<BTreeSet<VariableId>>,
+    mentioned: RefCell<BTreeSet<VariableId>>,
+    comparisons: Cell<usize>,
+}
+
+impl<'a> Names<'a> {
+    pub(super) fn new(variables: &'a Variables<'a>, functions: &'a BTreeMap<String, Function>) -> Names<'a> {
+        Names {
+            variables,
+            functions,
+            used: RefCell::default(),
+            mentioned: RefCell::default(),
+            comparisons: Cell::new(0),
+        }
+    }
+
+    /// The variables and constants that were used since the last call, ascending, functions written out.
+    pub(super) fn take_used(&self) -> BTreeSet<VariableId> {
+        let used = self.used.take();
+        self.mentioned.borrow_mut().extend(&used);
+        used
+    }
+
+    /// The variables and constants that any formula used.
+    pub(super) fn mentioned(&self) -> BTreeSet<VariableId> {
+        self.take_used();
+        self.mentioned.borrow().clone()
+    }
+}
+
+impl Scope for Names<'_> {
+    fn symbol(&self, name: &str) -> Option<Symbol> {
+        self.variables.find(name).map(symbol)
+    }
+
+    fn kind(&self, symbol: Symbol) -> Kind {
+        let id = variable(symbol);
+        self.used.borrow_mut().insert(id);
+        let Some(declared) = self.variables.list.find(id) else {
+            return Kind { shape: expression::Shape::Scalar, unit: None, range: None, constant: None };
+        };
+        let shape = match declared.shape {
+            Shape::Scalar => expression::Shape::Scalar,
+            Shape::Vector => expression::Shape::Vector,
+        };
+        let value = declared.constant.filter(|bounds| bounds.is_bounded());
+        let constant = value.map(|bounds| Constant { value: bounds.midpoint(), bounds });
+        Kind { shape, unit: declared.unit.clone(), range: declared.range, constant }
+    }
+
+    fn function(&self, name: &str) -> Option<&Function> {
+        self.functions.get(name)
+    }
+
+    fn names(&self) -> Vec<&str> {
+        let names = self.variables.names();
+        let comparisons = self.comparisons.get().saturating_add(names.len());
+        self.comparisons.set(comparisons);
+        if comparisons > MAX_COMPARISONS { Vec::new() } else { names.collect() }
+    }
+
+    fn function_names(&self) -> Vec<&str> {
+        self.functions.keys().map(String::as_str).collect()
+    }
+}
+
+/// The symbol that stands for a variable in formulas.
+pub(super) fn symbol(id: VariableId) -> Symbol {
+    Symbol(id.index() as u32)
+}
+
+/// The variable that a symbol stands for.
+pub(super) fn variable(symbol: Symbol) -> VariableId {
+    VariableId::from_index(symbol.0 as usize)
+}

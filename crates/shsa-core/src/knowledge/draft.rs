@@ -1,0 +1,172 @@
+//! A model as it is written: pieces of text, each with its place, before anything is checked.
+
+pub use crate::expression::Severity;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::ops::Range;
+
+/// A range of bytes in the source that a draft was read from.
+///
+/// The core only orders and hands back places; who made the draft knows the file behind them. A draft that was
+/// made by a program may leave all places at their default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Place {
+    /// The first byte.
+    pub from: u32,
+    /// The byte after the last.
+    pub to: u32,
+}
+
+/// A piece of a model and where it stands.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Text {
+    /// What is written, without quotes.
+    pub text: String,
+    /// Where.
+    pub place: Place,
+}
+
+/// One value, or the lowest and the highest.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Bounds {
+    /// `0.5 m`, or plus-minus that.
+    One(Text),
+    /// `[0 m, 2 m]`.
+    Two(Text, Text),
+}
+
+/// Names with their numbers, in file order.
+pub type PropertyDrafts = Vec<(Text, Text)>;
+
+/// A model before it is checked, in file order.
+#[derive(Clone, Debug, Default)]
+pub struct Draft {
+    /// Physical quantities.
+    pub variables: Vec<VariableDraft>,
+    /// Names and their values: a number, a quantity such as `2.67 m`, or the bounds of one.
+    pub constants: Vec<(Text, Bounds)>,
+    /// Heads such as `clamp01(x)` and their formulas.
+    pub functions: Vec<(Text, Text)>,
+    /// How variables determine each other.
+    pub relations: Vec<RelationDraft>,
+    /// What carries variables.
+    pub signals: Vec<SignalDraft>,
+    /// What must stay available.
+    pub needs: Vec<NeedDraft>,
+    /// The name of the figure of merit; `norm` when absent.
+    pub utility: Option<Text>,
+}
+
+/// A physical quantity.
+#[derive(Clone, Debug, Default)]
+pub struct VariableDraft {
+    /// An identifier, unique among variables, constants and functions.
+    pub name: Text,
+    /// A unit such as `m/s^2`.
+    pub unit: Option<Text>,
+    /// `scalar` (when absent) or `vector`.
+    pub shape: Option<Text>,
+    /// Lowest and highest possible value, as numbers in the variable's unit or as quantities.
+    pub range: Option<(Text, Text)>,
+    /// Largest rate of change, as a number in the variable's unit a second or as a quantity.
+    pub max_rate: Option<Text>,
+    /// Named numbers.
+    pub properties: PropertyDrafts,
+}
+
+/// How variables determine each other.
+#[derive(Clone, Debug)]
+pub struct RelationDraft {
+    /// Unique among relations.
+    pub name: Text,
+    /// What it says.
+    pub body: BodyDraft,
+    /// The variables that it may be solved for; all that it can be when absent.
+    pub directions: Option<Vec<Text>>,
+    /// A condition over its variables that must hold for the result to count.
+    pub condition: Option<Text>,
+    /// By how much the left side may differ from the right: a number in the unit of the left side, a quantity,
+    /// or bounds.
+    pub error: Option<Bounds>,
+    /// Named numbers.
+    pub properties: PropertyDrafts,
+}
+
+/// What a relation says.
+#[derive(Clone, Debug)]
+pub enum BodyDraft {
+    /// Two formulas with `=` between them.
+    Equation(Text),
+    /// Only who determines whom: it can be planned and analysed, not run.
+    Structure {
+        /// What it may produce.
+        outputs: Vec<Text>,
+        /// What it may read: for one output, all of them but that output.
+        inputs: Vec<Text>,
+    },
+}
+
+/// Something on the bus that carries a variable.
+#[derive(Clone, Debug, Default)]
+pub struct SignalDraft {
+    /// Unique among signals.
+    pub name: Text,
+    /// What it carries.
+    pub variable: Option<Text>,
+    /// Where it is found; its name when absent.
+    pub source: Option<Text>,
+    /// What its values come in; the variable's unit when absent.
+    pub unit: Option<Text>,
+    /// A frequency such as `10 Hz`.
+    pub rate: Option<Text>,
+    /// Plus-minus (`0.15`, `5 cm`, `2 %`, `0.3 + 1 %`), or lowest and highest.
+    pub value_error: Option<Bounds>,
+    /// Plus-minus (`50 ms`), or lowest and highest.
+    pub time_error: Option<Bounds>,
+    /// How old its content is at its time stamp.
+    pub delay: Option<Text>,
+    /// How long it may be silent, or `none`.
+    pub timeout: Option<Text>,
+    /// Names of signals that it is computed from.
+    pub derived_from: Vec<Text>,
+    /// Named numbers.
+    pub properties: PropertyDrafts,
+}
+
+/// A variable that must stay available.
+#[derive(Clone, Debug, Default)]
+pub struct NeedDraft {
+    /// Which.
+    pub variable: Text,
+    /// The name under which it is published; `/healed/<variable>` when absent.
+    pub signal: Option<Text>,
+    /// How old a published value may be.
+    pub max_age: Option<Text>,
+    /// How wide a published interval may be: a number in the variable's unit, or a quantity.
+    pub max_width: Option<Text>,
+    /// `A`, `B`, `C` or `D`.
+    pub integrity: Option<Text>,
+    /// Least time between two voluntary switches.
+    pub hold: Option<Text>,
+    /// How long a recovered source is watched before it is used again.
+    pub probation: Option<Text>,
+    /// How long the output moves from one source to the next.
+    pub blend: Option<Text>,
+    /// By what share another source must be better: a number or a percentage.
+    pub hysteresis: Option<Text>,
+}
+
+/// What is wrong in a draft, and where.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// An error keeps the model from being used.
+    pub severity: Severity,
+    /// The piece of text that it is about.
+    pub place: Place,
+    /// The bytes of that text that it is about; all when `None`.
+    pub span: Option<Range<usize>>,
+    /// What is wrong, in one line.
+    pub message: String,
+    /// What to write instead.
+    pub help: Option<String>,
+}

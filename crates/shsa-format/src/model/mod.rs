@@ -1,0 +1,88 @@
+//! Knowledge bases as YAML or JSON: the text becomes a tree, the tree a draft, and the core checks the draft.
+//!
+//! Every problem is reported at once, with file, line, column and help.
+
+mod lines;
+mod reader;
+mod report;
+mod shape;
+mod tree;
+
+pub use report::{Located, Report};
+
+use shsa_core::knowledge::{Diagnostic, KnowledgeBase, Place, Severity, build};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// The largest model file in bytes.
+pub const MAX_BYTES: usize = 64 << 20;
+
+/// A model as far as it is right, and what is wrong with it.
+#[derive(Clone, Debug, Default)]
+pub struct Loaded {
+    /// Complete when `report.ok()`; with errors it holds what was right.
+    pub knowledge: KnowledgeBase,
+    /// Every problem, in file order.
+    pub report: Report,
+}
+
+/// Reads and checks a model; `name` is what the report calls the file.
+///
+/// Never fails: what is wrong stands in the report. Time: linear in the text but for sorting and names.
+#[must_use]
+pub fn load(text: &str, name: &str) -> Loaded {
+    if text.len() > MAX_BYTES {
+        return refused(name, "a model has at most 64 MiB".to_owned(), "is this a model?");
+    }
+    let tree = tree::read(text);
+    let mut problems = tree.problems;
+    let mut knowledge = KnowledgeBase::default();
+    match &tree.root {
+        Some(root) => {
+            let mut reader = reader::Reader::default();
+            let draft = shape::draft(&mut reader, root);
+            let (built, found) = build(&draft);
+            knowledge = built;
+            problems.extend(reader.problems);
+            problems.extend(found);
+        }
+        None if problems.is_empty() => {
+            return refused(name, "the model is empty".to_owned(), "begin with `shsa: 1` and `variables:`");
+        }
+        None => {}
+    }
+    Loaded { knowledge, report: Report::locate(name, text, problems, &tree.rewritten) }
+}
+
+/// As [`load`] for a file; a file that cannot be read is an error in the report.
+#[must_use]
+pub fn load_file(path: &Path) -> Loaded {
+    let name = path.display().to_string();
+    let mut bytes = Vec::new();
+    let limit = MAX_BYTES as u64 + 1;
+    if let Err(error) = File::open(path).and_then(|file| file.take(limit).read_to_end(&mut bytes)) {
+        return refused(
+            &name,
+            format!("cannot read the model: {error}"),
+            "give the path of a YAML or JSON file",
+        );
+    }
+    match String::from_utf8(bytes) {
+        Ok(text) => load(&text, &name),
+        Err(error) => {
+            let at = error.utf8_error().valid_up_to();
+            let message = format!("the model is no text: byte {at} is not UTF-8");
+            refused(&name, message, "save it as UTF-8")
+        }
+    }
+}
+
+fn refused(name: &str, message: String, help: &str) -> Loaded {
+    Loaded { knowledge: KnowledgeBase::default(), report: Report::whole(name, message, help) }
+}
+
+fn problem(place: Place, message: &str, help: Option<&str>) -> Diagnostic {
+    let (message, help) = (message.to_owned(), help.map(str::to_owned));
+    Diagnostic { severity: Severity::Error, place, span: None, message, help }
+}

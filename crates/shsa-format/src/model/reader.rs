@@ -1,0 +1,138 @@
+//! Reads nodes of the tree as what is expected, and reports what is not.
+
+use shsa_core::knowledge::{Bounds, Diagnostic, Place, PropertyDrafts, Text};
+use shsa_core::unit::nearest;
+
+use super::problem;
+use super::tree::{Node, Value};
+
+/// How many problems of the shape are kept: more help nobody.
+const MAX_PROBLEMS: usize = 10_000;
+
+/// Collects the problems of a whole model.
+#[derive(Default)]
+pub(super) struct Reader {
+    pub(super) problems: Vec<Diagnostic>,
+}
+
+/// The values of a mapping whose keys are fixed.
+pub(super) struct Fields<'n> {
+    entries: &'n [(Text, Node)],
+}
+
+impl<'n> Fields<'n> {
+    /// The value of a key; `None` when it is absent or null.
+    pub(super) fn get(&self, key: &str) -> Option<&'n Node> {
+        let found = self.entries.iter().find(|(name, _)| name.text == key);
+        found.map(|(_, node)| node).filter(|node| !matches!(node.value, Value::Null))
+    }
+}
+
+impl Reader {
+    pub(super) fn wrong(&mut self, node: &Node, message: &str, help: &str) {
+        self.note(node.place, message, help);
+    }
+
+    /// Adds an error.
+    pub(super) fn note(&mut self, place: Place, message: &str, help: &str) {
+        if self.problems.len() < MAX_PROBLEMS {
+            self.problems.push(problem(place, message, Some(help)));
+        }
+    }
+
+    /// The entries of a mapping with free names; none for null. `what` says what was expected, `example` how it is
+    /// written.
+    pub(super) fn entries<'n>(&mut self, node: &'n Node, what: &str, example: &str) -> &'n [(Text, Node)] {
+        match &node.value {
+            Value::Map(entries) => entries,
+            Value::Null => &[],
+            _ => {
+                self.expected(node, what, example);
+                &[]
+            }
+        }
+    }
+
+    /// A mapping with fixed keys; unknown ones are reported with the nearest known one.
+    pub(super) fn fields<'n>(
+        &mut self,
+        node: &'n Node,
+        what: &str,
+        keys: &[&str],
+        example: &str,
+    ) -> Fields<'n> {
+        let entries = self.entries(node, what, example);
+        for (name, _) in entries.iter().filter(|(name, _)| !keys.contains(&name.text.as_str())) {
+            let known = format!("known keys here: {}", keys.join(", "));
+            let help = match nearest(&name.text, keys.iter().copied()) {
+                Some(near) => format!("did you mean `{near}`? {known}"),
+                None => known,
+            };
+            self.note(name.place, &format!("unknown key `{}`", name.text), &help);
+        }
+        Fields { entries }
+    }
+
+    /// A word, number or quantity.
+    pub(super) fn text(&mut self, node: &Node, what: &str, example: &str) -> Option<Text> {
+        match &node.value {
+            Value::Scalar(text) => Some(text.clone()),
+            _ => {
+                self.expected(node, what, example);
+                None
+            }
+        }
+    }
+
+    /// One value, or a list of the lowest and the highest.
+    pub(super) fn bounds(&mut self, node: &Node, what: &str, example: &str) -> Option<Bounds> {
+        match &node.value {
+            Value::Scalar(text) => Some(Bounds::One(text.clone())),
+            _ => self.pair(node, what, example).map(|(lo, hi)| Bounds::Two(lo, hi)),
+        }
+    }
+
+    /// A list of the lowest and the highest value.
+    pub(super) fn pair(&mut self, node: &Node, what: &str, example: &str) -> Option<(Text, Text)> {
+        if let Value::List(items) = &node.value
+            && let [Node { value: Value::Scalar(lo), .. }, Node { value: Value::Scalar(hi), .. }] =
+                items.as_slice()
+        {
+            return Some((lo.clone(), hi.clone()));
+        }
+        self.expected(node, what, example);
+        None
+    }
+
+    /// A list of names; one name stands for a list of one.
+    pub(super) fn names(&mut self, node: &Node, what: &str, example: &str) -> Vec<Text> {
+        match &node.value {
+            Value::Scalar(name) => vec![name.clone()],
+            Value::List(items) => {
+                items.iter().filter_map(|item| self.text(item, "a name", example)).collect()
+            }
+            _ => {
+                self.expected(node, what, example);
+                Vec::new()
+            }
+        }
+    }
+
+    /// Named numbers.
+    pub(super) fn properties(&mut self, node: Option<&Node>) -> PropertyDrafts {
+        let example = "{ accuracy: 0.9 }";
+        let entries = node.map_or(&[][..], |node| self.entries(node, "named numbers", example));
+        let read = |(name, node): &(Text, Node)| Some((name.clone(), self.text(node, "a number", example)?));
+        entries.iter().filter_map(read).collect()
+    }
+
+    fn expected(&mut self, node: &Node, what: &str, example: &str) {
+        let found = match &node.value {
+            Value::Null => "nothing",
+            Value::Scalar(_) => "one value",
+            Value::List(_) => "a list",
+            Value::Map(_) => "a mapping",
+        };
+        self.wrong(node, &format!("expected {what}, found {found}"), &format!("write it like `{example}`"));
+    }
+}

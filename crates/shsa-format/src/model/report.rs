@@ -1,0 +1,161 @@
+//! What is wrong with a model, for people (with the source line) and for programs.
+
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
+use serde::{Serialize, Serializer};
+use shsa_core::knowledge::{Diagnostic, Severity};
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use super::lines::Lines;
+
+/// How much of a long line is kept on each side of a problem, in bytes.
+const CONTEXT: usize = 100;
+/// How many problems are shown to people; the rest is counted.
+const SHOWN: usize = 100;
+
+/// A problem with its place in a file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Located {
+    /// An error keeps the model from being used.
+    #[serde(serialize_with = "severity")]
+    pub severity: Severity,
+    /// What is wrong, in one line.
+    pub message: String,
+    /// The file as it was named.
+    pub file: String,
+    /// Counted from 1; 0 when it is about the whole file.
+    pub line: usize,
+    /// In characters, counted from 1; 0 when it is about the whole file.
+    pub column: usize,
+    /// What to write instead.
+    pub help: Option<String>,
+    /// The line that it is about; a part of it when it is long.
+    #[serde(skip)]
+    pub source_line: String,
+    /// The bytes of `source_line` that it is about.
+    #[serde(skip)]
+    pub span: Range<usize>,
+}
+
+/// Everything that was found, in file order.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(transparent)]
+pub struct Report {
+    /// The problems, in file order.
+    pub diagnostics: Vec<Located>,
+}
+
+impl Report {
+    /// Whether there is no error; warnings may be there.
+    #[must_use]
+    pub fn ok(&self) -> bool {
+        self.diagnostics.iter().all(|found| found.severity != Severity::Error)
+    }
+
+    /// The report for people: each problem with its source line, at most a hundred; ends with a line feed.
+    /// Empty when there is nothing to report.
+    #[must_use]
+    pub fn render(&self, colour: bool) -> String {
+        let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
+        let mut text = String::new();
+        for found in self.diagnostics.iter().take(SHOWN) {
+            text += &renderer.render(&[found.group()]);
+            text += "\n\n";
+        }
+        if let Some(more) = self.diagnostics.len().checked_sub(SHOWN).filter(|&more| more > 0) {
+            text += &format!("and {more} more\n\n");
+        }
+        text.truncate(text.trim_end().len() + usize::from(!text.is_empty()));
+        text
+    }
+
+    /// A report of one error about a whole file.
+    pub(super) fn whole(file: &str, message: String, help: &str) -> Report {
+        let (source_line, span) = (String::new(), 0..0);
+        let (severity, help, file) = (Severity::Error, Some(help.to_owned()), file.to_owned());
+        let found = Located { severity, message, file, line: 0, column: 0, help, source_line, span };
+        Report { diagnostics: vec![found] }
+    }
+
+    /// Finds lines and columns; in scalars that start at `rewritten` no spans are counted.
+    pub(super) fn locate(
+        file: &str,
+        source: &str,
+        mut found: Vec<Diagnostic>,
+        rewritten: &BTreeSet<u32>,
+    ) -> Report {
+        found.sort_by_key(|diagnostic| (diagnostic.place, diagnostic.span.as_ref().map(|span| span.start)));
+        found.dedup();
+        let lines = Lines::new(source);
+        let locate = |diagnostic: Diagnostic| {
+            let narrow = !rewritten.contains(&diagnostic.place.from);
+            located(file, &lines, diagnostic, narrow)
+        };
+        Report { diagnostics: found.into_iter().map(locate).collect() }
+    }
+}
+
+impl Located {
+    fn group(&self) -> Group<'_> {
+        let level = if self.severity == Severity::Error { Level::ERROR } else { Level::WARNING };
+        let title = level.primary_title(self.message.as_str());
+        let group = self.show(Group::with_title(title));
+        match &self.help {
+            Some(help) => group.element(Level::HELP.message(help.as_str())),
+            None => group,
+        }
+    }
+
+    /// The place, and the line when there is one.
+    fn show<'a>(&'a self, group: Group<'a>) -> Group<'a> {
+        let origin = Origin::path(self.file.as_str());
+        if self.line == 0 {
+            return group.element(origin);
+        }
+        let mark = AnnotationKind::Primary.span(self.span.clone());
+        let snippet = Snippet::source(self.source_line.as_str()).line_start(self.line).annotation(mark);
+        let shown = self.source_line.get(..self.span.start).map_or(0, |before| before.chars().count());
+        if shown + 1 == self.column {
+            return group.element(snippet.path(self.file.as_str()));
+        }
+        // A part of a long line: the snippet would count the column from the cut.
+        group.element(origin.line(self.line).char_column(self.column)).element(snippet)
+    }
+}
+
+fn located(file: &str, lines: &Lines, found: Diagnostic, narrow: bool) -> Located {
+    let (mut from, mut to) = (found.place.from as usize, found.place.to as usize);
+    if let Some(span) = found.span.filter(|_| narrow) {
+        (from, to) = ((from + span.start).min(to), (from + span.end).min(to));
+    }
+    from = from.min(lines.bytes());
+    let start = lines.start(from);
+    let text = lines.text(from);
+    let begin = boundary(text, from - start);
+    let end = boundary(text, to.saturating_sub(start).max(begin));
+    let kept =
+        boundary(text, begin.saturating_sub(CONTEXT))..boundary(text, end.min(begin + CONTEXT) + CONTEXT);
+    Located {
+        severity: found.severity,
+        message: found.message,
+        file: file.to_owned(),
+        line: lines.number(from),
+        column: text[..begin].chars().count() + 1,
+        help: found.help,
+        span: begin - kept.start..end.min(kept.end) - kept.start,
+        source_line: text[kept].to_owned(),
+    }
+}
+
+/// The nearest start of a character at or before an offset.
+fn boundary(text: &str, at: usize) -> usize {
+    let at = at.min(text.len());
+    (0..=at).rev().find(|&at| text.is_char_boundary(at)).unwrap_or(0)
+}
+
+fn severity<S: Serializer>(severity: &Severity, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(match severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+    })
+}

@@ -1,0 +1,225 @@
+//! The shape of a model file: which keys there are and what they hold.
+
+use shsa_core::knowledge::{
+    BodyDraft, Draft, NeedDraft, RelationDraft, Severity, SignalDraft, Text, VariableDraft,
+};
+
+use super::problem;
+use super::reader::{Fields, Reader};
+use super::tree::{Node, Value};
+
+/// The version of the model's shape that is read here.
+const VERSION: &str = "1";
+
+const MODEL: [&str; 8] =
+    ["shsa", "variables", "constants", "functions", "relations", "signals", "needs", "utility"];
+const VARIABLE: [&str; 5] = ["unit", "shape", "range", "max_rate", "properties"];
+const RELATION: [&str; 8] = ["equation", "for", "when", "error", "output", "outputs", "inputs", "properties"];
+const SIGNAL: [&str; 10] = [
+    "variable",
+    "source",
+    "unit",
+    "rate",
+    "value_error",
+    "time_error",
+    "delay",
+    "timeout",
+    "derived_from",
+    "properties",
+];
+const NEED: [&str; 8] =
+    ["signal", "max_age", "max_width", "integrity", "hold", "probation", "blend", "hysteresis"];
+
+/// Reads the tree of a model into a draft.
+pub(super) fn draft(reader: &mut Reader, root: &Node) -> Draft {
+    let example = "shsa: 1";
+    let fields = reader.fields(root, "a model: a mapping", &MODEL, example);
+    version(reader, root, &fields);
+    let mut section = |key, example| match fields.get(key) {
+        Some(node) => reader.entries(node, "names with their values", example),
+        None => &[],
+    };
+    let variables = section("variables", "speed: { unit: m/s }");
+    let constants = section("constants", "wheel_base: 2.67 m");
+    let functions = section("functions", "clamp01(x): min(max(x, 0), 1)");
+    let relations = section("relations", "nearest: dmin = min(distances)");
+    let signals = section("signals", "/scan: { variable: distances }");
+    let needs = section("needs", "dmin: { max_age: 300 ms }");
+    Draft {
+        variables: variables.iter().map(|entry| variable(reader, entry)).collect(),
+        constants: constants
+            .iter()
+            .filter_map(|(name, node)| {
+                let what = "a value or the bounds of one";
+                Some((name.clone(), reader.bounds(node, what, "2.67 m")?))
+            })
+            .collect(),
+        functions: functions
+            .iter()
+            .filter_map(|(head, node)| {
+                Some((head.clone(), reader.text(node, "a formula", "min(max(x, 0), 1)")?))
+            })
+            .collect(),
+        relations: relations.iter().filter_map(|entry| relation(reader, entry)).collect(),
+        signals: signals.iter().map(|entry| signal(reader, entry)).collect(),
+        needs: needs.iter().map(|entry| need(reader, entry)).collect(),
+        utility: fields.get("utility").and_then(|node| reader.text(node, "the name of a utility", "norm")),
+    }
+}
+
+fn version(reader: &mut Reader, root: &Node, fields: &Fields) {
+    match fields.get("shsa") {
+        Some(node) => {
+            let known = matches!(&node.value, Value::Scalar(text) if text.text == VERSION);
+            if !known {
+                reader.wrong(node, "this version of the model's shape is not known", "write `shsa: 1`");
+            }
+        }
+        None if matches!(root.value, Value::Map(_)) => {
+            let place = shsa_core::knowledge::Place::default();
+            let mut missing = problem(place, "the version of the model's shape is missing", None);
+            missing.severity = Severity::Warning;
+            missing.help = Some("write `shsa: 1` in the first line".to_owned());
+            reader.problems.push(missing);
+        }
+        None => {}
+    }
+}
+
+/// Reads the values of one mapping by their keys.
+struct Keys<'r, 'n> {
+    reader: &'r mut Reader,
+    fields: Fields<'n>,
+}
+
+impl Keys<'_, '_> {
+    fn text(&mut self, key: &str, what: &str, example: &str) -> Option<Text> {
+        let node = self.fields.get(key)?;
+        self.reader.text(node, what, &format!("{key}: {example}"))
+    }
+
+    fn span(&mut self, key: &str) -> Option<Text> {
+        self.text(key, "a time", "300 ms")
+    }
+
+    fn names(&mut self, key: &str, what: &str) -> Option<Vec<Text>> {
+        let node = self.fields.get(key)?;
+        Some(self.reader.names(node, what, &format!("{key}: [speed, dmin]")))
+    }
+}
+
+fn variable(reader: &mut Reader, (name, node): &(Text, Node)) -> VariableDraft {
+    let fields = reader.fields(node, "a variable's keys", &VARIABLE, "speed: { unit: m/s, range: [-3, 3] }");
+    let mut keys = Keys { reader, fields };
+    VariableDraft {
+        name: name.clone(),
+        unit: keys.text("unit", "a unit", "m/s"),
+        shape: keys.text("shape", "`scalar` or `vector`", "vector"),
+        max_rate: keys.text("max_rate", "a rate of change", "12 m/s^2"),
+        range: keys
+            .fields
+            .get("range")
+            .and_then(|node| keys.reader.pair(node, "the lowest and the highest value", "range: [-3, 3]")),
+        properties: keys.reader.properties(keys.fields.get("properties")),
+    }
+}
+
+fn relation(reader: &mut Reader, (name, node): &(Text, Node)) -> Option<RelationDraft> {
+    let example = "nearest: dmin = min(distances)";
+    if let Value::Scalar(equation) = &node.value {
+        let body = BodyDraft::Equation(equation.clone());
+        let properties = Vec::new();
+        let name = name.clone();
+        return Some(RelationDraft {
+            name,
+            body,
+            directions: None,
+            condition: None,
+            error: None,
+            properties,
+        });
+    }
+    let fields = reader.fields(node, "an equation or a relation's keys", &RELATION, example);
+    if matches!(node.value, Value::List(_)) {
+        return None;
+    }
+    let mut keys = Keys { reader, fields };
+    let body = body(&mut keys, name)?;
+    let error = keys.fields.get("error");
+    Some(RelationDraft {
+        name: name.clone(),
+        body,
+        directions: keys.names("for", "the variables to solve for"),
+        condition: keys.text("when", "a condition", "abs(speed) > 0.2"),
+        error: error.and_then(|node| keys.reader.bounds(node, "an error or its bounds", "error: 0.1")),
+        properties: keys.reader.properties(keys.fields.get("properties")),
+    })
+}
+
+fn body(keys: &mut Keys, name: &Text) -> Option<BodyDraft> {
+    let equation = keys.text("equation", "an equation", "dmin = min(distances)");
+    let mut outputs = keys.names("outputs", "the outputs").unwrap_or_default();
+    outputs.extend(keys.names("output", "the output").unwrap_or_default());
+    let inputs = keys.names("inputs", "the inputs");
+    let structure = inputs.is_some() || !outputs.is_empty();
+    match equation {
+        Some(equation) => {
+            if structure {
+                let message = format!("relation `{}` has an equation and a structure", name.text);
+                let help = "keep `equation`, or `outputs` and `inputs`";
+                keys.reader.note(name.place, &message, help);
+            }
+            Some(BodyDraft::Equation(equation))
+        }
+        None if !outputs.is_empty() => {
+            Some(BodyDraft::Structure { outputs, inputs: inputs.unwrap_or_default() })
+        }
+        None => {
+            let message = format!("relation `{}` says nothing", name.text);
+            let help = "give it an `equation`, or `outputs` and `inputs` for structure only";
+            keys.reader.note(name.place, &message, help);
+            None
+        }
+    }
+}
+
+fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
+    let fields =
+        reader.fields(node, "a signal's keys", &SIGNAL, "/scan: { variable: distances, rate: 10 Hz }");
+    let mut keys = Keys { reader, fields };
+    let value_error = keys.fields.get("value_error");
+    let time_error = keys.fields.get("time_error");
+    SignalDraft {
+        name: name.clone(),
+        variable: keys.text("variable", "a variable", "speed"),
+        source: keys.text("source", "a place", "scan#ranges"),
+        unit: keys.text("unit", "a unit", "m"),
+        rate: keys.text("rate", "a frequency", "10 Hz"),
+        value_error: value_error.and_then(|node| {
+            keys.reader.bounds(node, "an error or its lowest and highest value", "value_error: [-0.1, 0.2]")
+        }),
+        time_error: time_error.and_then(|node| {
+            keys.reader.bounds(node, "a time or the lowest and the highest", "time_error: [-100 ms, 0 ms]")
+        }),
+        delay: keys.span("delay"),
+        timeout: keys.span("timeout"),
+        derived_from: keys.names("derived_from", "names of signals").unwrap_or_default(),
+        properties: keys.reader.properties(keys.fields.get("properties")),
+    }
+}
+
+fn need(reader: &mut Reader, (variable, node): &(Text, Node)) -> NeedDraft {
+    let fields = reader.fields(node, "a need's keys", &NEED, "dmin: { max_age: 300 ms }");
+    let mut keys = Keys { reader, fields };
+    NeedDraft {
+        variable: variable.clone(),
+        signal: keys.text("signal", "a name", "/healed/dmin"),
+        max_age: keys.span("max_age"),
+        max_width: keys.text("max_width", "a width", "0.5 m"),
+        integrity: keys.text("integrity", "a level from A to D", "B"),
+        hold: keys.span("hold"),
+        probation: keys.span("probation"),
+        blend: keys.span("blend"),
+        hysteresis: keys.text("hysteresis", "a share", "5 %"),
+    }
+}

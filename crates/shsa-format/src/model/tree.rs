@@ -1,0 +1,275 @@
+//! The tree of a YAML or JSON text, each node with its place; JSON is a part of YAML 1.2 and read as such.
+//!
+//! Bounded against hostile texts: nesting and the copies that aliases make are limited, so time and space are
+//! linear in the text.
+
+use granit_parser::{ErrorKind, Event, Parser, ScalarStyle, ScanError, Span};
+use shsa_core::knowledge::{Diagnostic, Place, Text};
+use std::collections::{BTreeMap, BTreeSet};
+use std::mem::replace;
+
+use super::lines::Lines;
+use super::problem;
+
+/// How deeply lists and mappings may nest, counted for block and flow style separately.
+const MAX_DEPTH: usize = 64;
+/// How many values a model may hold: a hundred bytes each are kept.
+const MAX_NODES: usize = 4_000_000;
+/// How many nodes all aliases together may copy.
+const MAX_COPIED: usize = 10_000;
+
+/// A value of the text.
+#[derive(Clone, Debug)]
+pub(super) struct Node {
+    pub(super) place: Place,
+    pub(super) value: Value,
+}
+
+/// The kinds of values.
+#[derive(Clone, Debug)]
+pub(super) enum Value {
+    Null,
+    Scalar(Text),
+    List(Vec<Node>),
+    Map(Vec<(Text, Node)>),
+}
+
+/// What was read.
+#[derive(Default)]
+pub(super) struct Tree {
+    /// `None` when the text is empty or broken.
+    pub(super) root: Option<Node>,
+    /// Starts of scalars whose text differs from the source (escapes, folded lines): spans do not count in them.
+    pub(super) rewritten: BTreeSet<u32>,
+    pub(super) problems: Vec<Diagnostic>,
+}
+
+/// Reads one document; the first syntax error ends the reading.
+pub(super) fn read(source: &str) -> Tree {
+    let mut options = granit_parser::Options::default();
+    options.flow_nesting_limit = MAX_DEPTH;
+    options.block_nesting_limit = MAX_DEPTH;
+    let mut builder = Builder {
+        source,
+        lines: Lines::new(source),
+        open: Vec::new(),
+        anchors: BTreeMap::new(),
+        made: 0,
+        copied: 0,
+        tree: Tree::default(),
+    };
+    for event in Parser::new_from_str_with_options(source, options) {
+        let go_on = match event {
+            Ok((event, span)) => builder.event(event, span),
+            Err(error) => builder.broken(&error),
+        };
+        if !go_on {
+            break;
+        }
+    }
+    builder.tree
+}
+
+/// A list or mapping that is still open.
+struct Open {
+    from: u32,
+    anchor: usize,
+    /// How many nodes had been made before it.
+    before: usize,
+    children: Children,
+}
+
+enum Children {
+    List(Vec<Node>),
+    Map { entries: Vec<(Text, Node)>, key: Key },
+}
+
+/// What a mapping waits for.
+enum Key {
+    Missing,
+    Read(Text),
+    /// The value belongs to a key that was reported.
+    Refused,
+}
+
+struct Builder<'a> {
+    source: &'a str,
+    lines: Lines<'a>,
+    open: Vec<Open>,
+    /// Anchored nodes with their sizes, if small enough to be copied.
+    anchors: BTreeMap<usize, (Node, usize)>,
+    made: usize,
+    copied: usize,
+    tree: Tree,
+}
+
+impl Builder<'_> {
+    /// Takes one event; whether to go on.
+    fn event(&mut self, event: Event, span: Span) -> bool {
+        let place = place(&span);
+        if self.made >= MAX_NODES {
+            self.refuse(place, &format!("more than {MAX_NODES} values"), "is this a model?");
+            return false;
+        }
+        match event {
+            Event::DocumentStart(..) if self.tree.root.is_some() => {
+                let message = "a second document begins here";
+                let help = "a model is one document: remove the `---`";
+                self.tree.problems.push(problem(place, message, Some(help)));
+                return false;
+            }
+            Event::Scalar(text, style, anchor, _) => {
+                let node = self.scalar(&text, style, place);
+                self.finish(node, anchor, self.made);
+            }
+            Event::SequenceStart(_, anchor, _) => self.begin(place, anchor, Children::List(Vec::new())),
+            Event::MappingStart(_, anchor, _) => {
+                self.begin(place, anchor, Children::Map { entries: Vec::new(), key: Key::Missing });
+            }
+            Event::SequenceEnd | Event::MappingEnd => self.end(place),
+            Event::Alias(anchor) => return self.alias(anchor, place),
+            _ => {}
+        }
+        true
+    }
+
+    fn begin(&mut self, place: Place, anchor: usize, children: Children) {
+        self.open.push(Open { from: place.from, anchor, before: self.made, children });
+    }
+
+    fn end(&mut self, end: Place) {
+        let Some(open) = self.open.pop() else { return };
+        let place = Place { from: open.from, to: end.to.max(open.from) };
+        let value = match open.children {
+            Children::List(items) => Value::List(items),
+            Children::Map { entries, .. } => Value::Map(self.without_duplicates(entries)),
+        };
+        self.finish(Node { place, value }, open.anchor, open.before);
+    }
+
+    /// Puts a complete node where it belongs; `before`: how many nodes had been made before its first.
+    fn finish(&mut self, node: Node, anchor: usize, before: usize) {
+        self.made += 1;
+        let size = self.made - before;
+        if anchor > 0 && size <= MAX_COPIED {
+            self.anchors.insert(anchor, (node.clone(), size));
+        }
+        match self.open.last_mut().map(|open| &mut open.children) {
+            None => self.tree.root = Some(node),
+            Some(Children::List(items)) => items.push(node),
+            Some(Children::Map { entries, key }) => match replace(key, Key::Missing) {
+                Key::Read(name) => entries.push((name, node)),
+                Key::Refused => {}
+                Key::Missing => match key_of(node) {
+                    Ok(name) => *key = Key::Read(name),
+                    Err(place) => {
+                        *key = Key::Refused;
+                        let message = "this key is not a word";
+                        self.tree.problems.push(problem(place, message, Some("a key is written `name:`")));
+                    }
+                },
+            },
+        }
+    }
+
+    fn scalar(&mut self, text: &str, style: ScalarStyle, place: Place) -> Node {
+        let plain = style == ScalarStyle::Plain;
+        if plain && matches!(text, "" | "~" | "null" | "Null" | "NULL") {
+            return Node { place, value: Value::Null };
+        }
+        let text = Text { text: text.trim().to_owned(), place: self.narrowed(text.trim(), place) };
+        Node { place, value: Value::Scalar(text) }
+    }
+
+    /// The place of the text itself, without quotes, when the source holds it as it is.
+    fn narrowed(&mut self, text: &str, place: Place) -> Place {
+        let written = self.source.get(place.from as usize..place.to as usize).unwrap_or("");
+        match written.find(text) {
+            Some(at) => {
+                let from = place.from + offset(at);
+                Place { from, to: from + offset(text.len()) }
+            }
+            None => {
+                self.tree.rewritten.insert(place.from);
+                place
+            }
+        }
+    }
+
+    fn without_duplicates(&mut self, mut entries: Vec<(Text, Node)>) -> Vec<(Text, Node)> {
+        let mut order: Vec<usize> = (0..entries.len()).collect();
+        order.sort_by(|&a, &b| entries[a].0.text.cmp(&entries[b].0.text).then(a.cmp(&b)));
+        let mut first = order.first().copied().unwrap_or(0);
+        let mut doubled = BTreeSet::new();
+        for &next in order.iter().skip(1) {
+            let (earlier, later) = (&entries[first].0, &entries[next].0);
+            if earlier.text == later.text {
+                let line = self.lines.number(earlier.place.from as usize);
+                let message = format!("`{}` is given twice", later.text);
+                let help = format!("it is given in line {line} already: keep one");
+                self.tree.problems.push(problem(later.place, &message, Some(&help)));
+                doubled.insert(next);
+            } else {
+                first = next;
+            }
+        }
+        if doubled.is_empty() {
+            return entries;
+        }
+        let mut index = 0;
+        entries.retain(|_| {
+            index += 1;
+            !doubled.contains(&(index - 1))
+        });
+        entries
+    }
+
+    fn alias(&mut self, anchor: usize, place: Place) -> bool {
+        let copy = self.anchors.get(&anchor).filter(|(_, size)| self.copied + size <= MAX_COPIED).cloned();
+        let Some((node, size)) = copy else {
+            let message = "this alias repeats itself or too much";
+            let help = format!("aliases may copy {MAX_COPIED} values in all: write the values out");
+            self.refuse(place, message, &help);
+            return false;
+        };
+        self.copied += size;
+        self.finish(node, 0, self.made);
+        true
+    }
+
+    /// Notes why the text is not read at all.
+    fn refuse(&mut self, place: Place, message: &str, help: &str) {
+        self.tree.problems.push(problem(place, message, Some(help)));
+        self.tree.root = None;
+    }
+
+    fn broken(&mut self, error: &ScanError) -> bool {
+        let at = offset(error.marker().byte_offset().unwrap_or(0).min(self.source.len()));
+        let message = match error.kind() {
+            ErrorKind::RecursionLimitExceeded => format!("nested more than {MAX_DEPTH} levels deep"),
+            _ => format!("this is no YAML: {}", error.info()),
+        };
+        let indented_by_tab = self.lines.text(at as usize).trim_start_matches(' ').starts_with('\t');
+        let help = indented_by_tab.then_some("indent with blanks, not with tabs");
+        self.tree.problems.push(problem(Place { from: at, to: at }, &message, help));
+        self.tree.root = None;
+        false
+    }
+}
+
+fn key_of(node: Node) -> Result<Text, Place> {
+    match node.value {
+        Value::Scalar(text) => Ok(text),
+        _ => Err(node.place),
+    }
+}
+
+fn place(span: &Span) -> Place {
+    let from = offset(span.start.byte_offset().unwrap_or(0));
+    Place { from, to: offset(span.end.byte_offset().unwrap_or(0)).max(from) }
+}
+
+/// Byte offsets of a source of at most [`super::MAX_BYTES`] fit.
+fn offset(at: usize) -> u32 {
+    u32::try_from(at).unwrap_or(u32::MAX)
+}
