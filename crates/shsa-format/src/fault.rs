@@ -72,7 +72,6 @@ fn parse(text: &str) -> Result<Fault, String> {
         None => (what.trim(), None),
     };
     let (from, to) = times.split_once("..").ok_or("no '..' between its start and its end")?;
-    let moment = |text: &str| parse_span(text).ok_or_else(|| format!("'{text}' is no time, such as 20s or 500ms"));
     let from = if from.is_empty() { Span::ZERO } else { moment(from)? };
     let to = if to.is_empty() { None } else { Some(moment(to)?) };
     if signal.is_empty() {
@@ -82,6 +81,15 @@ fn parse(text: &str) -> Result<Fault, String> {
         return Err("it ends before it starts".to_owned());
     }
     Ok(Fault { kind: parse_kind(kind, amount)?, signal: signal.to_owned(), from, to })
+}
+
+/// A time from the start; zero needs no unit, and a bare number counts seconds.
+fn moment(text: &str) -> Result<Span, String> {
+    match text.trim().trim_end_matches(|c: char| c.is_alphabetic()).trim().parse::<f64>() {
+        Ok(0.0) => Ok(Span::ZERO),
+        Ok(seconds) if text.trim().ends_with(|c: char| c.is_ascii_digit()) && seconds > 0.0 => Ok(Span::from_seconds(seconds)),
+        _ => parse_span(text),
+    }
 }
 
 fn parse_kind(kind: &str, amount: Option<&str>) -> Result<FaultKind, String> {
@@ -102,8 +110,7 @@ fn parse_kind(kind: &str, amount: Option<&str>) -> Result<FaultKind, String> {
         "spoof" => Ok(FaultKind::Spoof(number()?)),
         "delay" => {
             let amount = amount.ok_or("delay needs an amount, such as delay=600ms")?;
-            let span = parse_span(amount).filter(|span| *span >= Span::ZERO);
-            span.map(FaultKind::Delay).ok_or_else(|| format!("'{amount}' is no time, such as 600ms"))
+            parse_span(amount).map(FaultKind::Delay)
         }
         _ => Err(format!(
             "unknown kind '{kind}'; known: stuck, bias, drop, noise, drift, spike, scale, delay, spoof"
@@ -172,10 +179,13 @@ impl Change {
             FaultKind::Bias(amount) => value + amount,
             FaultKind::Noise(amount) => value + amount * (2.0 * self.random() - 1.0),
             FaultKind::Drift(rate) => value + rate * elapsed,
-            FaultKind::Spike(amount) if self.random() < 0.1 => value + amount,
+            FaultKind::Spike(amount) => {
+                let hit = self.random() < 0.1;
+                if hit { value + amount } else { value }
+            }
             FaultKind::Scale(factor) => value * factor,
             FaultKind::Spoof(fixed) | FaultKind::Stuck(Some(fixed)) => fixed,
-            FaultKind::Spike(_) | FaultKind::Stuck(None) | FaultKind::Drop | FaultKind::Delay(_) => value,
+            FaultKind::Stuck(None) | FaultKind::Drop | FaultKind::Delay(_) => value,
         }
     }
 

@@ -14,7 +14,7 @@ use super::gathered::Gathered;
 use super::names::{self, Fit};
 use super::source::is_value;
 use super::stamp;
-use super::{Place, ReadOptions, RecordedValue, RecordingError, TopicInfo, Want};
+use super::{Place, ReadOptions, RawValue, RecordingError, TopicInfo, Want};
 
 /// A quoted cell may go over so many lines.
 const LINES_IN_QUOTES: usize = 16;
@@ -358,7 +358,7 @@ impl Rows<'_> {
                 continue;
             };
             match cell(column.cells.value).parse::<f64>() {
-                Ok(value) => gathered.sample(column.want.index, time, time, RecordedValue::Number(value)),
+                Ok(value) => gathered.sample(column.want.index, time, time, RawValue::Number(value)),
                 Err(_) => {
                     gathered.missing(column.want.index);
                     column.odd(line.number, cell(column.cells.value));

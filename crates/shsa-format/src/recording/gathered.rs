@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use shsa_core::time::Time;
 
-use super::{Found, Place, RecordedValue, Recording, Sample, Want, Warning, names};
+use super::{Found, Place, RawValue, Recording, Sample, Want, Warning, names};
 
 /// A recording in the making.
 pub(super) struct Gathered {
@@ -23,7 +23,7 @@ const DAMAGES_TOLD: usize = 3;
 /// What must be remembered of a signal from one sample to the next.
 struct Stream {
     only_changes: bool,
-    last_value: Option<RecordedValue>,
+    last_value: Option<RawValue>,
     last_time: Time,
     is_explained: bool,
 }
@@ -85,7 +85,7 @@ impl Gathered {
     }
 
     /// One value, in the order of the file.
-    pub(super) fn sample(&mut self, wanted: usize, time: Time, received: Time, value: RecordedValue) {
+    pub(super) fn sample(&mut self, wanted: usize, time: Time, received: Time, value: RawValue) {
         let (Some(stream), Some(found)) =
             (self.streams.get_mut(wanted), self.recording.found.get_mut(wanted))
         else {
@@ -176,14 +176,14 @@ impl Gathered {
 }
 
 /// The same value, not-a-number being the same as itself.
-fn is_same(a: &RecordedValue, b: &RecordedValue) -> bool {
+fn is_same(a: &RawValue, b: &RawValue) -> bool {
     let same = |a: f64, b: f64| a == b || a.is_nan() && b.is_nan();
     match (a, b) {
-        (RecordedValue::Number(a), RecordedValue::Number(b)) => same(*a, *b),
-        (RecordedValue::Interval { lo, hi }, RecordedValue::Interval { lo: lo_b, hi: hi_b }) => {
+        (RawValue::Number(a), RawValue::Number(b)) => same(*a, *b),
+        (RawValue::Interval { lo, hi }, RawValue::Interval { lo: lo_b, hi: hi_b }) => {
             same(*lo, *lo_b) && same(*hi, *hi_b)
         }
-        (RecordedValue::Vector(a), RecordedValue::Vector(b)) => {
+        (RawValue::Vector(a), RawValue::Vector(b)) => {
             a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same(*a, *b))
         }
         _ => false,

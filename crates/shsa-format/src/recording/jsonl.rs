@@ -10,14 +10,14 @@ use serde_json::{Map, Value, json};
 use shsa_core::time::Time;
 
 use super::gathered::Gathered;
-use super::{Place, RecordedValue, Sample, TopicInfo, Want, names};
+use super::{Place, RawValue, Sample, TopicInfo, Want, names};
 
 /// One observation as a line holds it.
 struct Observation {
     signal: String,
     time: Time,
     received: Time,
-    value: RecordedValue,
+    value: RawValue,
 }
 
 /// Reads the signals that are wanted, by their names or by their whole source texts.
@@ -95,14 +95,14 @@ fn nanoseconds(line: &Map<String, Value>, key: &str) -> Result<Option<Time>, Str
     whole.map(|time| Some(Time(time))).ok_or_else(|| format!("\"{key}\" is no 64-bit number"))
 }
 
-fn recorded(value: &Value) -> Option<RecordedValue> {
+fn recorded(value: &Value) -> Option<RawValue> {
     match value {
-        Value::Array(items) => items.iter().map(number).collect::<Option<_>>().map(RecordedValue::Vector),
+        Value::Array(items) => items.iter().map(number).collect::<Option<_>>().map(RawValue::Vector),
         Value::Object(bounds) => {
             let bound = |key| bounds.get(key).and_then(number);
-            Some(RecordedValue::Interval { lo: bound("lo")?, hi: bound("hi")? })
+            Some(RawValue::Interval { lo: bound("lo")?, hi: bound("hi")? })
         }
-        _ => number(value).map(RecordedValue::Number),
+        _ => number(value).map(RawValue::Number),
     }
 }
 
@@ -120,9 +120,9 @@ pub(super) fn topics(input: impl BufRead) -> Vec<TopicInfo> {
     lines(input, |line| {
         let Line::Observation(Observation { signal, received, value, .. }) = line else { return };
         let kind = match value {
-            RecordedValue::Number(_) => "number",
-            RecordedValue::Interval { .. } => "interval",
-            RecordedValue::Vector(_) => "list",
+            RawValue::Number(_) => "number",
+            RawValue::Interval { .. } => "interval",
+            RawValue::Vector(_) => "list",
         };
         let (_, count, from, to) = seen.entry(signal).or_insert((kind, 0, received, received));
         *count += 1;
@@ -157,15 +157,15 @@ pub fn write_jsonl<'a>(
     Ok(())
 }
 
-fn written(value: &RecordedValue) -> Value {
+fn written(value: &RawValue) -> Value {
     let number = |number: f64| match number {
         number if number.is_infinite() => json!(if number > 0.0 { "inf" } else { "-inf" }),
         // Not-a-number becomes null.
         number => json!(number),
     };
     match value {
-        RecordedValue::Number(value) => number(*value),
-        RecordedValue::Interval { lo, hi } => json!({ "lo": number(*lo), "hi": number(*hi) }),
-        RecordedValue::Vector(items) => items.iter().map(|item| number(*item)).collect(),
+        RawValue::Number(value) => number(*value),
+        RawValue::Interval { lo, hi } => json!({ "lo": number(*lo), "hi": number(*hi) }),
+        RawValue::Vector(items) => items.iter().map(|item| number(*item)).collect(),
     }
 }

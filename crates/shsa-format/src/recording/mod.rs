@@ -20,6 +20,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
+use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 
 use gathered::Gathered;
@@ -53,22 +54,6 @@ pub struct ReadOptions {
     pub time_scale: Option<Span>,
 }
 
-/// One recorded value; any of its numbers may be not-a-number or infinite, as it was recorded.
-#[derive(Clone, Debug, PartialEq)]
-pub enum RecordedValue {
-    /// A number.
-    Number(f64),
-    /// A number known to lie between two bounds.
-    Interval {
-        /// The lower bound.
-        lo: f64,
-        /// The upper bound.
-        hi: f64,
-    },
-    /// A list of numbers, a scan for instance.
-    Vector(Vec<f64>),
-}
-
 /// One value of one wanted signal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
@@ -79,7 +64,7 @@ pub struct Sample {
     /// The moment of its reception; the stamp again where the file does not say.
     pub received: Time,
     /// The value.
-    pub value: RecordedValue,
+    pub value: RawValue,
 }
 
 /// What was found of one wanted signal.

@@ -10,7 +10,7 @@ use super::gathered::Gathered;
 use super::ros_message::{Definition, Plan, Taken};
 use super::rosbag::{Event, walk};
 use super::source::is_value;
-use super::{Place, RecordedValue, RecordingError, TopicInfo, Want, mean_rate, names, unreadable};
+use super::{Place, RawValue, RecordingError, TopicInfo, Want, mean_rate, names, unreadable};
 
 /// One wanted field of a connection's messages.
 struct Extract<'a> {
@@ -88,11 +88,11 @@ impl<'a> Extract<'a> {
     fn deliver(&self, received: Time, message: &[u8], gathered: &mut Gathered) {
         let Some(element) = self.filtered(message) else { return };
         let value = match (self.value.run(message), element) {
-            (Some(Taken::Number(value)), None) => RecordedValue::Number(value),
-            (Some(Taken::Time(time)), None) => RecordedValue::Number(Time(time).seconds()),
-            (Some(Taken::Vector(values)), None) => RecordedValue::Vector(values),
+            (Some(Taken::Number(value)), None) => RawValue::Number(value),
+            (Some(Taken::Time(time)), None) => RawValue::Number(Time(time).seconds()),
+            (Some(Taken::Vector(values)), None) => RawValue::Vector(values),
             (Some(Taken::Vector(values)), Some(index)) if index < values.len() => {
-                RecordedValue::Number(values[index])
+                RawValue::Number(values[index])
             }
             _ => return gathered.missing(self.want.index),
         };
