@@ -51,8 +51,9 @@ fn number() -> impl Strategy<Value = f64> {
         2 => proptest::num::f64::NORMAL,
         1 => proptest::num::f64::SUBNORMAL,
         1 => (-40i32..40).prop_map(f64::from),
-        1 => (-40i32..40, -3i64..=3).prop_map(|(k, steps)| {
-            f64::from_bits((f64::from(k) * FRAC_PI_2).to_bits().wrapping_add_signed(steps))
+        1 => (1i32..40, -3i64..=3, any::<bool>()).prop_map(|(k, steps, negative)| {
+            let near = f64::from_bits((f64::from(k) * FRAC_PI_2).to_bits().wrapping_add_signed(steps));
+            if negative { -near } else { near }
         }),
         1 => prop_oneof![
             Just(0.0), Just(-0.0), Just(1.0), Just(-1.0), Just(f64::MAX), Just(f64::MIN),
