@@ -1,6 +1,6 @@
 //! What intervals cost beside plain numbers: three formulas over 10,000 argument triples,
 //! too many for the processor to learn how each one rounds.
-#![allow(missing_docs)]
+#![allow(missing_docs, reason = "criterion_group! makes a public function without documentation")]
 
 use core::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
