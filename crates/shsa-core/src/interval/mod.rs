@@ -15,10 +15,10 @@
 //!
 //! The sign of a zero bound carries no meaning.
 
+mod rounding;
 mod arithmetic;
 mod elementary;
 mod power;
-mod rounding;
 mod trigonometry;
 mod truth;
 

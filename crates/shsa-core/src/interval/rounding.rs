@@ -7,15 +7,16 @@
 #[inline]
 pub(super) fn add_down(a: f64, b: f64) -> f64 {
     let (sum, error) = two_sum(a, b);
-    // Written so that an error that is not a number (an overflow) steps too.
-    if error >= 0.0 { sum } else { sum.next_down() }
+    // An error that is not a number (an overflow) steps too, back from infinity or on as not-a-number.
+    let keeps = (error >= 0.0) | (sum == f64::NEG_INFINITY);
+    let step = i64::from(!keeps);
+    stepped(sum, if sum < 0.0 { step } else { -step })
 }
 
 /// `a + b` rounded up. Both infinite with opposite signs: not-a-number.
 #[inline]
 pub(super) fn add_up(a: f64, b: f64) -> f64 {
-    let (sum, error) = two_sum(a, b);
-    if error <= 0.0 { sum } else { sum.next_up() }
+    -add_down(-a, -b)
 }
 
 /// `a * b` rounded down; zero times anything, infinities too, is zero.
@@ -63,19 +64,23 @@ struct Nearest {
 }
 
 #[inline]
-fn down(result: Nearest) -> f64 {
-    if toward_sign(result) < 0 { result.value.next_down() } else { result.value }
+fn down(Nearest { value, excess }: Nearest) -> f64 {
+    let step = if value.is_sign_negative() { i64::from(excess > 0) } else { -i64::from(excess < 0) };
+    stepped(value, step)
 }
 
 #[inline]
-fn up(result: Nearest) -> f64 {
-    if toward_sign(result) > 0 { result.value.next_up() } else { result.value }
+fn up(Nearest { value, excess }: Nearest) -> f64 {
+    let step = if value.is_sign_negative() { -i64::from(excess < 0) } else { i64::from(excess > 0) };
+    stepped(value, step)
 }
 
-/// The sign of `exact - value`.
+/// The neighbour of `value` that is larger (`step` 1) or smaller (-1) in magnitude, or itself (0).
+///
+/// No branch: rounding errors are random, and a processor guesses their sign wrong every other time.
 #[inline]
-fn toward_sign(result: Nearest) -> i64 {
-    if result.value.is_sign_negative() { -result.excess } else { result.excess }
+fn stepped(value: f64, step: i64) -> f64 {
+    f64::from_bits(value.to_bits().wrapping_add_signed(step))
 }
 
 /// The rounded sum and its exact error (Knuth's TwoSum; not-a-number after an overflow).

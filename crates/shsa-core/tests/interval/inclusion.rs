@@ -8,8 +8,8 @@ use shsa_core::interval::Interval;
 
 type Operation = fn(Interval, Interval) -> Interval;
 
-/// Every operation, by the oracle's name for it.
-const OPERATIONS: &[(&str, Operation)] = &[
+/// Operations whose bounds are the tightest, by the oracle's names for them.
+const TIGHT: &[(&str, Operation)] = &[
     ("neg", |x, _| -x),
     ("add", |x, y| x + y),
     ("sub", |x, y| x - y),
@@ -18,7 +18,6 @@ const OPERATIONS: &[(&str, Operation)] = &[
     ("recip", |x, _| x.recip()),
     ("sqr", |x, _| x.sqr()),
     ("sqrt", |x, _| x.sqrt()),
-    ("hypot", Interval::hypot),
     ("abs", |x, _| x.abs()),
     ("min", Interval::min),
     ("max", Interval::max),
@@ -26,6 +25,11 @@ const OPERATIONS: &[(&str, Operation)] = &[
     ("ceil", |x, _| x.ceil()),
     ("round", |x, _| x.round()),
     ("sign", |x, _| x.sign()),
+];
+
+/// The others: they are widened by some last digits, so isotonic up to those only.
+const WIDENED: &[(&str, Operation)] = &[
+    ("hypot", Interval::hypot),
     ("exp", |x, _| x.exp()),
     ("ln", |x, _| x.ln()),
     ("sin", |x, _| x.sin()),
@@ -38,12 +42,6 @@ const OPERATIONS: &[(&str, Operation)] = &[
     ("powf", Interval::powf),
 ];
 
-/// Operations whose bounds are tightest or exact; the others are isotonic up to their widening only.
-const TIGHT: &[&str] = &[
-    "neg", "add", "sub", "mul", "div", "recip", "sqr", "sqrt", "abs", "min", "max", "floor", "ceil", "round",
-    "sign",
-];
-
 /// A finite number of any kind.
 fn number() -> impl Strategy<Value = f64> {
     prop_oneof![
@@ -51,8 +49,9 @@ fn number() -> impl Strategy<Value = f64> {
         2 => proptest::num::f64::NORMAL,
         1 => proptest::num::f64::SUBNORMAL,
         1 => (-40i32..40).prop_map(f64::from),
-        1 => (-40i32..40, -3i64..=3).prop_map(|(k, steps)| {
-            f64::from_bits((f64::from(k) * FRAC_PI_2).to_bits().wrapping_add_signed(steps))
+        1 => (1i32..40, -3i64..=3, any::<bool>()).prop_map(|(k, steps, negative)| {
+            let near = f64::from_bits((f64::from(k) * FRAC_PI_2).to_bits().wrapping_add_signed(steps));
+            if negative { -near } else { near }
         }),
         1 => prop_oneof![
             Just(0.0), Just(-0.0), Just(1.0), Just(-1.0), Just(f64::MAX), Just(f64::MIN),
@@ -91,11 +90,11 @@ fn exact(name: &str, x: f64, y: f64) -> Option<astro_float_num::BigFloat> {
 }
 
 fn operation() -> impl Strategy<Value = (&'static str, Operation)> {
-    proptest::sample::select(OPERATIONS)
+    proptest::sample::select([TIGHT, WIDENED].concat())
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(60_000) })]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(40_000) })]
 
     #[test]
     fn every_result_holds_the_function_of_every_member(
@@ -118,11 +117,9 @@ proptest! {
 
     #[test]
     fn tight_operations_are_isotonic(
-        (name, apply) in operation(), (a, x) in member(), (b, y) in member(), (c, _) in member(),
+        (name, apply) in proptest::sample::select(TIGHT),
+        (a, x) in member(), (b, y) in member(), (c, _) in member(),
     ) {
-        if !TIGHT.contains(&name) {
-            return Ok(());
-        }
         let whole = apply(a.hull(c), b);
         for part in [apply(a, b), apply(c, b), apply(Interval::point(x), b), apply(a, Interval::point(y))] {
             prop_assert!(whole.encloses(part), "{name}: {part:?} is not in {whole:?}");

@@ -60,13 +60,12 @@ impl Oracle {
     }
 
     fn powf(&mut self, x: f64, y: f64) -> Option<BigFloat> {
-        if y == 0.0 {
-            return Some(big(1.0));
+        match () {
+            () if x < 0.0 || (x == 0.0 && y < 0.0) => None,
+            () if y == 0.0 => Some(big(1.0)),
+            () if x == 0.0 => Some(big(0.0)),
+            () => Some(big(x).pow(&big(y), BITS, NEAREST, &mut self.constants)),
         }
-        if x == 0.0 {
-            return (y > 0.0).then(|| big(0.0));
-        }
-        (x > 0.0).then(|| big(x).pow(&big(y), BITS, NEAREST, &mut self.constants))
     }
 }
 
