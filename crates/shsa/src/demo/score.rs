@@ -1,0 +1,224 @@
+//! The score: what the run has shown, measured against the truth that only the simulator knows.
+
+use super::faults::Fault;
+use super::healer::Decision;
+use serde_json::{Value, json};
+use shsa_core::engine::EventKind;
+use shsa_core::time::{Span, Time};
+use std::collections::VecDeque;
+use std::fmt;
+
+/// How long the truth is remembered for values that come late.
+const MEMORY: Span = Span::from_millis(2_000);
+
+/// What is counted over a stretch of time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Tally {
+    /// Largest difference between a published `dmin` and the truth at its time stamp, metres; `None` when none
+    /// was published.
+    pub(super) worst_error: Option<f64>,
+    /// Longest time without a new `dmin`.
+    pub(super) longest_gap: Span,
+    /// How often the robot ran into something.
+    pub(super) collisions: u32,
+}
+
+/// What became of one fault.
+#[derive(Clone, Debug)]
+pub(super) struct FaultScore {
+    pub(super) fault: Fault,
+    /// Until the faulty signal was called silent or failed.
+    pub(super) detected_after: Option<Span>,
+    /// Until `dmin` came from another source.
+    pub(super) healed_after: Option<Span>,
+    /// From the beginning of the fault to its end.
+    pub(super) during: Tally,
+    /// Largest error of `dmin` from healing to the end of the fault, metres.
+    pub(super) healed_error: Option<f64>,
+}
+
+/// Everything that the summary says.
+#[derive(Clone, Debug)]
+pub(super) struct Score {
+    pub(super) faults: Vec<FaultScore>,
+    pub(super) overall: Tally,
+    /// Smallest distance between body and obstacle, metres.
+    pub(super) closest: f64,
+    /// Way that the robot has driven, metres.
+    pub(super) driven: f64,
+    /// How often the robot stopped before an obstacle.
+    pub(super) stops: u32,
+    /// Decisions that call a healthy signal silent or failed.
+    pub(super) false_alarms: u32,
+    now: Time,
+    truth: VecDeque<(Time, f64)>,
+    last_dmin: Option<Time>,
+}
+
+impl Score {
+    pub(super) fn new(faults: &[Fault]) -> Score {
+        let score = |&fault: &Fault| FaultScore {
+            fault,
+            detected_after: None,
+            healed_after: None,
+            during: Tally::default(),
+            healed_error: None,
+        };
+        Score {
+            faults: faults.iter().map(score).collect(),
+            overall: Tally::default(),
+            closest: f64::INFINITY,
+            driven: 0.0,
+            stops: 0,
+            false_alarms: 0,
+            now: Time(0),
+            truth: VecDeque::new(),
+            last_dmin: None,
+        }
+    }
+
+    /// The world at `now`: true `dmin`, gap between body and obstacle, metres driven since the last call.
+    pub(super) fn world(&mut self, now: Time, dmin: f64, gap: f64, driven: f64) {
+        self.now = now;
+        self.truth.push_back((now, dmin));
+        while self.truth.front().is_some_and(|&(time, _)| now - time > MEMORY) {
+            self.truth.pop_front();
+        }
+        self.closest = self.closest.min(gap);
+        self.driven += driven;
+    }
+
+    /// A collision at the present time.
+    pub(super) fn collision(&mut self) {
+        self.closest = self.closest.min(0.0);
+        self.tally(self.now, self.now, |tally| tally.collisions += 1);
+    }
+
+    /// A `dmin` has been published.
+    pub(super) fn published(&mut self, stamp: Time, dmin: f64) {
+        self.close_gap();
+        self.last_dmin = Some(self.now);
+        let error = (dmin - self.truth_at(stamp)).abs();
+        self.tally(self.now, self.now, |tally| tally.worst_error = worse(tally.worst_error, error));
+        for score in self.faults.iter_mut().filter(|score| score.fault.is_active(self.now)) {
+            if score.healed_after.is_some() {
+                score.healed_error = worse(score.healed_error, error);
+            }
+        }
+    }
+
+    /// Something was decided.
+    pub(super) fn decided(&mut self, decision: &Decision) {
+        let names = matches!(decision.kind, EventKind::Failed | EventKind::Silent);
+        let signal = decision.signal.as_deref();
+        let mut guilty = false;
+        for score in self.faults.iter_mut().filter(|score| score.fault.is_active(decision.time)) {
+            let after = decision.time - score.fault.from;
+            if names && signal == Some(score.fault.topic) {
+                guilty = true;
+                score.detected_after.get_or_insert(after);
+            }
+            if decision.kind == EventKind::Substituted {
+                score.healed_after.get_or_insert(after);
+            }
+        }
+        self.false_alarms += u32::from(names && !guilty);
+    }
+
+    /// The end of the run: a gap that is still open counts too.
+    pub(super) fn close_gap(&mut self) {
+        let (Some(last), now) = (self.last_dmin, self.now) else { return };
+        self.tally(last, now, |tally| tally.longest_gap = tally.longest_gap.max(now - last));
+    }
+
+    /// Counts over the whole run, and for every fault that was active between `from` and `to`.
+    fn tally(&mut self, from: Time, to: Time, count: impl Fn(&mut Tally)) {
+        count(&mut self.overall);
+        for score in &mut self.faults {
+            if score.fault.from <= to && from < score.fault.to {
+                count(&mut score.during);
+            }
+        }
+    }
+
+    fn truth_at(&self, stamp: Time) -> f64 {
+        let later = self.truth.partition_point(|&(time, _)| time <= stamp);
+        let at = self.truth.get(later.saturating_sub(1)).or(self.truth.back());
+        at.map_or(f64::NAN, |&(_, dmin)| dmin)
+    }
+
+    /// The summary as one JSON object.
+    pub(super) fn json(&self, seed: u64, with_shsa: bool) -> Value {
+        let fault = |score: &FaultScore| {
+            json!({
+                "fault": score.fault.name(),
+                "detected_after_s": score.detected_after.map(Span::seconds),
+                "healed_after_s": score.healed_after.map(Span::seconds),
+                "worst_error_m": score.during.worst_error,
+                "worst_error_after_healing_m": score.healed_error,
+                "longest_gap_s": score.during.longest_gap.seconds(),
+                "collisions": score.during.collisions,
+            })
+        };
+        json!({
+            "seed": seed,
+            "with_shsa": with_shsa,
+            "duration_s": self.now.seconds(),
+            "faults": self.faults.iter().map(fault).collect::<Vec<_>>(),
+            "worst_error_m": self.overall.worst_error,
+            "longest_gap_s": self.overall.longest_gap.seconds(),
+            "collisions": self.overall.collisions,
+            "closest_approach_m": self.closest,
+            "driven_m": self.driven,
+            "stops": self.stops,
+            "false_alarms": self.false_alarms,
+        })
+    }
+}
+
+impl fmt::Display for Score {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let after =
+            |span: Option<Span>| span.map_or("never".to_string(), |span| format!("{:.2} s", span.seconds()));
+        let row = |f: &mut fmt::Formatter<'_>, cells: [&str; 7]| {
+            let [name, detected, healed, error, healed_error, gap, collisions] = cells;
+            writeln!(
+                f,
+                "{name:<33}{detected:>9}{healed:>9}{error:>9}{healed_error:>11}{gap:>9}{collisions:>12}"
+            )
+        };
+        row(f, ["", "detected", "healed", "worst", "worst", "longest", ""])?;
+        row(f, ["fault", "after", "after", "error", "if healed", "gap", "collisions"])?;
+        for score in &self.faults {
+            let healed_error = metres(score.healed_error);
+            let times = [after(score.detected_after), after(score.healed_after)];
+            let [error, gap, collisions] = score.during.cells();
+            row(f, [&score.fault.name(), &times[0], &times[1], &error, &healed_error, &gap, &collisions])?;
+        }
+        let [error, gap, collisions] = self.overall.cells();
+        row(f, ["whole run", "", "", &error, "", &gap, &collisions])?;
+        writeln!(
+            f,
+            "\nerror of dmin against the simulator's truth; driven {:.1} m, stopped {} times, closest to an obstacle {:.2} m, false alarms {}",
+            self.driven,
+            self.stops,
+            self.closest.max(0.0),
+            self.false_alarms
+        )
+    }
+}
+
+impl Tally {
+    fn cells(&self) -> [String; 3] {
+        let gap = format!("{:.2} s", self.longest_gap.seconds());
+        [metres(self.worst_error), gap, self.collisions.to_string()]
+    }
+}
+
+fn worse(worst: Option<f64>, error: f64) -> Option<f64> {
+    Some(worst.map_or(error, |worst| worst.max(error)))
+}
+
+fn metres(error: Option<f64>) -> String {
+    error.map_or("-".to_string(), |error| format!("{error:.2} m"))
+}
