@@ -110,13 +110,13 @@ impl Avoidance {
 
     fn start_turn(&mut self, now: Time) -> Mode {
         self.turn_since = now;
-        self.turn_rate = if self.random.random() { 0.7 } else { -0.7 };
+        self.turn_rate = if self.random.random() { 0.9 } else { -0.9 };
         Mode::Turn
     }
 
     /// How free a direction must be to take it: less and less as none is found.
     fn free_distance(&self, now: Time) -> f64 {
-        (1.5 - 0.08 * (now - self.turn_since).seconds()).max(stop_distance(0.0) + 0.2)
+        (1.4 - 0.08 * (now - self.turn_since).seconds()).max(stop_distance(0.0) + 0.2)
     }
 
     /// A gentle curve, another one every second or so.
@@ -160,7 +160,7 @@ mod tests {
     fn at_rest_it_turns_until_the_way_is_free() {
         check(
             0.0,
-            &[0.3, 0.3, 0.9, 1.4, 1.6],
+            &[0.3, 0.3, 0.9, 1.3, 1.5],
             &[Mode::Brake, Mode::Turn, Mode::Turn, Mode::Turn, Mode::Drive],
         );
     }

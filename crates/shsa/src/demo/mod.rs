@@ -315,3 +315,36 @@ fn middle(value: &RawValue) -> Option<f64> {
         RawValue::Vector(_) => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The summary of a run, as JSON.
+    fn summary(seed: u64, without_shsa: bool) -> serde_json::Value {
+        let mut demo = Demo::new(seed, healer(without_shsa).unwrap(), Screen::new(false, true));
+        while demo.now < END {
+            demo.step().unwrap();
+        }
+        demo.score.close_gap();
+        demo.score.json(seed, !without_shsa)
+    }
+
+    #[test]
+    fn a_run_repeats_from_its_seed() {
+        assert_eq!(summary(5, true), summary(5, true));
+        assert_ne!(summary(5, true), summary(6, true));
+    }
+
+    #[test]
+    fn without_shsa_the_robot_stands_blind_and_later_crashes() {
+        for seed in 0..20 {
+            let summary = summary(seed, true);
+            let [silent, spoofed] = [0, 1].map(|fault| &summary["faults"][fault]);
+            assert!(silent["longest_gap_s"].as_f64().unwrap() > 11.9, "seed {seed}: {summary}");
+            assert_eq!(silent["collisions"], 0, "seed {seed}: {summary}");
+            assert!(spoofed["collisions"].as_u64().unwrap() > 0, "seed {seed}: {summary}");
+            assert_eq!(spoofed["collisions"], summary["collisions"], "seed {seed}: {summary}");
+        }
+    }
+}

@@ -152,24 +152,24 @@ impl Score {
         let fault = |score: &FaultScore| {
             json!({
                 "fault": score.fault.name(),
-                "detected_after_s": score.detected_after.map(Span::seconds),
-                "healed_after_s": score.healed_after.map(Span::seconds),
-                "worst_error_m": score.during.worst_error,
-                "worst_error_after_healing_m": score.healed_error,
-                "longest_gap_s": score.during.longest_gap.seconds(),
+                "detected_after_s": score.detected_after.map(seconds),
+                "healed_after_s": score.healed_after.map(seconds),
+                "worst_error_m": score.during.worst_error.map(millimetres),
+                "worst_error_after_healing_m": score.healed_error.map(millimetres),
+                "longest_gap_s": seconds(score.during.longest_gap),
                 "collisions": score.during.collisions,
             })
         };
         json!({
             "seed": seed,
             "with_shsa": with_shsa,
-            "duration_s": self.now.seconds(),
+            "duration_s": seconds(self.now - Time(0)),
             "faults": self.faults.iter().map(fault).collect::<Vec<_>>(),
-            "worst_error_m": self.overall.worst_error,
-            "longest_gap_s": self.overall.longest_gap.seconds(),
+            "worst_error_m": self.overall.worst_error.map(millimetres),
+            "longest_gap_s": seconds(self.overall.longest_gap),
             "collisions": self.overall.collisions,
-            "closest_approach_m": self.closest,
-            "driven_m": self.driven,
+            "closest_approach_m": millimetres(self.closest),
+            "driven_m": millimetres(self.driven),
             "stops": self.stops,
             "false_alarms": self.false_alarms,
         })
@@ -187,8 +187,8 @@ impl fmt::Display for Score {
                 "{name:<33}{detected:>9}{healed:>9}{error:>9}{healed_error:>11}{gap:>9}{collisions:>12}"
             )
         };
-        row(f, ["", "detected", "healed", "worst", "worst", "longest", ""])?;
-        row(f, ["fault", "after", "after", "error", "if healed", "gap", "collisions"])?;
+        row(f, ["", "detected", "healed", "worst", "error", "longest", ""])?;
+        row(f, ["fault", "after", "after", "error", "healed", "gap", "crashes"])?;
         for score in &self.faults {
             let healed_error = metres(score.healed_error);
             let times = [after(score.detected_after), after(score.healed_after)];
@@ -197,14 +197,10 @@ impl fmt::Display for Score {
         }
         let [error, gap, collisions] = self.overall.cells();
         row(f, ["whole run", "", "", &error, "", &gap, &collisions])?;
-        writeln!(
-            f,
-            "\nerror of dmin against the simulator's truth; driven {:.1} m, stopped {} times, closest to an obstacle {:.2} m, false alarms {}",
-            self.driven,
-            self.stops,
-            self.closest.max(0.0),
-            self.false_alarms
-        )
+        let way = format!("driven {:.1} m, stopped {} times", self.driven, self.stops);
+        let closest = format!("never nearer than {:.2} m to an obstacle", self.closest.max(0.0));
+        writeln!(f, "\n{way}, {closest}, {} false alarms", self.false_alarms)?;
+        writeln!(f, "error: dmin as published against the truth of the simulator")
     }
 }
 
@@ -215,10 +211,79 @@ impl Tally {
     }
 }
 
+/// For files: rounded to milliseconds.
+fn seconds(span: Span) -> f64 {
+    (span.seconds() * 1e3).round() / 1e3
+}
+
+/// For files: rounded to millimetres.
+fn millimetres(metres: f64) -> f64 {
+    (metres * 1e3).round() / 1e3
+}
+
 fn worse(worst: Option<f64>, error: f64) -> Option<f64> {
     Some(worst.map_or(error, |worst| worst.max(error)))
 }
 
 fn metres(error: Option<f64>) -> String {
     error.map_or("-".to_string(), |error| format!("{error:.2} m"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::faults::schedule;
+    use super::*;
+
+    fn at(seconds: f64) -> Time {
+        Time::from_seconds(seconds)
+    }
+
+    fn decision(seconds: f64, kind: EventKind, signal: &str) -> Decision {
+        let signal = Some(signal.to_string());
+        Decision { time: at(seconds), kind, signal, because: String::new(), substitution: None }
+    }
+
+    /// The fault's row after these decisions: times of detection and healing, and false alarms.
+    #[track_caller]
+    fn check(decisions: &[Decision], expected: &str) {
+        let mut score = Score::new(&schedule());
+        decisions.iter().for_each(|decision| score.decided(decision));
+        let times = |score: &FaultScore| format!("{:?} {:?}", score.detected_after, score.healed_after);
+        let rows: Vec<String> = score.faults.iter().map(times).collect();
+        assert_eq!(format!("{}, {} false", rows.join(", "), score.false_alarms), expected);
+    }
+
+    #[test]
+    fn a_fault_is_detected_when_its_signal_is_named_while_it_lasts() {
+        let named = decision(12.25, EventKind::Silent, "/lidar/scan");
+        let healed = decision(12.5, EventKind::Substituted, "/lidar/scan");
+        let expected = "Some(Span(250000000)) Some(Span(500000000)), None None, 0 false";
+        check(&[named.clone(), healed, named], expected);
+    }
+
+    #[test]
+    fn naming_a_healthy_signal_is_a_false_alarm() {
+        let early = decision(11.0, EventKind::Failed, "/lidar/scan");
+        let wrong = decision(12.5, EventKind::Failed, "/sonar/ranges");
+        let suspicion = decision(12.5, EventKind::Suspected, "/sonar/ranges");
+        check(&[early, wrong, suspicion], "None None, None None, 2 false");
+    }
+
+    #[test]
+    fn errors_are_those_at_the_time_stamp_and_gaps_belong_to_the_fault() {
+        let mut score = Score::new(&schedule());
+        for (seconds, truth, published) in [(11.0, 1.0, 1.5), (11.5, 2.0, 1.0), (13.0, 3.0, 2.25)] {
+            score.world(at(seconds), truth, 0.5, 0.25);
+            score.published(at(seconds - 0.25), published);
+        }
+        score.collision();
+        assert_eq!(
+            (score.overall.worst_error, score.overall.longest_gap),
+            (Some(0.5), Span::from_millis(1_500))
+        );
+        assert_eq!(score.faults[0].during.worst_error, Some(0.25));
+        assert_eq!(score.faults[0].during.longest_gap, Span::from_millis(1_500));
+        assert_eq!((score.faults[0].during.collisions, score.closest, score.driven), (1, 0.0, 0.75));
+        assert_eq!(score.faults[1].during, Tally::default());
+    }
 }

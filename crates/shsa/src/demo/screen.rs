@@ -213,10 +213,10 @@ impl Screen {
 
     fn signal(&self, topic: &str, now: Time) -> Vec<(String, Ink)> {
         let (words, ink) = match self.state(topic) {
-            State::Trusted if self.fresh(topic, now).is_none() => ("says nothing", Ink::Warning),
+            State::Trusted if self.fresh(topic, now).is_none() => ("no data", Ink::Warning),
             state => state_words(state),
         };
-        vec![(format!("  {topic:<15}"), Ink::Plain), (words.to_string(), ink)]
+        vec![(format!("  {topic:<14} "), Ink::Plain), (words.to_string(), ink)]
     }
 
     fn paint(&self, text: &str, ink: Ink) -> String {
