@@ -182,10 +182,8 @@ impl fmt::Display for Score {
             |span: Option<Span>| span.map_or("never".to_string(), |span| format!("{:.2} s", span.seconds()));
         let row = |f: &mut fmt::Formatter<'_>, cells: [&str; 7]| {
             let [name, detected, healed, error, healed_error, gap, collisions] = cells;
-            writeln!(
-                f,
-                "{name:<33}{detected:>9}{healed:>9}{error:>9}{healed_error:>11}{gap:>9}{collisions:>12}"
-            )
+            let left = format!("{name:<29}{detected:>9}{healed:>8}{error:>8}{healed_error:>8}");
+            writeln!(f, "{}", format!("{left}{gap:>9}{collisions:>8}").trim_end())
         };
         row(f, ["", "detected", "healed", "worst", "error", "longest", ""])?;
         row(f, ["fault", "after", "after", "error", "healed", "gap", "crashes"])?;
