@@ -15,8 +15,12 @@ pub(super) const NEED: &str = "/emergency_stop/dmin";
 pub(super) struct Decision {
     pub(super) time: Time,
     pub(super) kind: EventKind,
+    /// The signal that it is about.
     pub(super) signal: Option<String>,
+    /// The variable that it is about.
+    pub(super) variable: Option<String>,
     pub(super) because: String,
+    /// What `dmin` comes from now, where that has changed.
     pub(super) substitution: Option<String>,
 }
 

@@ -238,7 +238,14 @@ mod tests {
 
     fn decision(seconds: f64, kind: EventKind, signal: &str) -> Decision {
         let signal = Some(signal.to_string());
-        Decision { time: at(seconds), kind, signal, because: String::new(), substitution: None }
+        Decision {
+            time: at(seconds),
+            kind,
+            signal,
+            variable: None,
+            because: String::new(),
+            substitution: None,
+        }
     }
 
     /// The fault's row after these decisions: times of detection and healing, and false alarms.

@@ -93,8 +93,11 @@ impl Screen {
         if let Some(substitution) = &decision.substitution {
             self.source.clone_from(substitution);
         }
-        let words = [decision.signal.as_deref(), Some(&decision.because), decision.substitution.as_deref()];
-        let text = words.into_iter().flatten().filter(|text| !text.is_empty()).collect::<Vec<_>>().join(": ");
+        let subject = decision.signal.as_ref().or(decision.variable.as_ref());
+        let mut text = format!("{}: {}", subject.map_or("", String::as_str), decision.because);
+        if let Some(substitution) = &decision.substitution {
+            text.push_str(&format!("; now from {substitution}"));
+        }
         self.event(decision.time, kind_name(decision.kind), ink, &text)
     }
 
@@ -202,6 +205,7 @@ impl Screen {
             lines.push(self.signal(topic, view.now));
         }
         lines.push(Vec::new());
+        lines.push(plain(format!("dmin from {}", self.source)));
         lines.push(vec![(format!("collisions {}", view.collisions), collisions)]);
         lines
     }
