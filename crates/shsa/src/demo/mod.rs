@@ -95,7 +95,9 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<ExitCode> {
     if args.json {
         println!("{}", demo.score.json(args.seed, !args.without_shsa));
     } else {
-        demo.screen.say(&format!("\n{}", demo.score))?;
+        let (instead, option) =
+            if args.without_shsa { ("healed", "") } else { ("not healed", " --without-shsa") };
+        demo.screen.say(&format!("\n{}\n{instead}: shsa demo rover{option}\n", demo.score))?;
     }
     let crashed = demo.score.overall.collisions > 0 && !args.without_shsa;
     Ok(ExitCode::from(u8::from(crashed)))
