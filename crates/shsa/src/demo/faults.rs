@@ -1,0 +1,99 @@
+//! What goes wrong, and when.
+
+use super::sensors::{LIDAR, Sample};
+use shsa_core::observation::RawValue;
+use shsa_core::time::Time;
+
+/// How a signal goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum FaultKind {
+    /// Nothing comes.
+    Silent,
+    /// Everything comes on time and in shape, and every distance in it is this, metres.
+    Spoofed(f64),
+}
+
+/// A signal that goes wrong for a while.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Fault {
+    pub(super) topic: &'static str,
+    pub(super) kind: FaultKind,
+    pub(super) from: Time,
+    pub(super) to: Time,
+}
+
+/// The lidar breaks down and recovers; later somebody lies in its name until the end.
+pub(super) fn schedule() -> Vec<Fault> {
+    let lidar = |kind, from: f64, to: f64| Fault {
+        topic: LIDAR,
+        kind,
+        from: Time::from_seconds(from),
+        to: Time::from_seconds(to),
+    };
+    vec![lidar(FaultKind::Silent, 12.0, 24.0), lidar(FaultKind::Spoofed(3.0), 36.0, 60.0)]
+}
+
+impl Fault {
+    pub(super) fn is_active(&self, now: Time) -> bool {
+        (self.from..self.to).contains(&now)
+    }
+
+    /// The fault as it is written on the command line.
+    pub(super) fn name(&self) -> String {
+        let kind = match self.kind {
+            FaultKind::Silent => "drop".to_string(),
+            FaultKind::Spoofed(distance) => format!("spoof={distance}"),
+        };
+        let seconds = |time: Time| time.0 as f64 / 1e9;
+        format!("{kind}:{}@{}s..{}s", self.topic, seconds(self.from), seconds(self.to))
+    }
+
+    /// What it does, for people.
+    pub(super) fn describe(&self) -> String {
+        match self.kind {
+            FaultKind::Silent => format!("{} breaks down: it says nothing any more", self.topic),
+            FaultKind::Spoofed(distance) => {
+                format!("{} is spoofed: every beam says {distance} m, on time and in shape", self.topic)
+            }
+        }
+    }
+
+    /// What becomes of a sample; `None` when it does not get through.
+    pub(super) fn apply(&self, mut sample: Sample) -> Option<Sample> {
+        if sample.topic != self.topic || !self.is_active(sample.stamp) {
+            return Some(sample);
+        }
+        match (self.kind, &mut sample.value) {
+            (FaultKind::Silent, _) => return None,
+            (FaultKind::Spoofed(distance), RawValue::Vector(values)) => values.fill(distance),
+            (FaultKind::Spoofed(distance), value) => *value = RawValue::Number(distance),
+        }
+        Some(sample)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn faulty(seconds: f64) -> Option<RawValue> {
+        let stamp = Time::from_seconds(seconds);
+        let sample = Sample { topic: LIDAR, stamp, arrival: stamp, value: RawValue::Vector(vec![1.0, 2.0]) };
+        schedule().iter().try_fold(sample, |sample, fault| fault.apply(sample)).map(|sample| sample.value)
+    }
+
+    #[test]
+    fn the_lidar_is_silent_recovers_and_lies() {
+        let healthy = Some(RawValue::Vector(vec![1.0, 2.0]));
+        assert_eq!(faulty(11.9), healthy);
+        assert_eq!(faulty(12.0), None);
+        assert_eq!(faulty(24.0), healthy);
+        assert_eq!(faulty(36.0), Some(RawValue::Vector(vec![3.0, 3.0])));
+    }
+
+    #[test]
+    fn names_are_in_the_syntax_of_the_command_line() {
+        let names: Vec<String> = schedule().iter().map(Fault::name).collect();
+        assert_eq!(names, ["drop:/lidar/scan@12s..24s", "spoof=3:/lidar/scan@36s..60s"]);
+    }
+}

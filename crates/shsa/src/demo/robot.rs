@@ -1,0 +1,94 @@
+//! The robot: a round body with two driven wheels, which moves as it is told and stops at what it hits.
+
+use super::room::{Pose, Room};
+
+/// What the drive is asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Command {
+    /// m/s; negative is backwards.
+    pub(super) speed: f64,
+    /// rad/s; positive turns left.
+    pub(super) turn_rate: f64,
+}
+
+/// Body and motion.
+#[derive(Clone, Debug)]
+pub(super) struct Robot {
+    pub(super) pose: Pose,
+    /// m/s along the heading.
+    pub(super) speed: f64,
+    touching: bool,
+}
+
+impl Robot {
+    /// Of the body, metres.
+    pub(super) const RADIUS: f64 = 0.2;
+    /// Largest change of speed while it gains speed, m/s^2.
+    const ACCELERATION: f64 = 0.5;
+    /// Largest change of speed while it brakes, m/s^2.
+    pub(super) const DECELERATION: f64 = 1.0;
+
+    /// Gap at which a contact is over, metres: pushing on against a wall is the same contact.
+    const LETS_GO: f64 = 0.02;
+
+    /// At rest.
+    pub(super) fn at(pose: Pose) -> Robot {
+        Robot { pose, speed: 0.0, touching: false }
+    }
+
+    /// Moves for `dt` seconds; whether it has just run into something. What it would enter stops it.
+    pub(super) fn step(&mut self, command: Command, room: &Room, dt: f64) -> bool {
+        let braking = command.speed.abs() < self.speed.abs() || command.speed * self.speed < 0.0;
+        let most = dt * if braking { Self::DECELERATION } else { Self::ACCELERATION };
+        self.speed += (command.speed - self.speed).clamp(-most, most);
+        self.pose.heading += command.turn_rate * dt;
+        let next = self.pose.at.ahead(self.pose.heading, self.speed * dt);
+        let (gap, next_gap) = (self.clearance(room), room.clearance(next) - Self::RADIUS);
+        let blocked = next_gap < 0.0 && next_gap < gap;
+        let collided = blocked && !self.touching;
+        self.touching = blocked || (self.touching && gap < Self::LETS_GO);
+        if blocked {
+            self.speed = 0.0;
+        } else {
+            self.pose.at = next;
+        }
+        collided
+    }
+
+    /// Metres between the body and the nearest obstacle.
+    pub(super) fn clearance(&self, room: &Room) -> f64 {
+        room.clearance(self.pose.at) - Self::RADIUS
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::room::Point;
+    use super::*;
+
+    fn drive(robot: &mut Robot, command: Command, seconds: f64) -> u32 {
+        let room = Room::furnished();
+        (0..(seconds * 200.0) as u32).map(|_| u32::from(robot.step(command, &room, 0.005))).sum()
+    }
+
+    #[test]
+    fn it_brakes_within_the_distance_that_its_deceleration_gives() {
+        let mut robot = Robot::at(Pose { at: Point { x: 1.0, y: 1.5 }, heading: 0.0 });
+        drive(&mut robot, Command { speed: 0.6, turn_rate: 0.0 }, 2.0);
+        assert!((robot.speed - 0.6).abs() < 1e-9);
+        let start = robot.pose.at.x;
+        drive(&mut robot, Command::default(), 1.0);
+        assert_eq!(robot.speed, 0.0);
+        assert!((robot.pose.at.x - start - 0.18).abs() < 0.01);
+    }
+
+    #[test]
+    fn a_wall_stops_it_and_counts_once() {
+        let mut robot = Robot::at(Pose { at: Point { x: 1.0, y: 1.0 }, heading: std::f64::consts::PI });
+        let ahead = Command { speed: 0.6, turn_rate: 0.0 };
+        assert_eq!(drive(&mut robot, ahead, 5.0), 1);
+        assert!(robot.clearance(&Room::furnished()).abs() < 0.01);
+        assert_eq!(drive(&mut robot, Command { speed: -0.3, turn_rate: 0.0 }, 1.0), 0);
+        assert_eq!(drive(&mut robot, ahead, 5.0), 1);
+    }
+}

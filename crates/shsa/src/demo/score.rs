@@ -1,0 +1,294 @@
+//! The score: what the run has shown, measured against the truth that only the simulator knows.
+
+use super::faults::Fault;
+use super::healer::Decision;
+use serde_json::{Value, json};
+use shsa_core::engine::EventKind;
+use shsa_core::time::{Span, Time};
+use std::collections::VecDeque;
+use std::fmt;
+
+/// How long the truth is remembered for values that come late.
+const MEMORY: Span = Span::from_millis(2_000);
+
+/// What is counted over a stretch of time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Tally {
+    /// Largest difference between a published `dmin` and the truth at its time stamp, metres; `None` when none
+    /// was published.
+    pub(super) worst_error: Option<f64>,
+    /// Longest time without a new `dmin`.
+    pub(super) longest_gap: Span,
+    /// How often the robot ran into something.
+    pub(super) collisions: u32,
+}
+
+/// What became of one fault.
+#[derive(Clone, Debug)]
+pub(super) struct FaultScore {
+    pub(super) fault: Fault,
+    /// Until the faulty signal was called silent or failed.
+    pub(super) detected_after: Option<Span>,
+    /// Until `dmin` came from another source.
+    pub(super) healed_after: Option<Span>,
+    /// From the beginning of the fault to its end.
+    pub(super) during: Tally,
+    /// Largest error of `dmin` from healing to the end of the fault, metres.
+    pub(super) healed_error: Option<f64>,
+}
+
+/// Everything that the summary says.
+#[derive(Clone, Debug)]
+pub(super) struct Score {
+    pub(super) faults: Vec<FaultScore>,
+    pub(super) overall: Tally,
+    /// Smallest distance between body and obstacle, metres.
+    pub(super) closest: f64,
+    /// Way that the robot has driven, metres.
+    pub(super) driven: f64,
+    /// How often the robot stopped before an obstacle.
+    pub(super) stops: u32,
+    /// Decisions that call a healthy signal silent or failed.
+    pub(super) false_alarms: u32,
+    now: Time,
+    truth: VecDeque<(Time, f64)>,
+    last_dmin: Option<Time>,
+}
+
+impl Score {
+    pub(super) fn new(faults: &[Fault]) -> Score {
+        let score = |&fault: &Fault| FaultScore {
+            fault,
+            detected_after: None,
+            healed_after: None,
+            during: Tally::default(),
+            healed_error: None,
+        };
+        Score {
+            faults: faults.iter().map(score).collect(),
+            overall: Tally::default(),
+            closest: f64::INFINITY,
+            driven: 0.0,
+            stops: 0,
+            false_alarms: 0,
+            now: Time(0),
+            truth: VecDeque::new(),
+            last_dmin: None,
+        }
+    }
+
+    /// The world at `now`: true `dmin`, gap between body and obstacle, metres driven since the last call.
+    pub(super) fn world(&mut self, now: Time, dmin: f64, gap: f64, driven: f64) {
+        self.now = now;
+        self.truth.push_back((now, dmin));
+        while self.truth.front().is_some_and(|&(time, _)| now - time > MEMORY) {
+            self.truth.pop_front();
+        }
+        self.closest = self.closest.min(gap);
+        self.driven += driven;
+    }
+
+    /// A collision at the present time.
+    pub(super) fn collision(&mut self) {
+        self.closest = self.closest.min(0.0);
+        self.tally(self.now, self.now, |tally| tally.collisions += 1);
+    }
+
+    /// A `dmin` has been published.
+    pub(super) fn published(&mut self, stamp: Time, dmin: f64) {
+        self.close_gap();
+        self.last_dmin = Some(self.now);
+        let error = (dmin - self.truth_at(stamp)).abs();
+        self.tally(self.now, self.now, |tally| tally.worst_error = worse(tally.worst_error, error));
+        for score in self.faults.iter_mut().filter(|score| score.fault.is_active(self.now)) {
+            if score.healed_after.is_some() {
+                score.healed_error = worse(score.healed_error, error);
+            }
+        }
+    }
+
+    /// Something was decided.
+    pub(super) fn decided(&mut self, decision: &Decision) {
+        let names = matches!(decision.kind, EventKind::Failed | EventKind::Silent);
+        let signal = decision.signal.as_deref();
+        let mut guilty = false;
+        for score in self.faults.iter_mut().filter(|score| score.fault.is_active(decision.time)) {
+            let after = decision.time - score.fault.from;
+            if names && signal == Some(score.fault.topic) {
+                guilty = true;
+                score.detected_after.get_or_insert(after);
+            }
+            if decision.kind == EventKind::Substituted {
+                score.healed_after.get_or_insert(after);
+            }
+        }
+        self.false_alarms += u32::from(names && !guilty);
+    }
+
+    /// The end of the run: a gap that is still open counts too.
+    pub(super) fn close_gap(&mut self) {
+        let (Some(last), now) = (self.last_dmin, self.now) else { return };
+        self.tally(last, now, |tally| tally.longest_gap = tally.longest_gap.max(now - last));
+    }
+
+    /// Counts over the whole run, and for every fault that was active between `from` and `to`.
+    fn tally(&mut self, from: Time, to: Time, count: impl Fn(&mut Tally)) {
+        count(&mut self.overall);
+        for score in &mut self.faults {
+            if score.fault.from <= to && from < score.fault.to {
+                count(&mut score.during);
+            }
+        }
+    }
+
+    fn truth_at(&self, stamp: Time) -> f64 {
+        let later = self.truth.partition_point(|&(time, _)| time <= stamp);
+        let at = self.truth.get(later.saturating_sub(1)).or(self.truth.back());
+        at.map_or(f64::NAN, |&(_, dmin)| dmin)
+    }
+
+    /// The summary as one JSON object.
+    pub(super) fn json(&self, seed: u64, with_shsa: bool) -> Value {
+        let fault = |score: &FaultScore| {
+            json!({
+                "fault": score.fault.name(),
+                "detected_after_s": score.detected_after.map(seconds),
+                "healed_after_s": score.healed_after.map(seconds),
+                "worst_error_m": score.during.worst_error.map(millimetres),
+                "worst_error_after_healing_m": score.healed_error.map(millimetres),
+                "longest_gap_s": seconds(score.during.longest_gap),
+                "collisions": score.during.collisions,
+            })
+        };
+        json!({
+            "seed": seed,
+            "with_shsa": with_shsa,
+            "duration_s": seconds(self.now - Time(0)),
+            "faults": self.faults.iter().map(fault).collect::<Vec<_>>(),
+            "worst_error_m": self.overall.worst_error.map(millimetres),
+            "longest_gap_s": seconds(self.overall.longest_gap),
+            "collisions": self.overall.collisions,
+            "closest_approach_m": millimetres(self.closest),
+            "driven_m": millimetres(self.driven),
+            "stops": self.stops,
+            "false_alarms": self.false_alarms,
+        })
+    }
+}
+
+impl fmt::Display for Score {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let after =
+            |span: Option<Span>| span.map_or("never".to_string(), |span| format!("{:.2} s", span.seconds()));
+        let row = |f: &mut fmt::Formatter<'_>, cells: [&str; 7]| {
+            let [name, detected, healed, error, healed_error, gap, collisions] = cells;
+            let left = format!("{name:<29}{detected:>9}{healed:>8}{error:>8}{healed_error:>8}");
+            writeln!(f, "{}", format!("{left}{gap:>9}{collisions:>8}").trim_end())
+        };
+        row(f, ["", "detected", "healed", "worst", "error", "longest", ""])?;
+        row(f, ["fault", "after", "after", "error", "healed", "gap", "crashes"])?;
+        for score in &self.faults {
+            let healed_error = metres(score.healed_error);
+            let times = [after(score.detected_after), after(score.healed_after)];
+            let [error, gap, collisions] = score.during.cells();
+            row(f, [&score.fault.name(), &times[0], &times[1], &error, &healed_error, &gap, &collisions])?;
+        }
+        let [error, gap, collisions] = self.overall.cells();
+        row(f, ["whole run", "", "", &error, "", &gap, &collisions])?;
+        let way = format!("driven {:.1} m, stopped {} times", self.driven, self.stops);
+        let closest = format!("never nearer than {:.2} m to an obstacle", self.closest.max(0.0));
+        writeln!(f, "\n{way}, {closest}, {} false alarms", self.false_alarms)?;
+        writeln!(f, "error: dmin as published against the truth of the simulator")
+    }
+}
+
+impl Tally {
+    fn cells(&self) -> [String; 3] {
+        let gap = format!("{:.2} s", self.longest_gap.seconds());
+        [metres(self.worst_error), gap, self.collisions.to_string()]
+    }
+}
+
+/// For files: rounded to milliseconds.
+fn seconds(span: Span) -> f64 {
+    (span.seconds() * 1e3).round() / 1e3
+}
+
+/// For files: rounded to millimetres.
+fn millimetres(metres: f64) -> f64 {
+    (metres * 1e3).round() / 1e3
+}
+
+fn worse(worst: Option<f64>, error: f64) -> Option<f64> {
+    Some(worst.map_or(error, |worst| worst.max(error)))
+}
+
+fn metres(error: Option<f64>) -> String {
+    error.map_or("-".to_string(), |error| format!("{error:.2} m"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::faults::schedule;
+    use super::*;
+
+    fn at(seconds: f64) -> Time {
+        Time::from_seconds(seconds)
+    }
+
+    fn decision(seconds: f64, kind: EventKind, signal: &str) -> Decision {
+        let signal = Some(signal.to_string());
+        Decision {
+            time: at(seconds),
+            kind,
+            signal,
+            variable: None,
+            because: String::new(),
+            substitution: None,
+        }
+    }
+
+    /// The fault's row after these decisions: times of detection and healing, and false alarms.
+    #[track_caller]
+    fn check(decisions: &[Decision], expected: &str) {
+        let mut score = Score::new(&schedule());
+        decisions.iter().for_each(|decision| score.decided(decision));
+        let times = |score: &FaultScore| format!("{:?} {:?}", score.detected_after, score.healed_after);
+        let rows: Vec<String> = score.faults.iter().map(times).collect();
+        assert_eq!(format!("{}, {} false", rows.join(", "), score.false_alarms), expected);
+    }
+
+    #[test]
+    fn a_fault_is_detected_when_its_signal_is_named_while_it_lasts() {
+        let named = decision(12.25, EventKind::Silent, "/lidar/scan");
+        let healed = decision(12.5, EventKind::Substituted, "/lidar/scan");
+        let expected = "Some(Span(250000000)) Some(Span(500000000)), None None, 0 false";
+        check(&[named.clone(), healed, named], expected);
+    }
+
+    #[test]
+    fn naming_a_healthy_signal_is_a_false_alarm() {
+        let early = decision(11.0, EventKind::Failed, "/lidar/scan");
+        let wrong = decision(12.5, EventKind::Failed, "/sonar/ranges");
+        let suspicion = decision(12.5, EventKind::Suspected, "/sonar/ranges");
+        check(&[early, wrong, suspicion], "None None, None None, 2 false");
+    }
+
+    #[test]
+    fn errors_are_those_at_the_time_stamp_and_gaps_belong_to_the_fault() {
+        let mut score = Score::new(&schedule());
+        for (seconds, truth, published) in [(11.0, 1.0, 1.5), (11.5, 2.0, 1.0), (13.0, 3.0, 2.25)] {
+            score.world(at(seconds), truth, 0.5, 0.25);
+            score.published(at(seconds - 0.25), published);
+        }
+        score.collision();
+        assert_eq!(
+            (score.overall.worst_error, score.overall.longest_gap),
+            (Some(0.5), Span::from_millis(1_500))
+        );
+        assert_eq!(score.faults[0].during.worst_error, Some(0.25));
+        assert_eq!(score.faults[0].during.longest_gap, Span::from_millis(1_500));
+        assert_eq!((score.faults[0].during.collisions, score.closest, score.driven), (1, 0.0, 0.75));
+        assert_eq!(score.faults[1].during, Tally::default());
+    }
+}
