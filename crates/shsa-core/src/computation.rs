@@ -37,6 +37,15 @@ pub enum Computed<'a> {
     Vector(&'a [Interval]),
 }
 
+/// One observation as an input: a scalar has one value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Item {
+    /// When it was true.
+    pub validity: Validity,
+    /// Its values in SI.
+    pub values: Vec<Interval>,
+}
+
 /// A way of knowing, ready to be evaluated.
 #[derive(Debug)]
 pub struct Computation {
@@ -68,6 +77,7 @@ enum Source {
 #[derive(Clone, Copy, Debug)]
 struct Input {
     signal: SignalId,
+    shape: Shape,
     max_rate: f64,
     /// Over which gap a value still counts; `None` learns it from the spacing of the observations.
     max_gap: Option<Span>,
@@ -78,7 +88,8 @@ impl Input {
         let description = &knowledge.signals()[signal];
         let max_rate = knowledge.variables()[description.variable].max_rate.unwrap_or(0.0);
         let max_gap = period(knowledge, signal).map(|period| period.times(2) + description.delay);
-        Input { signal, max_rate, max_gap }
+        let shape = knowledge.variables()[description.variable].shape;
+        Input { signal, shape, max_rate, max_gap }
     }
 
     fn max_gap(&self, port: &Port) -> Span {
@@ -88,12 +99,21 @@ impl Input {
     fn at<'a>(&self, ports: &'a IdVec<SignalId, Port>, moment: Validity) -> Option<Value<'a, Interval>> {
         let port = &ports[self.signal];
         let max_gap = self.max_gap(port);
-        match port.shape() {
+        match self.shape {
             Shape::Vector => port.vector_at(moment, max_gap).map(Value::Vector),
             Shape::Scalar => {
                 let reading = port.scalar_at(moment, Reach { max_rate: self.max_rate, max_gap });
                 reading.map(|reading| Value::Scalar(reading.value))
             }
+        }
+    }
+}
+
+impl Item {
+    fn value(&self, shape: Shape) -> Value<'_, Interval> {
+        match shape {
+            Shape::Vector => Value::Vector(&self.values),
+            Shape::Scalar => Value::Scalar(self.values.first().copied().unwrap_or(Interval::EMPTY)),
         }
     }
 }
@@ -200,6 +220,29 @@ impl Computation {
                 (!elements.is_empty()).then_some((Computed::Vector(elements), validity))
             }
         }
+    }
+
+    /// Evaluates over one chosen observation for each source, in the order of the way's sources (`None` for a
+    /// constant); for numbers only.
+    pub fn evaluate_items(&mut self, items: &[Option<&Item>], moment: Validity) -> Option<Interval> {
+        let item = |at: usize| items.get(at).copied().flatten();
+        let (program, state, inputs) = match &mut self.body {
+            Body::Direct(_) => return item(0)?.values.first().copied(),
+            Body::Computed { program, state, inputs } => (program, state, inputs),
+        };
+        let signals = &self.way.signals;
+        let mut values = Vec::new();
+        for input in inputs.iter() {
+            values.push(match input {
+                Source::Signal(input) => {
+                    item(signals.iter().position(|signal| *signal == Some(input.signal))?)?.value(input.shape)
+                }
+                Source::Constant(value) => Value::Scalar(*value),
+                Source::Last => return None,
+            });
+        }
+        let value = program.evaluate(state, &values, moment, None).value.scalar();
+        (!value.is_empty()).then_some(value)
     }
 
     /// Evaluates a way of knowing a number, without its last value.

@@ -47,7 +47,9 @@ pub struct Fault {
 
 /// Why a text is no fault.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
-#[error("fault '{text}': {problem}; expected KIND[=AMOUNT]:SIGNAL@FROM..TO, for example bias=1.5:/gps/speed@20s..40s")]
+#[error(
+    "fault '{text}': {problem}; expected KIND[=AMOUNT]:SIGNAL@FROM..TO, for example bias=1.5:/gps/speed@20s..40s"
+)]
 pub struct FaultError {
     text: String,
     problem: String,
@@ -87,7 +89,9 @@ fn parse(text: &str) -> Result<Fault, String> {
 fn moment(text: &str) -> Result<Span, String> {
     match text.trim().trim_end_matches(|c: char| c.is_alphabetic()).trim().parse::<f64>() {
         Ok(0.0) => Ok(Span::ZERO),
-        Ok(seconds) if text.trim().ends_with(|c: char| c.is_ascii_digit()) && seconds > 0.0 => Ok(Span::from_seconds(seconds)),
+        Ok(seconds) if text.trim().ends_with(|c: char| c.is_ascii_digit()) && seconds > 0.0 => {
+            Ok(Span::from_seconds(seconds))
+        }
         _ => parse_span(text),
     }
 }
@@ -125,11 +129,16 @@ impl Fault {
     pub fn inject(&self, samples: &mut Vec<Sample>, wanted: usize, seed: u64) {
         let Some(first) = samples.first().map(|sample| sample.received) else { return };
         let span = (first + self.from, self.to.map_or(Time::MAX, |to| first + to));
-        let hit = |sample: &Sample| sample.wanted == wanted && span.0 <= sample.received && sample.received < span.1;
+        let hit = |sample: &Sample| {
+            sample.wanted == wanted && span.0 <= sample.received && sample.received < span.1
+        };
         match self.kind {
             FaultKind::Drop => samples.retain(|sample| !hit(sample)),
             FaultKind::Delay(delay) => {
-                samples.iter_mut().filter(|sample| hit(sample)).for_each(|sample| sample.received = sample.received + delay);
+                samples
+                    .iter_mut()
+                    .filter(|sample| hit(sample))
+                    .for_each(|sample| sample.received = sample.received + delay);
                 samples.sort_by_key(|sample| sample.received);
             }
             FaultKind::Stuck(None) => freeze(samples, wanted, hit),

@@ -79,7 +79,9 @@ impl From<&RawValue> for Value {
         match value {
             &RawValue::Number(number) => Value::Number(number.into()),
             &RawValue::Interval { lo, hi } => Value::Interval { lo: lo.into(), hi: hi.into() },
-            RawValue::Vector(elements) => Value::Vector(elements.iter().map(|&element| element.into()).collect()),
+            RawValue::Vector(elements) => {
+                Value::Vector(elements.iter().map(|&element| element.into()).collect())
+            }
         }
     }
 }
@@ -150,7 +152,9 @@ pub enum JournalError {
     #[error("{0}")]
     Unreadable(#[from] io::Error),
     /// It names a signal that the model does not have.
-    #[error("the journal has a signal '{0}' that the model does not have; replay it with the model of its run")]
+    #[error(
+        "the journal has a signal '{0}' that the model does not have; replay it with the model of its run"
+    )]
     OtherModel(String),
 }
 

@@ -38,7 +38,7 @@ enum Command {
     /// Run the whole loop over recordings, with faults injected if you like.
     Replay(replay::Arguments),
     /// Watch a simulated system break and heal.
-    Demo(demo::Arguments),
+    Demo(demo::DemoArgs),
     /// Print completions for a shell.
     Completions(complete::Arguments),
 }

@@ -163,12 +163,6 @@ impl Port {
     pub fn counts(&self) -> Counts {
         self.counts
     }
-
-    /// Whether it carries numbers or lists of them.
-    #[must_use]
-    pub fn shape(&self) -> Shape {
-        self.shape
-    }
 }
 
 /// An element of a scan. Infinity is how range sensors say that nothing is near: beyond every number, but not

@@ -14,7 +14,7 @@ use super::gathered::Gathered;
 use super::names::{self, Fit};
 use super::source::is_value;
 use super::stamp;
-use super::{Place, ReadOptions, RawValue, RecordingError, TopicInfo, Want};
+use super::{Place, RawValue, ReadOptions, RecordingError, TopicInfo, Want};
 
 /// A quoted cell may go over so many lines.
 const LINES_IN_QUOTES: usize = 16;

@@ -29,7 +29,6 @@ use shsa_bridge::Bridge;
 use shsa_bridge::memory::{MemoryBridge, MemoryBus};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
-use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 /// How long the simulated time goes on at once.
@@ -76,7 +75,7 @@ pub(crate) struct DemoArgs {
 ///
 /// # Errors
 /// When standard output is closed.
-pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<ExitCode> {
+pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<crate::outcome::Outcome> {
     let System::Rover = args.name;
     let live = !args.fast && !args.json;
     let screen = Screen::new(live, args.json);
@@ -100,7 +99,7 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<ExitCode> {
         demo.screen.say(&format!("\n{}\n{instead}: shsa demo rover{option}\n", demo.score))?;
     }
     let crashed = demo.score.overall.collisions > 0 && !args.without_shsa;
-    Ok(ExitCode::from(u8::from(crashed)))
+    Ok(if crashed { crate::outcome::Outcome::No } else { crate::outcome::Outcome::Done })
 }
 
 fn healer(_without_shsa: bool) -> anyhow::Result<Box<dyn Healer>> {

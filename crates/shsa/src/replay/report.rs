@@ -210,7 +210,7 @@ fn unit(knowledge: &KnowledgeBase, variable: VariableId) -> String {
 }
 
 fn difference_from_si(knowledge: &KnowledgeBase, variable: VariableId, value: f64) -> f64 {
-    knowledge.variables()[variable].unit.as_ref().map_or(value, |unit| value / unit.scale())
+    knowledge.variables()[variable].unit.as_ref().map_or(value, |unit| value / unit.scale)
 }
 
 /// The name of an event's kind, as others rely on it.
@@ -285,7 +285,7 @@ pub(super) fn write_values(knowledge: &KnowledgeBase, run: &Run, mut output: imp
 
 fn value_json(knowledge: &KnowledgeBase, publication: &Publication) -> Value {
     let need = &knowledge.needs()[publication.need];
-    let unit = knowledge.variables()[need.variable].unit;
+    let unit = &knowledge.variables()[need.variable].unit;
     let shown = |value: f64| unit.as_ref().map_or(value, |unit| unit.from_si(value));
     let interval = |value: &Interval| json!({ "lo": shown(value.lo()), "hi": shown(value.hi()) });
     let value = match &publication.value {

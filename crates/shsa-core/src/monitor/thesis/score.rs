@@ -1,4 +1,4 @@
-//! The published method: a periodic step over the outputs of all substitutions.
+//! The published score: what every two substitutions disagree by, summed, filtered, the highest first.
 //!
 //! Of every two substitutions, every two outputs that overlap in time are compared; the error of a pair,
 //! `max(0, max(lows) - min(highs))`, is added to both substitutions. The sums pass an average, then a median

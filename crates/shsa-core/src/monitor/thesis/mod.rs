@@ -1,0 +1,9 @@
+//! The monitor as published: periodic steps, every combination of buffered inputs, all pairs of outputs.
+//!
+//! Kept because it is the published method; the default monitor of the parent module is the one to use.
+
+mod run;
+mod score;
+
+pub use run::ThesisRun;
+pub use score::{ThesisMonitor, ThesisOptions, ThesisOutput, ThesisStep};

@@ -1,0 +1,104 @@
+//! The published steps: observations are buffered over a few periods and combined in every way.
+
+use super::score::{ThesisMonitor, ThesisOptions, ThesisOutput, ThesisStep};
+use crate::computation::{Computation, Item};
+use crate::interval::Interval;
+use crate::knowledge::{IdVec, KnowledgeBase, SignalId};
+use crate::observation::{Observation, RawValue};
+use crate::substitution::Way;
+use crate::time::{Time, Validity};
+use alloc::vec::Vec;
+
+/// Combinations of one substitution in one step; more are not formed.
+const MOST_COMBINATIONS: usize = 10_000;
+
+/// An observation in the buffer.
+#[derive(Clone, Debug)]
+struct Buffered {
+    step: usize,
+    item: Item,
+}
+
+/// Runs the published monitor over ways of knowing one variable.
+#[derive(Debug)]
+pub struct ThesisRun {
+    options: ThesisOptions,
+    computations: Vec<Computation>,
+    buffers: IdVec<SignalId, Vec<Buffered>>,
+    monitor: ThesisMonitor,
+    steps: usize,
+}
+
+impl ThesisRun {
+    /// For these ways, which are numbered in their order; those that are structure only are left out.
+    #[must_use]
+    pub fn new(knowledge: &KnowledgeBase, ways: Vec<Way>, options: ThesisOptions) -> ThesisRun {
+        let computations: Vec<Computation> = ways
+            .into_iter()
+            .filter_map(|way| Computation::new(knowledge, way, Computation::slowest_input))
+            .filter(|computation| !computation.continues_itself())
+            .collect();
+        let monitor = ThesisMonitor::new(computations.len(), options);
+        let buffers = IdVec::filled(knowledge.signals().len(), |_| Vec::new());
+        ThesisRun { options, computations, buffers, monitor, steps: 0 }
+    }
+
+    /// The ways, in the order of their numbers.
+    pub fn ways(&self) -> impl Iterator<Item = &Way> {
+        self.computations.iter().map(Computation::way)
+    }
+
+    /// Takes an observation in for the next step; it is used for as many steps as the buffer holds.
+    pub fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {
+        let signal = &knowledge.signals()[observation.signal];
+        let values = match &observation.value {
+            &RawValue::Number(number) => Vec::from([signal.enclose(number)]),
+            &RawValue::Interval { lo, hi } => Vec::from([signal.enclose_bounds(lo, hi)]),
+            RawValue::Vector(elements) => elements.iter().map(|&element| signal.enclose(element)).collect(),
+        };
+        let item = Item { validity: signal.validity(observation.stamp), values };
+        self.buffers[observation.signal].push(Buffered { step: self.steps, item });
+    }
+
+    /// A step at the end of a period. Complexity: O(c^2) for c combinations.
+    pub fn step(&mut self, time: Time) -> ThesisStep {
+        let mut outputs = Vec::new();
+        for (substitution, computation) in self.computations.iter_mut().enumerate() {
+            for (items, validity) in combinations(computation.way(), &self.buffers) {
+                let value = computation.evaluate_items(&items, validity).unwrap_or(Interval::EMPTY);
+                outputs.push(ThesisOutput { substitution, value, validity: Some(validity) });
+            }
+        }
+        self.steps += 1;
+        let oldest = (self.steps + 1).saturating_sub(self.options.buffer.max(1));
+        self.buffers.iter_mut().for_each(|buffer| buffer.retain(|buffered| buffered.step >= oldest));
+        self.monitor.step(time, outputs)
+    }
+}
+
+/// Every choice of one buffered observation for each source whose times all overlap, with the time they share.
+fn combinations<'a>(
+    way: &Way,
+    buffers: &'a IdVec<SignalId, Vec<Buffered>>,
+) -> Vec<(Vec<Option<&'a Item>>, Validity)> {
+    let mut chosen = Vec::from([(Vec::new(), Validity::always())]);
+    for signal in &way.signals {
+        let Some(signal) = signal else {
+            chosen.iter_mut().for_each(|(items, _)| items.push(None));
+            continue;
+        };
+        let mut longer = Vec::new();
+        for (items, validity) in &chosen {
+            for buffered in &buffers[*signal] {
+                let Some(shared) = validity.intersection(buffered.item.validity) else { continue };
+                if longer.len() < MOST_COMBINATIONS {
+                    let mut items: Vec<Option<&Item>> = items.clone();
+                    items.push(Some(&buffered.item));
+                    longer.push((items, shared));
+                }
+            }
+        }
+        chosen = longer;
+    }
+    chosen
+}

@@ -1,0 +1,216 @@
+//! `shsa plan`: substitutions for a variable, best first.
+
+use crate::outcome::Outcome;
+use crate::show;
+use anyhow::anyhow;
+use serde_json::{Value, json};
+use shsa_core::expression::Formula;
+use shsa_core::computation::symbol;
+use shsa_core::knowledge::{Id, KnowledgeBase, SignalId, VariableId};
+use shsa_core::plan::{self, Graph, Limits, Options, Plan, Utility};
+use shsa_core::substitution::{Substitution, Way};
+use std::io::{Write, stdout};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// Arguments of `shsa plan`.
+#[derive(clap::Args)]
+#[command(after_help = "Example: shsa plan models/rover.yaml dmin --exclude /lidar/scan")]
+pub(crate) struct Arguments {
+    /// The knowledge base, YAML or JSON.
+    model: PathBuf,
+    /// The variable that is to be known.
+    variable: String,
+    /// How to search.
+    #[arg(long, value_enum, default_value_t = Engine::BestFirst)]
+    engine: Engine,
+    /// How many substitutions to find.
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "all")]
+    top: usize,
+    /// Find all substitutions.
+    #[arg(long)]
+    all: bool,
+    /// A signal that must not be used; may be given several times.
+    #[arg(long, value_name = "SIGNAL")]
+    exclude: Vec<String>,
+    /// After how many decisions the search ends.
+    #[arg(long, value_name = "N")]
+    limit: Option<u64>,
+    /// Print one JSON object instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Engine {
+    /// Exact, the best first.
+    BestFirst,
+    /// Tries everything: slow, the oracle of the others.
+    Exhaustive,
+}
+
+impl Engine {
+    fn name(self) -> &'static str {
+        match self {
+            Engine::BestFirst => "best-first",
+            Engine::Exhaustive => "exhaustive",
+        }
+    }
+}
+
+/// Searches; the answer is no when there is no substitution.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let knowledge = show::load_model(&arguments.model)?;
+    let variable = find_variable(&knowledge, &arguments.variable)?;
+    let forbidden_signals =
+        arguments.exclude.iter().map(|name| find_signal(&knowledge, name)).collect::<anyhow::Result<_>>()?;
+    let options = Options { forbidden_signals, ..Options::default() };
+    let graph = Graph::new(&knowledge, Utility::Norm);
+    let began = Instant::now();
+    let plan = search(arguments, &knowledge, &graph, variable, &options);
+    let elapsed = began.elapsed();
+    let excluded = |signal: SignalId| options.forbidden_signals.contains(&signal);
+    let mut output = stdout().lock();
+    if arguments.json {
+        writeln!(output, "{}", to_json(arguments, &knowledge, &plan, elapsed, excluded))?;
+    } else {
+        writeln!(output, "{}", to_text(arguments, &knowledge, &plan, excluded))?;
+    }
+    Ok(if plan.substitutions.is_empty() { Outcome::No } else { Outcome::Done })
+}
+
+fn search(arguments: &Arguments, knowledge: &KnowledgeBase, graph: &Graph, variable: VariableId, options: &Options) -> Plan {
+    let mut limits = Limits::default();
+    limits.expansions = arguments.limit.unwrap_or(limits.expansions);
+    let count = if arguments.all { usize::MAX } else { arguments.top };
+    match arguments.engine {
+        Engine::BestFirst => plan::best(graph, variable, options, count, limits),
+        Engine::Exhaustive => {
+            let mut plan = plan::exhaustive(knowledge, variable, Utility::Norm, options, limits);
+            plan.substitutions.truncate(count);
+            plan
+        }
+    }
+}
+
+/// The variable of a name, or the nearest name as help.
+///
+/// # Errors
+/// When there is none of that name.
+pub(crate) fn find_variable(knowledge: &KnowledgeBase, name: &str) -> anyhow::Result<VariableId> {
+    let names = || knowledge.variables().iter().map(|variable| variable.name.as_str());
+    knowledge.variable(name).ok_or_else(|| unknown("variable", name, show::nearest(name, names())))
+}
+
+fn find_signal(knowledge: &KnowledgeBase, name: &str) -> anyhow::Result<SignalId> {
+    let names = || knowledge.signals().iter().map(|signal| signal.name.as_str());
+    knowledge.signal(name).ok_or_else(|| unknown("signal", name, show::nearest(name, names())))
+}
+
+fn unknown(what: &str, name: &str, near: Option<&str>) -> anyhow::Error {
+    let help = near.map_or(String::new(), |near| format!("; did you mean '{near}'?"));
+    anyhow!("the model has no {what} '{name}'{help}")
+}
+
+fn to_json(
+    arguments: &Arguments,
+    knowledge: &KnowledgeBase,
+    plan: &Plan,
+    elapsed: Duration,
+    excluded: impl Fn(SignalId) -> bool,
+) -> Value {
+    let found = plan.substitutions.iter().map(|(substitution, utility)| {
+        let names = Names::of(knowledge, substitution, &excluded);
+        json!({
+            "utility": utility,
+            "relations": names.relations,
+            "variables": names.variables,
+            "signals": names.signals,
+            "formula": names.formula,
+        })
+    });
+    json!({
+        "variable": arguments.variable,
+        "engine": arguments.engine.name(),
+        "stop": plan.stop.to_string(),
+        "expanded": plan.expanded,
+        "search_ns": u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX),
+        "bound": plan.bound,
+        "substitutions": found.collect::<Vec<_>>(),
+    })
+}
+
+fn to_text(
+    arguments: &Arguments,
+    knowledge: &KnowledgeBase,
+    plan: &Plan,
+    excluded: impl Fn(SignalId) -> bool,
+) -> String {
+    if plan.substitutions.is_empty() {
+        return format!("nothing can provide {} ({} after {} decisions)", arguments.variable, plan.stop, plan.expanded);
+    }
+    let mut rows = vec![["utility", "relations", "from", "formula"].map(str::to_owned).to_vec()];
+    for (substitution, utility) in &plan.substitutions {
+        let names = Names::of(knowledge, substitution, &excluded);
+        let relations = if names.relations.is_empty() { "(its own signal)".to_owned() } else { names.relations.join(", ") };
+        rows.push(vec![format!("{utility:.6}"), relations, names.signals.join(", "), names.formula]);
+    }
+    format!("{}\n\n{} ({} decisions)", show::table(&rows), plan.stop, plan.expanded)
+}
+
+/// A substitution in names.
+struct Names {
+    relations: Vec<String>,
+    variables: Vec<String>,
+    signals: Vec<String>,
+    formula: String,
+}
+
+impl Names {
+    fn of(knowledge: &KnowledgeBase, substitution: &Substitution, excluded: &impl Fn(SignalId) -> bool) -> Names {
+        let name = |variable: VariableId| knowledge.variables()[variable].name.clone();
+        let mut variables: Vec<VariableId> = substitution.steps.iter().map(|step| step.output).collect();
+        variables.extend(&substitution.sources);
+        variables.push(substitution.sink);
+        variables.sort_unstable();
+        variables.dedup();
+        let usable = |signal: SignalId| knowledge.is_available(signal) && !excluded(signal);
+        let way = Way::choices(knowledge, substitution, usable, 1).into_iter().next();
+        let signals = way.iter().flat_map(|way| way.inputs());
+        Names {
+            relations: substitution
+                .relations()
+                .into_iter()
+                .map(|relation| knowledge.relations()[relation].name.clone())
+                .collect(),
+            variables: variables.into_iter().map(name).collect(),
+            signals: signals.map(|signal| knowledge.signals()[signal].name.clone()).collect(),
+            formula: formula(knowledge, substitution),
+        }
+    }
+}
+
+/// The formula of a substitution over its sources, in SI; for structure only, how its relations nest.
+fn formula(knowledge: &KnowledgeBase, substitution: &Substitution) -> String {
+    let names = |symbol: shsa_core::expression::Symbol| {
+        knowledge.variables()[VariableId::from_index(symbol.0 as usize)].name.clone()
+    };
+    let written: Option<Vec<(_, &Formula)>> = substitution
+        .steps
+        .iter()
+        .map(|step| Some((symbol(step.output), knowledge.relations()[step.relation].formula(step.output)?)))
+        .collect();
+    match written.as_deref() {
+        Some([before @ .., (_, last)]) => last.inline(before).to_text(&names),
+        _ => nested(knowledge, substitution, substitution.sink),
+    }
+}
+
+fn nested(knowledge: &KnowledgeBase, substitution: &Substitution, variable: VariableId) -> String {
+    let Some(step) = substitution.steps.iter().find(|step| step.output == variable) else {
+        return knowledge.variables()[variable].name.clone();
+    };
+    let relation = &knowledge.relations()[step.relation];
+    let inputs: Vec<String> = relation.needs(variable).map(|input| nested(knowledge, substitution, input)).collect();
+    format!("{}({})", relation.name, inputs.join(", "))
+}
