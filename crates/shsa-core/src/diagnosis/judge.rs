@@ -3,10 +3,11 @@
 //! A signal has failed when it belongs to every smallest explanation of all conflicts, whatever the comparisons
 //! that are still undecided will say. For the other signals of these explanations, the judge first waits for the
 //! comparisons that may yet decide, for a bounded time; then they are suspect. What a failed signal
-//! explains is no evidence about others. A signal is trusted again after every comparison that speaks about it
-//! has agreed for the probation time. Without a comparison there is no verdict: unknown is not healthy.
+//! explains is no evidence about others. A signal is trusted again after it has moved and every comparison that
+//! speaks about it has agreed for the probation time. Without a comparison there is no verdict: unknown is not healthy.
 
 use super::explain::{Finding, explain};
+use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, SignalId, SignalSet};
 use crate::monitor::{Monitor, Pair, Relationship};
 use crate::time::{Span, Time};
@@ -57,6 +58,8 @@ struct Standing {
     verdict: Option<Verdict>,
     /// Since when all evidence speaks for it.
     clean_since: Option<Time>,
+    /// What it said when it was accused. While it still says the same, it is the plant that came back to it.
+    said: Option<Interval>,
 }
 
 /// Decides on signals from the pairs of a monitor.
@@ -144,10 +147,13 @@ impl Judge {
         let accused = union(&candidates);
         let certain = |signal: &SignalId| candidates.iter().chain(&rivals).all(|set| set.contains(*signal));
         let (failed, rest): (SignalSet, SignalSet) = (accused.iter().filter(certain).collect(), accused);
-        failed.iter().for_each(|signal| self.set(signal, Verdict::Failed, decisions, None));
+        failed.iter().for_each(|signal| self.set(monitor, signal, Verdict::Failed, decisions, None));
         let rest: SignalSet = rest.iter().filter(|signal| !failed.contains(*signal)).collect();
         if !rest.is_empty() && self.is_settled(monitor, &rest, onset, now) {
-            rest.iter().for_each(|signal| self.set(signal, Verdict::Suspect, decisions, Some(&rest)));
+            for signal in rest.iter() {
+                let choice = rivals_of(signal, &rest, &sets);
+                self.set(monitor, signal, Verdict::Suspect, decisions, Some(choice));
+            }
         }
     }
 
@@ -190,18 +196,20 @@ impl Judge {
 
     fn set(
         &mut self,
+        monitor: &Monitor,
         signal: SignalId,
         verdict: Verdict,
         decisions: &mut Vec<Decision>,
-        choice: Option<&SignalSet>,
+        choice: Option<SignalSet>,
     ) {
         if self.standings[signal].verdict >= Some(verdict) {
             return;
         }
-        self.standings[signal] = Standing { verdict: Some(verdict), clean_since: None };
+        let said = said(monitor, signal);
+        self.standings[signal] = Standing { verdict: Some(verdict), clean_since: None, said };
         decisions.push(match choice {
             None => Decision::Failed(signal),
-            Some(choice) => Decision::Suspected(signal, choice.clone()),
+            Some(choice) => Decision::Suspected(signal, choice),
         });
     }
 
@@ -224,8 +232,13 @@ impl Judge {
         }
     }
 
-    /// Whether every comparison that speaks about a signal agrees, and there is one.
+    /// Whether the signal has moved since it was accused, every comparison that speaks about it agrees, and there
+    /// is one.
     fn is_clean(&self, monitor: &Monitor, signal: SignalId, now: Time) -> bool {
+        let before = self.standings[signal].said;
+        if before.is_some() && before == said(monitor, signal) {
+            return false;
+        }
         let mut witnessed = false;
         for pair in monitor.pairs() {
             if !pair.signals.contains(signal) || self.is_explained(pair, Some(signal)) {
@@ -262,6 +275,28 @@ impl Judge {
             .iter()
             .any(|signal| Some(signal) != except && self.standings[signal].verdict == Some(Verdict::Failed))
     }
+}
+
+/// What a signal says now, when it is a number.
+fn said(monitor: &Monitor, signal: SignalId) -> Option<Interval> {
+    monitor.ports()[signal].newest().map(|sample| sample.value)
+}
+
+/// The accused that conflicts connect with a signal: one of them is to blame.
+fn rivals_of(signal: SignalId, accused: &SignalSet, conflicts: &[SignalSet]) -> SignalSet {
+    let mut connected = SignalSet::from_iter([signal]);
+    for _ in conflicts {
+        let before = connected.len();
+        for conflict in conflicts.iter().filter(|conflict| conflict.meets(accused)) {
+            if conflict.meets(&connected) {
+                connected.extend(conflict);
+            }
+        }
+        if connected.len() == before {
+            break;
+        }
+    }
+    connected.iter().filter(|signal| accused.contains(*signal)).collect()
 }
 
 fn union(sets: &[SignalSet]) -> SignalSet {

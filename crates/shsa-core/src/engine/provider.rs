@@ -156,11 +156,9 @@ impl Provider {
             );
         }
         self.switched = Some(now);
-        let because = match lost {
-            Some(lost) => format!("{lost} is not trusted any more; {}", self.alternatives(knowledge)),
-            None => format!("something can serve it again; {}", self.alternatives(knowledge)),
-        };
         self.begin_blend(now);
+        // Where nothing was lost, the need was not served: the first value tells that it is again.
+        let because = format!("{} is not trusted any more; {}", lost?, self.alternatives(knowledge));
         Some(self.event(knowledge, EventKind::Substituted, because, now))
     }
 
@@ -194,7 +192,7 @@ impl Provider {
             .map(named)
             .collect();
         let others = if others.is_empty() { "nothing".to_string() } else { others.join(", then ") };
-        format!("{} takes over, after it would {others}", chosen.unwrap_or_default())
+        format!("{} takes over; next would be {others}", chosen.unwrap_or_default())
     }
 
     /// Whether a source that is preferred, or better by more than the hysteresis, is trusted but not in use.
