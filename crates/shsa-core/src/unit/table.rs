@@ -231,3 +231,9 @@ fn distance(from: &str, to: &str) -> usize {
     }
     above.last().copied().unwrap_or(0)
 }
+
+/// All names without prefixes.
+#[cfg(test)]
+pub(super) fn names() -> impl Iterator<Item = &'static str> {
+    ROWS.iter().flat_map(|row| row.names.iter().copied())
+}
