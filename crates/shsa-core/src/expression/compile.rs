@@ -8,7 +8,7 @@ use super::Symbol;
 use super::formula::{Formula, Shape};
 use super::operation::Operation;
 use super::problem::Problem;
-use super::program::{Assignment, Input, InputKind, Instruction, MAX_INSTRUCTIONS, NONE, Program, Register};
+use super::program::{Assignment, Input, InputKind, Instruction, MAX_INSTRUCTIONS, NONE, Program, Register, Retained};
 
 pub(super) struct Compiler {
     program: Program,
@@ -158,11 +158,11 @@ impl Compiler {
         if let Some(register) = self.known.get(&key) {
             return Ok(*register);
         }
-        let from = self.symbol(symbol, shape)?;
-        let to = self.register(shape);
-        self.program.retained.push((from, to));
-        self.known.insert(key, to);
-        Ok(to)
+        let current = self.symbol(symbol, shape)?;
+        let (kept, seen) = (self.register(shape), self.register(shape));
+        self.program.retained.push(Retained { current, kept, seen });
+        self.known.insert(key, seen);
+        Ok(seen)
     }
 
     fn input(&mut self, input: Input, shape: Shape) -> Register {

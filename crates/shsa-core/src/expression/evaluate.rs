@@ -71,8 +71,8 @@ impl<N> State<N> {
         for history in &mut self.histories {
             history.clear();
         }
-        for (_, register) in &program.retained {
-            match *register {
+        for retained in &program.retained {
+            match retained.kept {
                 Register::Scalar(place) => set(&mut self.scalars, place, N::MISSING),
                 Register::Vector(place) => self.vectors.set_length(place, 0),
                 Register::Truth(_) => {}
@@ -247,6 +247,7 @@ impl Program {
     ) -> Outcome<'s, N> {
         let is_new = state.last.is_none_or(|last| middle(last) < middle(at));
         let mut moment = Moment { at, is_new, since: at.from };
+        self.retained.iter().for_each(|retained| state.copy(retained.kept, retained.seen));
         self.load(state, inputs);
         let since = if self.takes_previous() { previous_at } else { state.last };
         self.load_elapsed(state, since, at);
@@ -254,7 +255,7 @@ impl Program {
             self.execute(state, instruction, &mut moment);
         }
         if is_new {
-            self.retain(state);
+            self.retained.iter().for_each(|retained| state.copy(retained.current, retained.kept));
             state.last = Some(at);
         }
         let is_allowed = self.conditions.iter().all(|condition| match condition {
@@ -287,19 +288,6 @@ impl Program {
         let Some(place) = self.elapsed else { return };
         let constant = since.map(|since| elapsed(since, at)).filter(|elapsed| elapsed.value > 0.0);
         set(&mut state.scalars, place, constant.map_or(N::MISSING, N::constant));
-    }
-
-    fn retain<N: Number>(&self, state: &mut State<N>) {
-        for (from, to) in &self.retained {
-            match (from, to) {
-                (Register::Scalar(from), Register::Scalar(to)) => {
-                    let number = get(&state.scalars, *from, N::MISSING);
-                    set(&mut state.scalars, *to, number);
-                }
-                (Register::Vector(from), Register::Vector(to)) => state.vectors.copy(*from, *to),
-                _ => {}
-            }
-        }
     }
 
     fn output<'s, N: Number>(&self, state: &'s mut State<N>, is_allowed: bool) -> Value<'s, N> {
@@ -429,6 +417,17 @@ impl<N: Number> State<N> {
         match register {
             Register::Vector(place) => self.vectors.get(place),
             _ => &[],
+        }
+    }
+
+    fn copy(&mut self, from: Register, to: Register) {
+        match (from, to) {
+            (Register::Scalar(_), Register::Scalar(place)) => {
+                let number = self.scalar(from);
+                set(&mut self.scalars, place, number);
+            }
+            (Register::Vector(from), Register::Vector(to)) => self.vectors.copy(from, to),
+            _ => {}
         }
     }
 

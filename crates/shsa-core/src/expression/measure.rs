@@ -138,7 +138,8 @@ pub(super) fn expect(what: &str, measure: Measure, wanted: Dimension, expression
         (Node::Number(value, _), true, Dimension::PLAIN) => format!("write `{value} deg` or `{value} rad`"),
         (_, true, Dimension::PLAIN) => "multiply by `1 rad` if it is in radians".to_string(),
         (_, false, Dimension::ANGLE) => "divide by `1 rad` for a plain number".to_string(),
-        _ => format!("divide by `1 {}` for a plain number", dimension.over(wanted).unwrap_or(dimension)),
+        _ if wanted == Dimension::PLAIN => format!("divide by `1 {dimension}` for a plain number"),
+        _ => format!("write it in {wanted}"),
     };
     Some(Misfit::error(message, help))
 }

@@ -73,3 +73,6 @@ pub trait Scope {
     /// The names of all functions of the model, for suggestions.
     fn function_names(&self) -> Vec<&str>;
 }
+
+#[cfg(test)]
+mod tests;

@@ -58,6 +58,15 @@ pub(super) struct Instruction {
     pub(super) result: Register,
 }
 
+/// A value that the next evaluation sees as the previous one. It is kept apart from where it is seen, so that an
+/// evaluation can give it out, and one that comes late does not change it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Retained {
+    pub(super) current: Register,
+    pub(super) kept: Register,
+    pub(super) seen: Register,
+}
+
 pub(super) const NONE: Register = Register::Scalar(u32::MAX);
 
 /// Assignments compiled for evaluation; independent of the kind of number.
@@ -71,8 +80,8 @@ pub struct Program {
     pub(super) instructions: Vec<Instruction>,
     /// The elements of `List` instructions.
     pub(super) listed: Vec<Register>,
-    /// Where to keep values for the next evaluation: from, to.
-    pub(super) retained: Vec<(Register, Register)>,
+    /// The values to keep for the next evaluation.
+    pub(super) retained: Vec<Retained>,
     /// The operations that keep samples of their argument; instructions name them by their place here.
     pub(super) memories: Vec<Operation>,
     pub(super) elapsed: Option<u32>,

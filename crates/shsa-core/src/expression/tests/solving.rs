@@ -1,0 +1,137 @@
+//! Solving equations for their variables.
+
+use super::*;
+
+fn plane() -> Model {
+    Model::new()
+        .variable("x", "", None)
+        .variable("y", "", None)
+        .variable("z", "", None)
+        .variable("p", "", Some((0.0, 100.0)))
+        .variable("n", "", Some((-100.0, 0.0)))
+        .variable("r", "", Some((-2.0, 5.0)))
+        .variable("tilt", "deg", Some((-90.0, 90.0)))
+        .variable("bearing", "deg", Some((0.0, 180.0)))
+        .variable("turn", "deg", Some((-180.0, 180.0)))
+        .vector("v", "")
+        .vector("w", "")
+        .define("twice(a)", "a * 2")
+}
+
+#[track_caller]
+fn check(equation: &str, wanted: &str, expected: &str) {
+    assert_eq!(plane().solved(equation, wanted), expected, "{equation} for {wanted}");
+}
+
+#[test]
+fn arithmetic_is_turned_round() {
+    check("y = x + z", "y", "x + z");
+    check("y = x + z", "x", "y - z");
+    check("y = x - z", "z", "x - y");
+    check("y = 3 * x + 1", "x", "(y - 1) / 3");
+    check("y = z / x", "x", "z / y");
+    check("y = x / z", "x", "y * z");
+    check("-x = y", "x", "-y");
+    check("y = mean(x, z, 4)", "x", "y * 3 - 4 - z");
+    check("y = sum(x, z) - 1", "z", "y + 1 - x");
+    check("y = twice(x)", "x", "y / 2");
+    check("exp(x) = ln(z) * y", "x", "ln(ln(z) * y)");
+    check("exp(x) = ln(z) * y", "z", "exp(exp(x) / y)");
+    check("y = 2^x", "x", "ln(y) / 0.6931471805599453");
+    check("y = log10(x)", "x", "exp(y * 2.302585092994046)");
+}
+
+#[test]
+fn powers_have_the_branches_that_the_range_allows() {
+    check("p^2 = y", "p", "sqrt(y)");
+    check("n^2 = y", "n", "-sqrt(y)");
+    check("x^2 = y", "x", "either(sqrt(y), -sqrt(y))");
+    check("r^2 = y", "r", "either(within(sqrt(y), -2, 5), within(-sqrt(y), -2, 5))");
+    check("y = (p + 1)^2", "p", "sqrt(y) - 1");
+    check("y = x * x", "x", "either(sqrt(y), -sqrt(y))");
+    check("y = p * p / z", "p", "sqrt(y * z)");
+    check("y = x^3", "x", "root(y, 3)");
+    check("y = p^4", "p", "root(y, 4)");
+    check("y = x^-1", "x", "1 / y");
+    check("y = p^1.5", "p", "within(y, 0, inf)^0.6666666666666666");
+    check("y = root(x, 3)", "x", "y^3");
+    check("y = sqrt(x)", "x", "within(y, 0, inf)^2");
+    check("abs(p) = y", "p", "within(y, 0, inf)");
+    check("abs(x) = y", "x", "either(within(y, 0, inf), -within(y, 0, inf))");
+    check("hypot(p, z) = y", "p", "sqrt(within(y, 0, inf)^2 - z^2)");
+    check("norm(p, z) = y", "p", "sqrt(within(y, 0, inf)^2 - z^2)");
+}
+
+#[test]
+fn angles_have_the_branches_that_the_range_allows() {
+    check("y = sin(tilt)", "tilt", "asin(y)");
+    check("y = cos(bearing)", "bearing", "acos(y)");
+    check("y = tan(tilt)", "tilt", "atan(y)");
+    check(
+        "y = cos(tilt)",
+        "tilt",
+        "either(within(-acos(y), -1.5707963267948972, 1.5707963267948972), within(acos(y), -1.5707963267948972, 1.5707963267948972))",
+    );
+    assert_eq!(plane().solved("y = sin(turn)", "turn").matches("within").count(), 3);
+    check(
+        "y = sin(x)",
+        "x",
+        "[x] this cannot be solved for it: infinitely many angles give the same result -- declare a range, such as `range: [-90 deg, 90 deg]`, for the variables inside",
+    );
+    check("turn = asin(x)", "x", "sin(within(turn, -1.5707963277948966, 1.5707963277948966))");
+    check("turn = atan(x)", "x", "tan(within(turn, -1.5707963277948966, 1.5707963277948966))");
+}
+
+#[test]
+fn what_occurs_several_times_is_collected_or_refused() {
+    check("x + x = y", "x", "y / 2");
+    check("x = 3 * y - x", "x", "1.5 * y");
+    check("x * y = x + 1", "x", "[x] this cannot be solved for it: it occurs 2 times -- write the equation so that it occurs once, or give a relation for each direction");
+    check("y = z", "x", "[y = z] this cannot be solved for it: it does not occur -- only `previous(..)` of it, or nothing, is in this equation");
+    check("x - x = y", "x", "y / 0");
+}
+
+#[test]
+fn what_has_no_inverse_is_refused() {
+    let no = |why: &str| std::format!("[x] this cannot be solved for it: {why}");
+    check("y = min(x, z)", "x", &no("min has no inverse -- the other argument may be the result"));
+    check("y = floor(x)", "x", &no("floor has no inverse -- many values give the same result"));
+    check("y = if(z > 1, x, 2)", "x", &no("if has no inverse -- each branch has its own inverse"));
+    check("y = median(x, z, 1)", "x", &no("a function of a vector has no inverse -- many vectors give the same result"));
+    check("y = derivative(x, 1 s)", "x", &no("a time operator has no inverse -- its value at other times counts too"));
+    check("turn = atan2(x, z)", "x", &no("atan2 has no inverse -- it is not unique"));
+    check("y = v[x]", "v", "[v] this cannot be solved for it: `[..]` has no inverse -- the other elements stay unknown");
+    check("y = min(v)", "v", "[v] this cannot be solved for it: a function of a vector has no inverse -- many vectors give the same result");
+    check("w = x * v", "x", "[x] this cannot be solved for it: a vector of values would follow for one number");
+    check("w = v^2", "v", "[v] this cannot be solved for it: several vectors give the same result -- declare a range that allows one of them");
+}
+
+#[test]
+fn vectors_are_solved_element_by_element() {
+    check("w = 2 * v + x", "v", "(w - x) / 2");
+    check("w = exp(v)", "v", "ln(w)");
+}
+
+#[test]
+fn state_does_not_count() {
+    check("x = previous(x) - y * dt", "x", "previous(x) - y * dt");
+    check("x = previous(x) - y * dt", "y", "(previous(x) - x) / dt");
+    let formula = solve(&parse_equation("x = previous(x + z) - y * dt").unwrap(), Symbol(0), &plane()).unwrap();
+    assert_eq!(formula.symbols(), [Symbol(1)]);
+    assert_eq!(formula.previous_symbols(), [Symbol(0), Symbol(2)]);
+    assert!(formula.is_stateful());
+}
+
+#[test]
+fn a_substitution_is_written_as_one_formula() {
+    let model = plane();
+    let (x, y) = (model.symbol("x").unwrap(), model.symbol("y").unwrap());
+    let (of_x, of_y) = (model.formula("z + 1"), model.formula("x * x + previous(x)"));
+    let whole = model.formula("y / x").inline(&[(x, &of_x), (y, &of_y)]);
+    assert_eq!(model.text(&whole), "((z + 1)^2 + previous(x)) / (z + 1)");
+    let mut large = model.formula("x + z");
+    for _ in 0..40 {
+        large = large.inline(&[(x, &large)]);
+    }
+    assert!(large.is_bounded());
+}
