@@ -398,7 +398,7 @@ impl<'a> Checker<'a> {
             self.expect("the base of a power with a variable exponent", &base, Dimension::PLAIN, left);
             return self.made(span, Formula::binary(Binary::Pow, base.formula, exponent.formula), PLAIN);
         };
-        if libm::round(value) == value && value.abs() <= 1000.0 {
+        if libm::round(value) == value && value.abs() <= 1e9 {
             let measure = self.noted(span, base.measure.power(value as i32, 1));
             return self.made(span, whole_power(base.formula, value as i32), measure);
         }

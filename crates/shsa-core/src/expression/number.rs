@@ -16,7 +16,7 @@ pub trait Number: Copy + Debug + PartialEq {
     /// Of a constant of the formula.
     fn constant(constant: Constant) -> Self;
 
-    /// A number as it comes from outside, missing when it is no finite number.
+    /// A number as it comes from outside or from an operation, missing when it is no finite number.
     #[must_use]
     fn admitted(self) -> Self;
 
@@ -81,7 +81,7 @@ impl Number for f64 {
     }
 
     fn unary(self, function: Unary) -> f64 {
-        match function {
+        let value = match function {
             Unary::Neg => -self,
             Unary::Abs => self.abs(),
             Unary::Floor => libm::floor(self),
@@ -97,11 +97,12 @@ impl Number for f64 {
             Unary::Asin => libm::asin(self),
             Unary::Acos => libm::acos(self),
             Unary::Atan => libm::atan(self),
-        }
+        };
+        value.admitted()
     }
 
     fn binary(self, function: Binary, other: f64) -> f64 {
-        match function {
+        let value = match function {
             Binary::Add => self + other,
             Binary::Sub => self - other,
             Binary::Mul => self * other,
@@ -122,18 +123,20 @@ impl Number for f64 {
                 }
             }
             // pow(1, NaN) and pow(NaN, 0) are numbers
-            Binary::Pow if self.is_nan() || other.is_nan() => f64::NAN,
+            Binary::Pow if self.is_nan() || other.is_nan() || self < 0.0 => f64::NAN,
             Binary::Pow => libm::pow(self, other),
+            // a zero has no sign: below the negative axis is where only a number below zero is
             Binary::Atan2 => {
                 if self == 0.0 && other == 0.0 {
                     f64::NAN
                 } else {
-                    libm::atan2(self, other)
+                    libm::atan2(self + 0.0, other)
                 }
             }
             Binary::Hypot if self.is_nan() || other.is_nan() => f64::NAN,
             Binary::Hypot => libm::hypot(self, other),
-        }
+        };
+        value.admitted()
     }
 
     fn compare(self, comparison: Comparison, other: f64) -> Truth {

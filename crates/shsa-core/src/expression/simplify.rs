@@ -223,7 +223,7 @@ impl Sum {
 }
 
 /// The highest power that is collected.
-const MAX_POWER: i32 = 1000;
+const MAX_POWER: i32 = 1_000_000_000;
 
 /// A product as powers, in the order of their first appearance.
 struct Product {

@@ -234,7 +234,7 @@ impl Solver<'_> {
         };
         let range = self.bounds(of);
         let angle = Formula::unary(inverse, target);
-        if principal.intersection(range) == range && !range.is_empty() {
+        if principal.intersection(range) == range {
             return Ok(angle);
         }
         let help = "declare a range, such as `range: [-90 deg, 90 deg]`, for the variables inside";

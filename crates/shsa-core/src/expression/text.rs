@@ -197,7 +197,8 @@ fn number(constant: Constant) -> String {
 
 /// The shortest decimal that reads back as the same number.
 fn decimal(value: f64) -> String {
-    let text = format!("{value:?}");
+    // a negative zero would read back as the negative of a term
+    let text = format!("{:?}", value + 0.0);
     match text.strip_suffix(".0") {
         Some(whole) => String::from(whole),
         None => text,
