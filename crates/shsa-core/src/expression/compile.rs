@@ -8,7 +8,9 @@ use super::Symbol;
 use super::formula::{Formula, Shape};
 use super::operation::Operation;
 use super::problem::Problem;
-use super::program::{Assignment, Input, InputKind, Instruction, MAX_INSTRUCTIONS, NONE, Program, Register, Retained};
+use super::program::{
+    Assignment, Input, InputKind, Instruction, MAX_INSTRUCTIONS, NONE, Program, Register, Retained,
+};
 
 pub(super) struct Compiler {
     program: Program,

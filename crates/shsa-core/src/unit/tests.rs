@@ -41,7 +41,7 @@ fn units_of_engineers() {
     check("hPa", 100.0, "Pa");
     check("mbar", 100.0, "Pa");
     check("bar", 1e5, "Pa");
-    check("psi", 6894.757_293_168_361, "Pa");
+    check("psi", 6_894.757_293_168_361, "Pa");
     check("kg*m^2", 1.0, "kg*m^2");
     check("N m", 1.0, "J");
     check("kWh", 3.6e6, "J");
@@ -116,7 +116,10 @@ fn every_name_in_the_table_reads_back() {
 
 #[test]
 fn the_nearest_word() {
-    assert_eq!(nearest("lateral_aceleration", ["speed", "lateral_acceleration"]), Some("lateral_acceleration"));
+    assert_eq!(
+        nearest("lateral_aceleration", ["speed", "lateral_acceleration"]),
+        Some("lateral_acceleration")
+    );
     assert_eq!(nearest("sped", ["speed", "spend"]), Some("speed"));
     assert_eq!(nearest("psede", ["speed"]), None);
     assert_eq!(nearest("", ["a", "ab"]), None);

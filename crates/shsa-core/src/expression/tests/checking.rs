@@ -24,7 +24,10 @@ fn operators_bind_as_usual() {
     check_text("load / slip / dmin * 2", "load / slip / dmin * 2");
     check_text("load / (slip * dmin)", "load / (slip * dmin)");
     check_text("(load^slip)^2", "(load^slip)^2");
-    check_text("if(load < 1 and slip > 2 or not load == 3, 1, 2)", "if(load < 1 and 2 < slip or not load == 3, 1, 2)");
+    check_text(
+        "if(load < 1 and slip > 2 or not load == 3, 1, 2)",
+        "if(load < 1 and 2 < slip or not load == 3, 1, 2)",
+    );
     check_text("if(not (load < 1 and slip < 2), 1, 2)", "if(not (load < 1 and slip < 2), 1, 2)");
     check_text("if(load >= 1, 1, 2)", "if(1 <= load, 1, 2)");
     check_text("-(load + 1)", "-(load + 1)");
@@ -32,7 +35,10 @@ fn operators_bind_as_usual() {
     check_text("hypot(load, slip) * atan2(load, slip)", "hypot(load, slip) * atan2(load, slip)");
     check_text("distances[1..3][0] + distances[floor(load)]", "distances[1..3][0] + distances[floor(load)]");
     check_text("min(distances[..2]) + max(distances[2..])", "min(distances[0..2]) + max(distances[2..])");
-    check_text("root(load, 3) + load^5 + load^0.5 + load^1.5", "root(load, 3) + load^5 + sqrt(load) + load^1.5");
+    check_text(
+        "root(load, 3) + load^5 + load^0.5 + load^1.5",
+        "root(load, 3) + load^5 + sqrt(load) + load^1.5",
+    );
 }
 
 #[test]
@@ -81,9 +87,15 @@ fn texts_that_are_no_formula() {
         "5 kpa",
         "[kpa] an operator is missing before `kpa` -- if it is a unit, did you mean `kPa`? A product is written `*`",
     );
-    check_problems("load m", "[m] an operator is missing before `m` -- a unit stands behind a number only; a product is written `*`");
+    check_problems(
+        "load m",
+        "[m] an operator is missing before `m` -- a unit stands behind a number only; a product is written `*`",
+    );
     check_problems("1 & 2", "[&] `&` has no meaning in a formula -- write `and`");
-    check_problems("load % 2", "[%] `%` has no meaning in a formula -- `%` is a unit: write it behind a number");
+    check_problems(
+        "load % 2",
+        "[%] `%` has no meaning in a formula -- `%` is a unit: write it behind a number",
+    );
     check_problems("distances[]", "[]] a number, a variable or a `(` is missing before `]`");
     check_problems("1e999", "[1e999] this number is too large");
     check_problems("2 m^200", "[m^200] this exponent is no whole number up to 127: `m^200`");
@@ -113,8 +125,14 @@ fn angles_and_plain_numbers_do_not_mix() {
     check_problems("heading + 3 deg", "");
     check_problems("if(heading > 0, heading / 1 rad, 3)", "");
     check_problems("sin(3)", "[3] `sin` takes an angle, not a plain number -- write `3 deg` or `3 rad`");
-    check_problems("cos(slip)", "[slip] `cos` takes an angle, not a plain number -- multiply by `1 rad` if it is in radians");
-    check_problems("exp(heading)", "[heading] `exp` takes a plain number, not an angle -- divide by `1 rad` for a plain number");
+    check_problems(
+        "cos(slip)",
+        "[slip] `cos` takes an angle, not a plain number -- multiply by `1 rad` if it is in radians",
+    );
+    check_problems(
+        "exp(heading)",
+        "[heading] `exp` takes a plain number, not an angle -- divide by `1 rad` for a plain number",
+    );
     check_problems("tan(asin(slip) + atan2(dmin, s))", "");
     check_problems("sin(load) + load", "");
     check_problems(
@@ -133,35 +151,51 @@ fn units_fit_at_every_node() {
     );
     check_problems("speed + 0", "");
     check_problems("load + dmin * load", "");
-    check_problems("if(dmin < 2 s, dmin, 0)", "[dmin < 2 s] `<` of m and s -- both sides must have the same unit");
-    check_problems("dmin^slip", "[dmin] the base of a power with a variable exponent takes a plain number, not m -- divide by `1 m` for a plain number");
-    check_problems("2^dmin", "[dmin] an exponent takes a plain number, not m -- divide by `1 m` for a plain number");
+    check_problems(
+        "if(dmin < 2 s, dmin, 0)",
+        "[dmin < 2 s] `<` of m and s -- both sides must have the same unit",
+    );
+    check_problems(
+        "dmin^slip",
+        "[dmin] the base of a power with a variable exponent takes a plain number, not m -- divide by `1 m` for a plain number",
+    );
+    check_problems(
+        "2^dmin",
+        "[dmin] an exponent takes a plain number, not m -- divide by `1 m` for a plain number",
+    );
     check_problems("sqrt(dmin * s) + dmin + (dmin^3)^(1/3)", "");
     check_problems(
         "sqrt(dmin) + 1",
         "warning: [sqrt(dmin)] a root of m has no unit; units are not checked from here on -- take the root of a product that has one",
     );
-    check_problems("hypot(dmin, 1 s)", "[hypot(dmin, 1 s)] `hypot` of m and s -- both sides must have the same unit");
+    check_problems(
+        "hypot(dmin, 1 s)",
+        "[hypot(dmin, 1 s)] `hypot` of m and s -- both sides must have the same unit",
+    );
     check_problems(
         "outside + 2 degC",
         "warning: [2 degC] `2 degC` is a temperature, not a difference -- for a difference write `2 K`",
     );
-    check_problems("((dmin^100)^100)", "[(dmin^100)^100] the exponents of this unit leave their range -- exponents go up to 127");
-    check_problems("derivative(dmin, 0.5 s) + speed + integral(speed) / 1 s + delay(speed, 2)", "");
     check_problems(
-        "derivative(dmin, 2 m)",
-        "[2 m] `derivative` takes s, not m -- write it in s",
+        "((dmin^100)^100)",
+        "[(dmin^100)^100] the exponents of this unit leave their range -- exponents go up to 127",
     );
+    check_problems("derivative(dmin, 0.5 s) + speed + integral(speed) / 1 s + delay(speed, 2)", "");
+    check_problems("derivative(dmin, 2 m)", "[2 m] `derivative` takes s, not m -- write it in s");
     check_problems(
         "derivative(dmin, 0)",
         "[0] `derivative` takes a span of a microsecond to a million seconds -- write it with its unit, such as `0.5 s`",
     );
-    check_problems("delay(dmin, speed)", "[speed] `delay` takes a constant -- variables are not allowed here");
+    check_problems(
+        "delay(dmin, speed)",
+        "[speed] `delay` takes a constant -- variables are not allowed here",
+    );
 }
 
 #[test]
 fn equations_have_two_sides_that_fit() {
-    let check = |text: &str, expected: &str| assert_eq!(rover().equation_problems(text), expected, "of {text}");
+    let check =
+        |text: &str, expected: &str| assert_eq!(rover().equation_problems(text), expected, "of {text}");
     check("dmin = min(distances)", "");
     check("dmin + 1 m", "[] an `=` is missing at the end -- an equation is written `variable = formula`");
     check("dmin = speed", "[dmin = speed] `=` of m and m/s -- both sides must have the same unit");
@@ -171,7 +205,10 @@ fn equations_have_two_sides_that_fit() {
         "[dmin = distances] the left side is a number, the right side a vector -- both sides of an equation are numbers, or both are vectors",
     );
     check("distances = 2 * distances[0..3]", "");
-    check("sped = slop", "[sped] `sped` is not defined -- did you mean `speed`?\n[slop] `slop` is not defined -- did you mean `slip`?");
+    check(
+        "sped = slop",
+        "[sped] `sped` is not defined -- did you mean `speed`?\n[slop] `slop` is not defined -- did you mean `slip`?",
+    );
 }
 
 #[test]
@@ -185,13 +222,28 @@ fn shapes_fit_at_every_node() {
         "[distances] `if` takes true or false, not a vector -- take one element, such as `v[0]`, or `min`, `max`, `mean`, `norm`, ... of it\n\
          [1 < 2] `<` takes a number, not true or false -- write `if(condition, then, else)` to make a number of it, `a < b and b < c` for a range",
     );
-    check_problems("distances[1 m]", "[1 m] an index takes a plain number, not m -- divide by `1 m` for a plain number");
-    check_problems("distances[3..1]", "[distances[3..1]] no element lies from 3 to before 1 -- `v[a..b]` holds the elements from a to before b, counted from 0");
-    check_problems("distances[0..load]", "[load] the end of a slice takes a constant -- variables are not allowed here");
+    check_problems(
+        "distances[1 m]",
+        "[1 m] an index takes a plain number, not m -- divide by `1 m` for a plain number",
+    );
+    check_problems(
+        "distances[3..1]",
+        "[distances[3..1]] no element lies from 3 to before 1 -- `v[a..b]` holds the elements from a to before b, counted from 0",
+    );
+    check_problems(
+        "distances[0..load]",
+        "[load] the end of a slice takes a constant -- variables are not allowed here",
+    );
     check_problems("distances[0.5..]", "[0.5] the end of a slice is a whole number, not negative");
     check_problems("max(distances * weights) + mean(distances) + norm(distances - 1 m)", "");
-    check_problems("integral(distances)", "[distances] `integral` takes a number, not a vector -- take one element, such as `v[0]`, or `min`, `max`, `mean`, `norm`, ... of it");
-    check_problems("previous(dt)", "[previous(dt)] `previous` of a time operator -- `previous(x)` takes variables and what is computed from them at one moment");
+    check_problems(
+        "integral(distances)",
+        "[distances] `integral` takes a number, not a vector -- take one element, such as `v[0]`, or `min`, `max`, `mean`, `norm`, ... of it",
+    );
+    check_problems(
+        "previous(dt)",
+        "[previous(dt)] `previous` of a time operator -- `previous(x)` takes variables and what is computed from them at one moment",
+    );
 }
 
 #[test]
@@ -199,9 +251,18 @@ fn functions_of_the_model_are_written_out() {
     check_text("clamp01(load)", "min(max(load, 0), 1)");
     check_text("double(double(load))", "4 * load");
     check_text("nearest(distances)", "min(distances)");
-    check_problems("again(1)", "[again(1)] in `again`: the function `again` uses itself -- a function cannot use itself, not by way of others either");
-    check_problems("ping(1)", "[ping(1)] in `ping`: the function `ping` uses itself -- a function cannot use itself, not by way of others either");
-    check_problems("2 * turned(3)", "[turned(3)] in `turned`: `sin` takes an angle, not a plain number -- multiply by `1 rad` if it is in radians");
+    check_problems(
+        "again(1)",
+        "[again(1)] in `again`: the function `again` uses itself -- a function cannot use itself, not by way of others either",
+    );
+    check_problems(
+        "ping(1)",
+        "[ping(1)] in `ping`: the function `ping` uses itself -- a function cannot use itself, not by way of others either",
+    );
+    check_problems(
+        "2 * turned(3)",
+        "[turned(3)] in `turned`: `sin` takes an angle, not a plain number -- multiply by `1 rad` if it is in radians",
+    );
     let model = rover();
     let problems = |name: &str| check_function(model.function(name).unwrap(), &model);
     assert_eq!(problems("clamp01"), []);
@@ -218,7 +279,10 @@ fn constants_are_written_out_and_folded() {
     check_text("if(1 < 2, load, slip)", "load");
     check_text("dmin + plusminus(1 m) - plusminus(1 m) - dmin", "0 * dmin + plusminus(2)");
     check_problems("interval(2, 1)", "[interval(2, 1)] the first bound of this interval is above the second");
-    check_problems("plusminus(load)", "[load] `plusminus` takes a constant -- variables are not allowed here");
+    check_problems(
+        "plusminus(load)",
+        "[load] `plusminus` takes a constant -- variables are not allowed here",
+    );
 }
 
 #[test]
@@ -239,14 +303,20 @@ fn equal_terms_are_collected() {
     check_text("min(load, load)", "load");
     check_text("sin(heading)^2 + sin(heading)^2", "2 * sin(heading)^2");
     check_text("(load + plusminus(1)) - (load + plusminus(1))", "0 * load + plusminus(2)");
-    check_text("sqrt(load + plusminus(1)) * sqrt(load + plusminus(1))", "sqrt(load + plusminus(1)) * sqrt(load + plusminus(1))");
+    check_text(
+        "sqrt(load + plusminus(1)) * sqrt(load + plusminus(1))",
+        "sqrt(load + plusminus(1)) * sqrt(load + plusminus(1))",
+    );
 }
 
 #[test]
 fn quantities_outside_formulas() {
     let check = |text: &str, value: f64, unit: &str| {
         let quantity = parse_quantity(text).unwrap_or_else(|problem| panic!("{text}: {problem}"));
-        assert_eq!((quantity.value, quantity.unit.map(|unit| unit.to_string()).unwrap_or_default()), (value, unit.to_string()));
+        assert_eq!(
+            (quantity.value, quantity.unit.map(|unit| unit.to_string()).unwrap_or_default()),
+            (value, unit.to_string())
+        );
     };
     check("2.67 m", 2.67, "m");
     check("-100 ms", -100.0, "ms");
@@ -254,7 +324,9 @@ fn quantities_outside_formulas() {
     check("10 Hz", 10.0, "Hz");
     check("3", 3.0, "");
     assert_eq!(parse_quantity("m").unwrap_err().to_string(), "error at 0..1: a number is missing before `m`");
-    assert!(parse_quantity("1 m 2").is_err() && parse_quantity("").is_err() && parse_quantity("1 foo").is_err());
+    assert!(
+        parse_quantity("1 m 2").is_err() && parse_quantity("").is_err() && parse_quantity("1 foo").is_err()
+    );
 }
 
 #[test]
@@ -269,8 +341,15 @@ fn heads_of_functions() {
 #[test]
 fn formulas_are_bounded() {
     let model = rover();
-    let deep = |open: &str, inner: &str, close: &str| [open.repeat(1500), inner.into(), close.repeat(1500)].concat();
-    for text in [deep("(", "1", ")"), deep("-", "1", ""), deep("sin(", "1", ")"), deep("not ", "true", ""), deep("2^", "1", "")] {
+    let deep =
+        |open: &str, inner: &str, close: &str| [open.repeat(1500), inner.into(), close.repeat(1500)].concat();
+    for text in [
+        deep("(", "1", ")"),
+        deep("-", "1", ""),
+        deep("sin(", "1", ")"),
+        deep("not ", "true", ""),
+        deep("2^", "1", ""),
+    ] {
         assert!(model.problems(&text).contains("nested deeper than 200 levels"), "{}", model.problems(&text));
     }
     assert!(model.problems(&deep("1+", "1", "")).contains("nested deeper"));
@@ -283,7 +362,11 @@ fn formulas_are_bounded() {
 fn functions_written_out_are_bounded() {
     let mut model = Model::new().variable("x", "", None);
     for level in 0..200 {
-        let body = if level == 0 { "a * a + 1".to_string() } else { std::format!("f{0}(a) + f{0}(sin(a * 1 rad))", level - 1) };
+        let body = if level == 0 {
+            "a * a + 1".to_string()
+        } else {
+            std::format!("f{0}(a) + f{0}(sin(a * 1 rad))", level - 1)
+        };
         model = model.define(&std::format!("f{level}(a)"), &body);
     }
     let problems = model.problems("f199(x)");

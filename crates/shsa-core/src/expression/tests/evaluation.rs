@@ -15,7 +15,13 @@ fn bench() -> Model {
 }
 
 /// The value of a formula where x, y, z, v, w have these values, over any kind of number.
-pub(super) fn value<N: Number>(model: &Model, text: &str, scalars: [N; 3], v: &[N], w: &[N]) -> std::vec::Vec<N> {
+pub(super) fn value<N: Number>(
+    model: &Model,
+    text: &str,
+    scalars: [N; 3],
+    v: &[N],
+    w: &[N],
+) -> std::vec::Vec<N> {
     let formula = model.formula(text);
     let assignment = Assignment { symbol: Symbol(99), formula: &formula, condition: None };
     let program = Program::compile(&[assignment]).unwrap();
@@ -58,7 +64,10 @@ fn functions_of_numbers() {
     check("exp(x - 3) + ln(x - 2)", &[1.0]);
     check("sin(z * 1 rad)^2 + cos(z * 1 rad)^2", &[1.0]);
     check("tan(atan2(y, x)) - y / x", &[tan_of_atan2()]);
-    check("norm(x, y) + mean(x, y) + sum(x, y, z) + median(x, y, z) + count(x, y)", &[5.0 - 0.5 - 0.5 + 0.5 + 2.0]);
+    check(
+        "norm(x, y) + mean(x, y) + sum(x, y, z) + median(x, y, z) + count(x, y)",
+        &[5.0 - 0.5 - 0.5 + 0.5 + 2.0],
+    );
     check("within(x, 0, 2)", &[f64::NAN]);
     check("within(x, 0, inf) + within(y, -inf, 3)", &[-1.0]);
     check("either(within(x, 0, 2), within(y, -5, 2))", &[-4.0]);
@@ -73,7 +82,10 @@ fn tan_of_atan2() -> f64 {
 
 #[test]
 fn functions_of_vectors() {
-    check("min(v) + max(w) + sum(v) + mean(w) + norm(w[0..2]) + median(v) + median(w) + count(v)", &[1.0 + 4.0 + 8.0 + 1.0 + 5.0 + 2.0 + 1.5 + 3.0]);
+    check(
+        "min(v) + max(w) + sum(v) + mean(w) + norm(w[0..2]) + median(v) + median(w) + count(v)",
+        &[1.0 + 4.0 + 8.0 + 1.0 + 5.0 + 2.0 + 1.5 + 3.0],
+    );
     check("2 * v + x", &[5.0, 7.0, 13.0]);
     check("v * w[0..3]", &[4.0, -6.0, 10.0]);
     check("x - v", &[2.0, 1.0, -2.0]);
@@ -92,8 +104,26 @@ fn functions_of_vectors() {
 #[test]
 fn missing_inputs_give_missing_outputs() {
     let nan = f64::NAN;
-    let number = |text: &str| value(&bench(), text, [nan, 1.0, f64::INFINITY], &[1.0, nan, 3.0], &[0.0; 7])[0];
-    for text in ["x", "z", "x * 0", "x - x", "x^0", "min(x, y)", "max(y, x)", "hypot(x, z)", "if(x > 1, 1, 2)", "1^x", "min(w)", "sum(v)", "norm(v)", "v[x]", "v[1]", "either(x, x)"] {
+    let number =
+        |text: &str| value(&bench(), text, [nan, 1.0, f64::INFINITY], &[1.0, nan, 3.0], &[0.0; 7])[0];
+    for text in [
+        "x",
+        "z",
+        "x * 0",
+        "x - x",
+        "x^0",
+        "min(x, y)",
+        "max(y, x)",
+        "hypot(x, z)",
+        "if(x > 1, 1, 2)",
+        "1^x",
+        "min(w)",
+        "sum(v)",
+        "norm(v)",
+        "v[x]",
+        "v[1]",
+        "either(x, x)",
+    ] {
         assert!(number(text).is_nan(), "{text} is {}", number(text));
     }
     assert_eq!(number("min(v) + max(v) + mean(v) + median(v) + count(v)"), 1.0 + 3.0 + 2.0 + 2.0 + 2.0);
@@ -105,7 +135,13 @@ fn intervals_stay_tight_and_take_both_branches() {
     let model = bench();
     let interval = |text: &str| {
         let [x, y, z] = [Interval::new(-1.0, 2.0), Interval::new(1.0, 3.0), Interval::point(0.5)];
-        value(&model, text, [x, y, z], &[Interval::new(1.0, 4.0), Interval::new(2.0, 3.0)], &[Interval::EMPTY])[0]
+        value(
+            &model,
+            text,
+            [x, y, z],
+            &[Interval::new(1.0, 4.0), Interval::new(2.0, 3.0)],
+            &[Interval::EMPTY],
+        )[0]
     };
     assert_eq!(interval("x - x"), Interval::point(0.0));
     assert_eq!(interval("x * x"), Interval::new(0.0, 4.0));
@@ -127,7 +163,8 @@ fn intervals_stay_tight_and_take_both_branches() {
 fn solved_branches_over_numbers_and_intervals() {
     let model = Model::new().variable("y", "", None).variable("r", "", Some((-2.0, 5.0)));
     let formula = solve(&parse_equation("r^2 = y").unwrap(), Symbol(1), &model).unwrap();
-    let program = Program::compile(&[Assignment { symbol: Symbol(1), formula: &formula, condition: None }]).unwrap();
+    let program =
+        Program::compile(&[Assignment { symbol: Symbol(1), formula: &formula, condition: None }]).unwrap();
     let mut state = program.new_state(0, 1.0);
     let mut number = |y: f64| program.evaluate(&mut state, &[Value::Scalar(y)], NOW, None).value.scalar();
     assert_eq!(number(9.0), 3.0);
@@ -166,15 +203,22 @@ fn assignments_conditions_and_shared_terms() {
     let [first, second] = assignments;
     assert_eq!(error(&[second, first]), "a program uses a variable before it has computed it");
     assert_eq!(error(&[first, first]), "a program computes a variable twice");
-    assert_eq!(error(&[Assignment { formula: &condition, ..first }]), "a program uses a variable before it has computed it");
-    assert_eq!(error(&[Assignment { symbol: Symbol(7), formula: &condition, condition: None }]), "a program computes true or false, not a value");
+    assert_eq!(
+        error(&[Assignment { formula: &condition, ..first }]),
+        "a program uses a variable before it has computed it"
+    );
+    assert_eq!(
+        error(&[Assignment { symbol: Symbol(7), formula: &condition, condition: None }]),
+        "a program computes true or false, not a value"
+    );
 }
 
 #[test]
 fn inputs_of_the_wrong_shape_or_length_are_missing() {
     let model = bench();
     let formula = model.formula("min(v) + x");
-    let program = Program::compile(&[Assignment { symbol: Symbol(9), formula: &formula, condition: None }]).unwrap();
+    let program =
+        Program::compile(&[Assignment { symbol: Symbol(9), formula: &formula, condition: None }]).unwrap();
     let mut state = program.new_state::<f64>(2, 1.0);
     let mut run = |inputs: &[Value<'_, f64>]| program.evaluate(&mut state, inputs, NOW, None).value.scalar();
     assert_eq!(run(&[Value::Vector(&[4.0, 5.0]), Value::Scalar(1.0)]), 5.0);

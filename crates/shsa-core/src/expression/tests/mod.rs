@@ -96,7 +96,8 @@ impl Model {
 
 pub(super) fn described(text: &str, problems: &[Problem]) -> String {
     let lines = problems.iter().map(|problem| {
-        let mark = text.get(problem.span.clone()).unwrap_or_else(|| panic!("{text}: no text at {:?}", problem.span));
+        let mark =
+            text.get(problem.span.clone()).unwrap_or_else(|| panic!("{text}: no text at {:?}", problem.span));
         let severity = if problem.severity == Severity::Error { "" } else { "warning: " };
         let help = problem.help.as_ref().map(|help| std::format!(" -- {help}")).unwrap_or_default();
         std::format!("{severity}[{mark}] {}{help}", problem.message)

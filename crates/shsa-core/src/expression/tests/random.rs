@@ -20,7 +20,8 @@ fn model() -> Model {
 /// The text of a random number; with angles or without.
 fn scalar(has_angles: bool) -> impl Strategy<Value = String> {
     let leaf = prop_oneof![
-        prop::sample::select(vec!["x", "y", "z", "pi", "0", "1", "2", "0.5", "x", "y"]).prop_map(String::from),
+        prop::sample::select(vec!["x", "y", "z", "pi", "0", "1", "2", "0.5", "x", "y"])
+            .prop_map(String::from),
         (-40..40_i32).prop_map(|number| format!("({})", f64::from(number) / 8.0)),
     ];
     leaf.prop_recursive(5, 40, 3, move |inner| {
@@ -38,14 +39,16 @@ fn scalar(has_angles: bool) -> impl Strategy<Value = String> {
                 "asin" | "acos" | "atan" => format!("({name}({of}) / 1 rad)"),
                 _ => format!("{name}({of})"),
             }),
-            (inner.clone(), infix, inner.clone()).prop_map(|(left, infix, right)| format!("({left} {infix} {right})")),
+            (inner.clone(), infix, inner.clone())
+                .prop_map(|(left, infix, right)| format!("({left} {infix} {right})")),
             (inner.clone(), -3..4_i32).prop_map(|(base, exponent)| format!("({base})^({exponent})")),
             (binary, inner.clone(), inner.clone()).prop_map(|(name, left, right)| match name {
                 "atan2" => format!("(atan2({left}, {right}) / 1 rad)"),
                 _ => format!("{name}({left}, {right})"),
             }),
-            (inner.clone(), compare, inner.clone())
-                .prop_map(|(left, compare, right)| format!("if({left} {compare} {right}, {left}, {right} * 2)")),
+            (inner.clone(), compare, inner.clone()).prop_map(|(left, compare, right)| format!(
+                "if({left} {compare} {right}, {left}, {right} * 2)"
+            )),
         ]
     })
 }
@@ -101,13 +104,37 @@ fn call(name: &str, arguments: &[f64]) -> f64 {
         "acos" => a.acos(),
         "atan" => a.atan(),
         "floor" => a.floor(),
-        "min" => if a.is_nan() || b.is_nan() { f64::NAN } else { a.min(b) },
-        "max" => if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) },
+        "min" => {
+            if a.is_nan() || b.is_nan() {
+                f64::NAN
+            } else {
+                a.min(b)
+            }
+        }
+        "max" => {
+            if a.is_nan() || b.is_nan() {
+                f64::NAN
+            } else {
+                a.max(b)
+            }
+        }
         "hypot" | "norm" => a.hypot(b),
-        "atan2" => if a == 0.0 && b == 0.0 { f64::NAN } else { (a + 0.0).atan2(b) },
+        "atan2" => {
+            if a == 0.0 && b == 0.0 {
+                f64::NAN
+            } else {
+                (a + 0.0).atan2(b)
+            }
+        }
         "mean" => (a + b) / 2.0,
         "sum" => a + b,
-        "if" => if a != 0.0 { b } else { arguments[2] },
+        "if" => {
+            if a != 0.0 {
+                b
+            } else {
+                arguments[2]
+            }
+        }
         other => panic!("{other}"),
     }
 }

@@ -86,8 +86,16 @@ fn angles_have_the_branches_that_the_range_allows() {
 fn what_occurs_several_times_is_collected_or_refused() {
     check("x + x = y", "x", "y / 2");
     check("x = 3 * y - x", "x", "1.5 * y");
-    check("x * y = x + 1", "x", "[x] this cannot be solved for it: it occurs 2 times -- write the equation so that it occurs once, or give a relation for each direction");
-    check("y = z", "x", "[y = z] this cannot be solved for it: it does not occur -- only `previous(..)` of it, or nothing, is in this equation");
+    check(
+        "x * y = x + 1",
+        "x",
+        "[x] this cannot be solved for it: it occurs 2 times -- write the equation so that it occurs once, or give a relation for each direction",
+    );
+    check(
+        "y = z",
+        "x",
+        "[y = z] this cannot be solved for it: it does not occur -- only `previous(..)` of it, or nothing, is in this equation",
+    );
     check("x - x = y", "x", "y / 0");
 }
 
@@ -97,13 +105,37 @@ fn what_has_no_inverse_is_refused() {
     check("y = min(x, z)", "x", &no("min has no inverse -- the other argument may be the result"));
     check("y = floor(x)", "x", &no("floor has no inverse -- many values give the same result"));
     check("y = if(z > 1, x, 2)", "x", &no("if has no inverse -- each branch has its own inverse"));
-    check("y = median(x, z, 1)", "x", &no("a function of a vector has no inverse -- many vectors give the same result"));
-    check("y = derivative(x, 1 s)", "x", &no("a time operator has no inverse -- its value at other times counts too"));
+    check(
+        "y = median(x, z, 1)",
+        "x",
+        &no("a function of a vector has no inverse -- many vectors give the same result"),
+    );
+    check(
+        "y = derivative(x, 1 s)",
+        "x",
+        &no("a time operator has no inverse -- its value at other times counts too"),
+    );
     check("turn = atan2(x, z)", "x", &no("atan2 has no inverse -- it is not unique"));
-    check("y = v[x]", "v", "[v] this cannot be solved for it: `[..]` has no inverse -- the other elements stay unknown");
-    check("y = min(v)", "v", "[v] this cannot be solved for it: a function of a vector has no inverse -- many vectors give the same result");
-    check("w = x * v", "x", "[x] this cannot be solved for it: a vector of values would follow for one number");
-    check("w = v^2", "v", "[v] this cannot be solved for it: several vectors give the same result -- declare a range that allows one of them");
+    check(
+        "y = v[x]",
+        "v",
+        "[v] this cannot be solved for it: `[..]` has no inverse -- the other elements stay unknown",
+    );
+    check(
+        "y = min(v)",
+        "v",
+        "[v] this cannot be solved for it: a function of a vector has no inverse -- many vectors give the same result",
+    );
+    check(
+        "w = x * v",
+        "x",
+        "[x] this cannot be solved for it: a vector of values would follow for one number",
+    );
+    check(
+        "w = v^2",
+        "v",
+        "[v] this cannot be solved for it: several vectors give the same result -- declare a range that allows one of them",
+    );
 }
 
 #[test]
@@ -116,7 +148,8 @@ fn vectors_are_solved_element_by_element() {
 fn state_does_not_count() {
     check("x = previous(x) - y * dt", "x", "previous(x) - y * dt");
     check("x = previous(x) - y * dt", "y", "(previous(x) - x) / dt");
-    let formula = solve(&parse_equation("x = previous(x + z) - y * dt").unwrap(), Symbol(0), &plane()).unwrap();
+    let formula =
+        solve(&parse_equation("x = previous(x + z) - y * dt").unwrap(), Symbol(0), &plane()).unwrap();
     assert_eq!(formula.symbols(), [Symbol(1)]);
     assert_eq!(formula.previous_symbols(), [Symbol(0), Symbol(2)]);
     assert!(formula.is_stateful());

@@ -23,11 +23,15 @@ fn check(text: &str, samples: &[(f64, f64)], expected: &[f64]) {
     let (mut numbers, mut intervals) = (program.new_state(0, 10.0), program.new_state(0, 10.0));
     let mut found = std::vec::Vec::new();
     for (time, x) in samples {
-        let number: f64 = program.evaluate(&mut numbers, &[Value::Scalar(*x)], at(*time), None).value.scalar();
+        let number: f64 =
+            program.evaluate(&mut numbers, &[Value::Scalar(*x)], at(*time), None).value.scalar();
         let x = Value::Scalar(Interval::point(*x));
         let interval = program.evaluate(&mut intervals, &[x], at(*time), None).value.scalar();
         assert_eq!(number.is_nan(), interval.is_empty(), "{text} at {time}: {number} and {interval:?}");
-        assert!(number.is_nan() || interval.contains(number), "{text} at {time}: {number} outside of {interval:?}");
+        assert!(
+            number.is_nan() || interval.contains(number),
+            "{text} at {time}: {number} outside of {interval:?}"
+        );
         found.push((number * 1e6).round() / 1e6);
     }
     assert_eq!(std::format!("{found:?}"), std::format!("{expected:?}"), "of {text}");
@@ -62,10 +66,19 @@ fn the_last_trusted_value_comes_from_outside() {
 #[test]
 fn derivatives_look_back_over_their_window() {
     let ramp = [(0.0, 0.0), (0.2, 1.0), (0.4, 2.0), (1.0, 5.0), (1.5, 7.5), (1.6, N), (2.0, 20.0)];
-    check("derivative(x, 1 s)", &ramp, &[N, N, N, 5.0, (7.5 - 2.0) / 1.1, N, 15.0].map(|x: f64| (x * 1e6).round() / 1e6));
+    check(
+        "derivative(x, 1 s)",
+        &ramp,
+        &[N, N, N, 5.0, (7.5 - 2.0) / 1.1, N, 15.0].map(|x: f64| (x * 1e6).round() / 1e6),
+    );
     let program = compiled("derivative(x, 1 s)", 9);
     let mut state = program.new_state(0, 10.0);
-    program.evaluate(&mut state, &[Value::Scalar(Interval::point(1.0))], Validity { from: Time(-100), to: Time(0) }, None);
+    program.evaluate(
+        &mut state,
+        &[Value::Scalar(Interval::point(1.0))],
+        Validity { from: Time(-100), to: Time(0) },
+        None,
+    );
     let now = Validity { from: Time(1_000_000_000), to: Time(1_100_000_000) };
     let outcome = program.evaluate(&mut state, &[Value::Scalar(Interval::point(2.0))], now, None);
     assert_eq!(outcome.valid, Validity { from: Time(-100), to: now.to });
@@ -75,12 +88,19 @@ fn derivatives_look_back_over_their_window() {
 
 #[test]
 fn integrals_sum_trapezoids() {
-    check("integral(x)", &[(0.0, 1.0), (1.0, 3.0), (1.5, N), (2.0, 5.0), (2.0, 9.0), (4.0, 5.0)], &[0.0, 2.0, N, 6.0, 6.0, 16.0]);
+    check(
+        "integral(x)",
+        &[(0.0, 1.0), (1.0, 3.0), (1.5, N), (2.0, 5.0), (2.0, 9.0), (4.0, 5.0)],
+        &[0.0, 2.0, N, 6.0, 6.0, 16.0],
+    );
     let program = compiled("integral(x)", 9);
     let mut state = program.new_state(0, 10.0);
     for (second, x) in [(0.0, Interval::new(0.0, 1.0)), (2.0, Interval::new(3.0, 4.0))] {
         let sum = program.evaluate(&mut state, &[Value::Scalar(x)], at(second), None).value.scalar();
-        assert!(second == 0.0 || sum.contains(0.0) && sum.contains(8.0) && sum.width() < 8.0 + 1e-9, "{sum:?}");
+        assert!(
+            second == 0.0 || sum.contains(0.0) && sum.contains(8.0) && sum.width() < 8.0 + 1e-9,
+            "{sum:?}"
+        );
     }
 }
 
@@ -109,13 +129,18 @@ fn evaluations_out_of_order_change_nothing() {
             let x = [Value::Scalar(f64::from(step * step)), Value::Scalar(2.0)];
             let time = at(f64::from(step) * 0.1);
             let expected = std::format!("{:?}", program.evaluate(&mut plain, &x, time, None));
-            assert_eq!(std::format!("{:?}", program.evaluate(&mut disturbed, &x, time, None)), expected, "{text}");
+            assert_eq!(
+                std::format!("{:?}", program.evaluate(&mut disturbed, &x, time, None)),
+                expected,
+                "{text}"
+            );
             for late in [time, at(f64::from(step) * 0.1 - 0.25), Validity::at(Time::MIN)] {
                 program.evaluate(&mut disturbed, &[Value::Scalar(1e9), Value::Scalar(1e9)], late, None);
             }
         }
         disturbed.reset(&program);
-        let first = program.evaluate(&mut disturbed, &[Value::Scalar(1.0), Value::Scalar(2.0)], at(0.0), None).value;
+        let first =
+            program.evaluate(&mut disturbed, &[Value::Scalar(1.0), Value::Scalar(2.0)], at(0.0), None).value;
         assert_eq!(first.is_missing(), text != "integral(x)", "{text}");
     }
 }
@@ -124,7 +149,10 @@ fn evaluations_out_of_order_change_nothing() {
 fn previous_vectors_are_kept() {
     let program = compiled("v - previous(v)", 9);
     let mut state = program.new_state(4, 10.0);
-    let mut run = |second: f64, v: &[f64]| match program.evaluate(&mut state, &[Value::Vector(v)], at(second), None).value {
+    let mut run = |second: f64, v: &[f64]| match program
+        .evaluate(&mut state, &[Value::Vector(v)], at(second), None)
+        .value
+    {
         Value::Vector(difference) => difference.to_vec(),
         Value::Scalar(_) => vec![f64::NAN],
     };
@@ -147,5 +175,10 @@ fn memory_is_bounded_at_any_rate() {
     let far = program.evaluate(&mut state, &[Value::Scalar(1.0)], Validity::always(), None);
     assert!(far.value.is_missing() || far.value.scalar().is_finite());
     let extreme = Validity { from: Time::MAX, to: Time::MAX };
-    program.evaluate(&mut state, &[Value::Scalar(1.0)], extreme, Some(Validity::at(Time::MIN) .shifted(Span(-1))));
+    program.evaluate(
+        &mut state,
+        &[Value::Scalar(1.0)],
+        extreme,
+        Some(Validity::at(Time::MIN).shifted(Span(-1))),
+    );
 }
