@@ -11,6 +11,7 @@ use super::builtin;
 use super::formula::{Formula, MAX_LEVELS, MAX_NODES, Shape};
 use super::measure::{self, Measure, Misfit, PLAIN};
 use super::operation::{Binary, Comparison, Constant, Operation, Unary};
+use super::parser::MAX_DEPTH;
 use super::problem::{Problem, Severity};
 use super::simplify::simplified;
 use super::syntax::{Equation, Expr, Function, Infix, Node, Prefix};
@@ -191,7 +192,7 @@ impl<'a> Checker<'a> {
     /// Counts work; `None` and a problem when there has been too much of it.
     fn spend(&mut self, span: &Range<usize>, work: usize) -> Option<()> {
         self.work = self.work.saturating_add(work);
-        if self.work > MAX_WORK || self.depth > MAX_LEVELS {
+        if self.work > MAX_WORK || self.depth > MAX_DEPTH {
             self.exhaust(span);
         }
         (!self.is_exhausted).then_some(())

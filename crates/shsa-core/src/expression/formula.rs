@@ -20,7 +20,7 @@ pub enum Shape {
 /// The largest formula in nodes, functions of the model written out.
 pub const MAX_NODES: usize = 10_000;
 /// The deepest formula in nodes from the root to a leaf.
-pub const MAX_LEVELS: usize = 400;
+pub const MAX_LEVELS: usize = 200;
 
 /// A formula over symbols in SI.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -4,6 +4,24 @@
 //! -> [`Program`] (flat, over registers). An equation is solved between the second and the third.
 //!
 //! Every formula terminates: no loops, no recursion, bounded length, and time operators keep bounded state.
+//!
+//! # The language
+//!
+//! * Numbers with or without a unit: `2.67 m`, `9.81 m/s^2`, `20 %`, `-5 degC`. A unit is written without blanks
+//!   around its operators: `4 m/s` is a speed, `4 m / s` divides 4 m by the variable `s` (see `lexer`).
+//! * `+ - * / ^` (`^` binds to the right, and before the sign), `< <= > >= == !=`, `and or not`,
+//!   `if(condition, then, else)`; `pi`, `true`, `false`.
+//! * `sqrt exp ln log10 abs floor sin cos tan asin acos atan atan2 hypot`, `root(x, 3)`.
+//! * Of a vector, or of several numbers: `min max sum mean norm median count`. `min`, `max`, `mean`, `median` and
+//!   `count` pass elements without a value over; `sum` and `norm` of such vectors have no value. `v[i]` counts from
+//!   0 and rounds the index down, `v[a..b]` ends before `b`; out of range is no value. Arithmetic and functions of one
+//!   number go element by element; vectors of different lengths have no result.
+//! * Uncertainty: `plusminus(e)`, `interval(lo, hi)` of constants; each place in a formula is a number of its own.
+//!   `within(x, lo, hi)` is what of `x` lies in the bounds (`inf` for none), `either(x, y)` the one that has a value.
+//! * Time: `previous(x)`, `dt`, `derivative(x, window)`, `integral(x)`, `delay(x, span)`.
+//! * Functions of the model, which may not use themselves.
+//!
+//! What has no value (a missing input, the root of a negative number, a division by zero) makes the result have none.
 
 mod builtin;
 mod check;
@@ -33,7 +51,8 @@ pub use formula::{Formula, MAX_LEVELS, MAX_NODES, Shape};
 pub use number::Number;
 pub use operation::{Binary, Comparison, Constant, Operation, Reduction, Unary};
 pub use parser::{
-    MAX_DEPTH, MAX_TEXT, Quantity, parse_equation, parse_expression, parse_function_head, parse_quantity,
+    MAX_DEPTH, MAX_NESTING, MAX_TEXT, Quantity, parse_equation, parse_expression, parse_function_head,
+    parse_quantity,
 };
 pub use problem::{Problem, Severity};
 pub use program::{Assignment, Input, InputKind, MAX_INSTRUCTIONS, Program};

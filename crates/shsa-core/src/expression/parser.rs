@@ -18,8 +18,12 @@ use crate::unit::Unit;
 
 /// The longest text of a formula in bytes.
 pub const MAX_TEXT: usize = 20_000;
-/// The deepest nesting of a formula, operators in a row counted.
-pub const MAX_DEPTH: usize = 200;
+/// The deepest nesting of brackets, signs and powers.
+///
+/// This and the other limits of depth keep recursion, unoptimised, within 1 MB of stack.
+pub const MAX_NESTING: usize = 64;
+/// The deepest tree of a formula; operators in a row make a tree as deep as there are operators.
+pub const MAX_DEPTH: usize = 150;
 
 /// Reads a formula.
 ///
@@ -228,7 +232,7 @@ impl<'a> Parser<'a> {
 
     /// Operators that bind at least as strongly as `least`.
     fn expression(&mut self, least: u8, depth: usize) -> Result<Expr, Problem> {
-        if depth > MAX_DEPTH {
+        if depth > MAX_NESTING {
             return Err(too_deep(self.span.clone()));
         }
         let start = self.span.start;
@@ -339,6 +343,8 @@ impl<'a> Parser<'a> {
 }
 
 fn too_deep(span: Range<usize>) -> Problem {
-    Problem::error(span, format!("this formula is nested deeper than {MAX_DEPTH} levels"))
-        .with_help("split it by variables of its own".to_owned())
+    let message = format!(
+        "this formula is nested deeper than {MAX_NESTING} levels, or has more than {MAX_DEPTH} operators in a row"
+    );
+    Problem::error(span, message).with_help("split it by variables of its own".to_owned())
 }

@@ -121,6 +121,12 @@ impl Solver<'_> {
                 (Operation::Within(bounds), [_]) => Formula::node(Operation::Within(bounds), vec![target]),
                 _ => return blocked(operation),
             };
+            if !target.is_bounded() {
+                return obstacle(
+                    "the solved formula is too large",
+                    "split the equation by variables of its own",
+                );
+            }
             match arguments.get(place) {
                 Some(next) => side = next,
                 None => return obstacle("it does not occur", ""),
@@ -140,7 +146,7 @@ impl Solver<'_> {
             Unary::Atan => inverse(Unary::Tan)(within(target, widened(-FRAC_PI_2, FRAC_PI_2))),
             Unary::Abs => self.of_even(of, within(target, NOT_NEGATIVE))?,
             Unary::Sqr => self.of_even(of, inverse(Unary::Sqrt)(target))?,
-            Unary::Power(0) => return obstacle("`^ 0` gives 1 for every value", ""),
+            Unary::Power(0) => return obstacle("it cancels out", "it may have every value"),
             Unary::Power(power) => self.of_power(power, of, target)?,
             Unary::Root(degree) if degree % 2 == 0 => whole_power(within(target, NOT_NEGATIVE), degree),
             Unary::Root(degree) => whole_power(target, degree),
@@ -187,6 +193,7 @@ impl Solver<'_> {
         let solved = match binary {
             Binary::Add => Formula::binary(Binary::Sub, target, other),
             Binary::Sub => Formula::binary(Binary::Add, target, other),
+            Binary::Mul if other.is(0.0) => return obstacle("it cancels out", "it may have every value"),
             Binary::Mul => Formula::binary(Binary::Div, target, other),
             Binary::Div => Formula::binary(Binary::Mul, target, other),
             Binary::Pow => {

@@ -168,8 +168,35 @@ pub(crate) fn is_unit_char(c: char) -> bool {
         || matches!(c, '_' | '%' | '‰' | '°' | '℃' | '\u{b5}' | '\u{3bc}' | '\u{3a9}' | '\u{2126}')
 }
 
+/// Words that people write for units.
+const WORDS: [(&str, &str); 16] = [
+    ("meter", "m"),
+    ("metre", "m"),
+    ("sec", "s"),
+    ("second", "s"),
+    ("minute", "min"),
+    ("hour", "h"),
+    ("degree", "deg"),
+    ("radian", "rad"),
+    ("volt", "V"),
+    ("amp", "A"),
+    ("ampere", "A"),
+    ("watt", "W"),
+    ("kelvin", "K"),
+    ("percent", "%"),
+    ("in", "inch"),
+    ("foot", "ft"),
+];
+
 /// The known unit nearest to a misspelt one, with and without the prefixes.
 pub(super) fn nearest_unit(name: &str) -> Option<String> {
+    let is_word = |(word, _): &&(&str, &str)| {
+        let singular = name.strip_suffix(['s', 'S']).unwrap_or(name);
+        word.eq_ignore_ascii_case(name) || word.eq_ignore_ascii_case(singular)
+    };
+    if let Some((_, unit)) = WORDS.iter().find(is_word) {
+        return Some((*unit).to_owned());
+    }
     let whole = ROWS.iter().flat_map(|row| row.names.iter().copied());
     let common =
         ["km", "cm", "mm", "ms", "kg", "kPa", "hPa", "mbar", "kWh", "kW", "mAh", "mV", "mA", "kHz", "mrad"];

@@ -92,7 +92,9 @@ fn intervals_convert_outward_and_exactly_in_si() {
 
 #[test]
 fn errors_name_the_nearest_unit() {
-    check_error("meter", "`meter` is no unit known here");
+    check_error("meter", "`meter` is no unit known here; did you mean `m`?");
+    check_error("Degrees", "`Degrees` is no unit known here; did you mean `deg`?");
+    check_error("furlong", "`furlong` is no unit known here");
     check_error("Deg", "`Deg` is no unit known here; did you mean `deg`?");
     check_error("dge", "`dge` is no unit known here; did you mean `deg`?");
     check_error("m/sek", "`sek` is no unit known here");
