@@ -56,6 +56,8 @@ impl Default for JudgeOptions {
 struct Standing {
     /// Suspect or failed.
     verdict: Option<Verdict>,
+    /// Whether it was the only one accused: it explains disagreements as a failed signal does.
+    alone: bool,
     /// Since when all evidence speaks for it.
     clean_since: Option<Time>,
     /// What it said when it was accused. While it still says the same, it is the plant that came back to it.
@@ -148,12 +150,21 @@ impl Judge {
         let certain = |signal: &SignalId| candidates.iter().chain(&rivals).all(|set| set.contains(*signal));
         let (failed, rest): (SignalSet, SignalSet) = (accused.iter().filter(certain).collect(), accused);
         failed.iter().for_each(|signal| self.set(monitor, signal, Verdict::Failed, decisions, None));
-        let rest: SignalSet = rest.iter().filter(|signal| !failed.contains(*signal)).collect();
-        if !rest.is_empty() && self.is_settled(monitor, &rest, onset, now) {
-            for signal in rest.iter() {
-                let choice = rivals_of(signal, &rest, &sets);
-                self.set(monitor, signal, Verdict::Suspect, decisions, Some(choice));
-            }
+        let open = |signal: &SignalId| {
+            !failed.contains(*signal) && self.disagrees_otherwise(*signal, &conflicts)
+        };
+        let rest: SignalSet = rest.iter().filter(open).collect();
+        if rest.is_empty() || !self.is_settled(monitor, &rest, onset, now) {
+            return;
+        }
+        // What is still undecided after the wait names nobody, but it speaks for those who do not disagree at all.
+        let likely = |set: &&SignalSet| rivals.iter().any(|rival| rival.covers(set));
+        let likely: SignalSet = candidates.iter().filter(likely).flat_map(SignalSet::iter).collect();
+        let accused: SignalSet =
+            rest.iter().filter(|signal| likely.is_empty() || likely.contains(*signal)).collect();
+        for signal in accused.iter() {
+            let choice = rivals_of(signal, &accused, &sets);
+            self.set(monitor, signal, Verdict::Suspect, decisions, Some(choice));
         }
     }
 
@@ -206,7 +217,8 @@ impl Judge {
             return;
         }
         let said = said(monitor, signal);
-        self.standings[signal] = Standing { verdict: Some(verdict), clean_since: None, said };
+        let alone = choice.as_ref().is_none_or(|choice| choice.len() == 1);
+        self.standings[signal] = Standing { verdict: Some(verdict), alone, clean_since: None, said };
         decisions.push(match choice {
             None => Decision::Failed(signal),
             Some(choice) => Decision::Suspected(signal, choice),
@@ -214,16 +226,16 @@ impl Judge {
     }
 
     fn clear(&mut self, monitor: &Monitor, now: Time, decisions: &mut Vec<Decision>) {
+        let culprit_found = decisions.iter().any(|decision| matches!(decision, Decision::Failed(_)));
         for signal in self.standings.ids() {
-            if self.standings[signal].verdict.is_none() {
-                continue;
-            }
+            let Some(verdict) = self.standings[signal].verdict else { continue };
             if !self.is_clean(monitor, signal, now) {
                 self.standings[signal].clean_since = None;
                 continue;
             }
             let since = *self.standings[signal].clean_since.get_or_insert(now);
-            if now - since >= self.options.probation {
+            let explained = verdict == Verdict::Suspect && culprit_found;
+            if explained || now - since >= self.options.probation {
                 self.standings[signal] = Standing::default();
                 decisions.push(Decision::Cleared(signal));
             } else {
@@ -258,12 +270,12 @@ impl Judge {
     }
 
     /// Pairs in a relationship that no failed signal explains.
-    fn open_pairs<'a>(
-        &'a self,
-        monitor: &'a Monitor,
+    fn open_pairs<'s, 'm: 's>(
+        &'s self,
+        monitor: &'m Monitor,
         now: Time,
         relationship: Relationship,
-    ) -> impl Iterator<Item = &'a Pair> + 'a {
+    ) -> impl Iterator<Item = &'m Pair> + 's {
         monitor.pairs().iter().filter(move |pair| {
             pair.window.relationship(now) == relationship && !self.is_explained(pair, None)
         })
@@ -271,9 +283,14 @@ impl Judge {
 
     /// Whether a failed signal other than `except` is in the pair.
     fn is_explained(&self, pair: &Pair, except: Option<SignalId>) -> bool {
-        pair.signals
-            .iter()
-            .any(|signal| Some(signal) != except && self.standings[signal].verdict == Some(Verdict::Failed))
+        let has_failed = |signal| self.standings[signal].verdict == Some(Verdict::Failed);
+        pair.signals.iter().any(|signal| Some(signal) != except && has_failed(signal))
+    }
+
+    /// Whether a signal disagrees with something else than signals that were accused alone.
+    fn disagrees_otherwise(&self, signal: SignalId, conflicts: &[&Pair]) -> bool {
+        let claimed = |pair: &Pair| pair.signals.iter().any(|other| other != signal && self.standings[other].alone);
+        conflicts.iter().any(|pair| pair.signals.contains(signal) && !claimed(pair))
     }
 }
 

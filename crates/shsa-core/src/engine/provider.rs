@@ -247,18 +247,24 @@ impl Provider {
             Some((PublishedValue::Scalar(value), validity)) => {
                 let sample = Sample { validity, value };
                 let votes = monitor.votes(self.variable, &self.active_rests_on, sample, trusts);
-                if votes.is_contradicted() { self.stand_in(monitor, trusts) } else { Some(sample) }
+                let sound = self.is_fit(&sample, now) && !votes.is_contradicted();
+                if sound { Some(sample) } else { self.stand_in(monitor, trusts, now) }
             }
             Some((vector, validity)) => return self.publish(knowledge, vector, validity, now, outputs),
-            None if self.is_late(now) => self.stand_in(monitor, trusts),
+            None if self.is_late(now) => self.stand_in(monitor, trusts, now),
             None => None,
         };
         match sample.map(|sample| self.blended(sample, now)) {
-            Some(Sample { value, validity }) if value.width() <= self.max_width => {
+            Some(Sample { value, validity }) => {
                 self.publish(knowledge, PublishedValue::Scalar(value), validity, now, outputs);
             }
-            _ => outputs.extend(self.check_age(knowledge, now).map(Output::Event)),
+            None => outputs.extend(self.check_age(knowledge, now).map(Output::Event)),
         }
+    }
+
+    /// Whether a value is as new and as narrow as the need asks.
+    fn is_fit(&self, sample: &Sample, now: Time) -> bool {
+        now - sample.validity.to <= self.max_age && sample.value.width() <= self.max_width
     }
 
     /// Half the time that a value may be old is over.
@@ -267,13 +273,18 @@ impl Provider {
     }
 
     /// What another trusted way gives at this moment, when it is not contradicted itself.
-    fn stand_in(&self, monitor: &Monitor, trusts: impl Fn(SignalId) -> bool + Copy) -> Option<Sample> {
+    fn stand_in(
+        &self,
+        monitor: &Monitor,
+        trusts: impl Fn(SignalId) -> bool + Copy,
+        now: Time,
+    ) -> Option<Sample> {
         monitor.fresh().iter().find_map(|&(index, sample)| {
             let way = monitor.way(index).filter(|way| way.variable() == self.variable)?;
             let usable = way.rests_on.iter().all(trusts) && way.rests_on != self.active_rests_on;
             let contradicted =
                 || monitor.votes(self.variable, &way.rests_on, sample, trusts).is_contradicted();
-            (usable && !contradicted()).then_some(sample)
+            (usable && self.is_fit(&sample, now) && !contradicted()).then_some(sample)
         })
     }
 

@@ -20,12 +20,13 @@ pub(super) struct Run {
 }
 
 impl Run {
-    /// Drives a new engine over all inputs; `record` sees everything that goes in, ticks included.
+    /// Drives a new engine over all inputs and on to `end`; `record` sees everything that goes in, ticks included.
     ///
     /// Ticks that the inputs hold already (a journal) are the only ones; else they come when they are due.
     pub(super) fn of(
         knowledge: &KnowledgeBase,
         inputs: &[Input],
+        end: Option<Time>,
         mut record: impl FnMut(&Input) -> anyhow::Result<()>,
     ) -> anyhow::Result<Run> {
         let has_ticks = inputs.iter().any(|input| matches!(input, Input::Tick(_)));
@@ -41,7 +42,9 @@ impl Run {
             run.take(input, &mut record)?;
         }
         if !has_ticks && !inputs.is_empty() {
-            run.take(&Input::Tick(run.last), &mut record)?;
+            let end = end.unwrap_or(run.last).max(run.last);
+            run.pass_until(end, &mut record)?;
+            run.take(&Input::Tick(end), &mut record)?;
         }
         progress.finish_and_clear();
         Ok(run)

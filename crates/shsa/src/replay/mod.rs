@@ -10,6 +10,7 @@ use drive::Run;
 use shsa_core::engine::Input;
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId};
 use shsa_core::observation::Observation;
+use shsa_core::time::{Span, Time};
 use shsa_format::fault::Fault;
 use shsa_format::journal::{self, JournalWriter};
 use shsa_format::recording::{self, ReadOptions, Recording, Wanted, parse_span};
@@ -41,7 +42,7 @@ pub(crate) struct Arguments {
     time_column: Option<String>,
     /// What one step of the time column is: s, ms, us, ns or a span such as 5s.
     #[arg(long, value_name = "UNIT", value_parser = parse_span)]
-    time_unit: Option<shsa_core::time::Span>,
+    time_unit: Option<Span>,
     /// Write every input of the run as a journal that can be replayed.
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
@@ -58,9 +59,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let knowledge = show::load_model(&arguments.model)?;
     let source = read(arguments, &knowledge)?;
     let began = Instant::now();
-    let run = play(arguments, &knowledge, &source.inputs)?;
+    let run = play(arguments, &knowledge, &source)?;
     let elapsed = began.elapsed();
-    let clean = source.clean.as_ref().map(|inputs| Run::of(&knowledge, inputs, |_| Ok(()))).transpose()?;
+    let clean = source.clean.as_ref().map(|inputs| Run::of(&knowledge, inputs, source.end, |_| Ok(()))).transpose()?;
     if let Some(path) = &arguments.output {
         let file = File::create(path).with_context(|| format!("{} cannot be written", path.display()))?;
         report::write_values(&knowledge, &run, BufWriter::new(file))?;
@@ -79,6 +80,8 @@ struct Source {
     inputs: Vec<Input>,
     /// The same without the injected faults, to compare with.
     clean: Option<Vec<Input>>,
+    /// When the recording ends, even if a fault has taken its last observations away.
+    end: Option<Time>,
     /// Rows without a value, for each signal.
     missing: Vec<usize>,
     degraded: bool,
@@ -111,7 +114,7 @@ fn read_journal(path: &Path, arguments: &Arguments, knowledge: &KnowledgeBase) -
         eprintln!("warning: {}:{line}: {reason}; what comes before is replayed", path.display());
     }
     let missing = vec![0; knowledge.signals().len()];
-    Ok(Source { inputs: journal.inputs, clean: None, missing, degraded: journal.damage.is_some() })
+    Ok(Source { inputs: journal.inputs, clean: None, end: None, missing, degraded: journal.damage.is_some() })
 }
 
 fn read_recordings(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Source> {
@@ -128,12 +131,13 @@ fn read_recordings(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::
     if recording.samples.is_empty() {
         bail!("none of the model's signals is in the recording; `source` in the model says where each is found");
     }
+    let end = recording.samples.last().map(|sample| sample.received);
     let clean = (!arguments.inject.is_empty()).then(|| inputs(&recording));
     for (number, (fault, &target)) in arguments.inject.iter().zip(&targets).enumerate() {
         fault.inject(&mut recording.samples, target, arguments.seed.wrapping_add(number as u64));
     }
     let missing = recording.found.iter().map(|found| found.missing).collect();
-    Ok(Source { inputs: inputs(&recording), clean, missing, degraded: recording.degraded })
+    Ok(Source { inputs: inputs(&recording), clean, end, missing, degraded: recording.degraded })
 }
 
 fn target(knowledge: &KnowledgeBase, fault: &Fault) -> anyhow::Result<usize> {
@@ -158,11 +162,12 @@ fn inputs(recording: &Recording) -> Vec<Input> {
     observations.into_iter().map(Input::Observation).collect()
 }
 
-fn play(arguments: &Arguments, knowledge: &KnowledgeBase, inputs: &[Input]) -> anyhow::Result<Run> {
-    let Some(path) = &arguments.journal else { return Run::of(knowledge, inputs, |_| Ok(())) };
+fn play(arguments: &Arguments, knowledge: &KnowledgeBase, source: &Source) -> anyhow::Result<Run> {
+    let Source { inputs, end, .. } = source;
+    let Some(path) = &arguments.journal else { return Run::of(knowledge, inputs, *end, |_| Ok(())) };
     let file = File::create(path).with_context(|| format!("{} cannot be written", path.display()))?;
     let mut journal = JournalWriter::new(BufWriter::new(file), knowledge)?;
-    let run = Run::of(knowledge, inputs, |input| Ok(journal.record(input)?))?;
+    let run = Run::of(knowledge, inputs, *end, |input| Ok(journal.record(input)?))?;
     journal.flush()?;
     Ok(run)
 }
