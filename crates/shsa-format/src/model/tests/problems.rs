@@ -240,3 +240,18 @@ fn places_inside_quotes_and_folded_texts_are_near() {
          10:9 error: `q` is not defined",
     );
 }
+
+#[test]
+fn equations_are_solved_for_a_bounded_number_of_variables() {
+    let model = |count: usize, relation: &str| {
+        let names: Vec<String> = (0..count).map(|i| format!("x{i}")).collect();
+        let equation = format!("x0 = mean({})", names[1..].join(", "));
+        let declared = names.iter().map(|name| format!("{name}: ")).collect::<Vec<_>>().join(", ");
+        format!("variables: {{ {declared} }}\nrelations:\n  r: {}", relation.replace("EQUATION", &equation))
+    };
+    check(
+        &model(120, "EQUATION"),
+        "4:6 error: this relation holds 120 variables (name those to solve for with `for`, at most 100)",
+    );
+    check(&model(120, "{ equation: 'EQUATION', for: x0 }"), "");
+}
