@@ -86,3 +86,6 @@ fn problem(place: Place, message: &str, help: Option<&str>) -> Diagnostic {
     let (message, help) = (message.to_owned(), help.map(str::to_owned));
     Diagnostic { severity: Severity::Error, place, span: None, message, help }
 }
+
+#[cfg(test)]
+mod tests;

@@ -137,14 +137,19 @@ fn located(file: &str, lines: &Lines, found: Diagnostic, narrow: bool) -> Locate
         boundary(text, begin.saturating_sub(CONTEXT))..boundary(text, end.min(begin + CONTEXT) + CONTEXT);
     Located {
         severity: found.severity,
-        message: found.message,
+        message: printable(found.message),
         file: file.to_owned(),
         line: lines.number(from),
         column: text[..begin].chars().count() + 1,
-        help: found.help,
+        help: found.help.map(printable),
         span: begin - kept.start..end.min(kept.end) - kept.start,
         source_line: text[kept].to_owned(),
     }
+}
+
+/// A file's control characters must not reach the terminal.
+fn printable(text: String) -> String {
+    text.replace(char::is_control, "\u{fffd}")
 }
 
 /// The nearest start of a character at or before an offset.

@@ -17,6 +17,8 @@ const MAX_DEPTH: usize = 64;
 const MAX_NODES: usize = 4_000_000;
 /// How many nodes all aliases together may copy.
 const MAX_COPIED: usize = 10_000;
+/// How many nodes are kept for aliases, nested anchors counted again.
+const MAX_KEPT: usize = 100_000;
 
 /// A value of the text.
 #[derive(Clone, Debug)]
@@ -55,6 +57,7 @@ pub(super) fn read(source: &str) -> Tree {
         open: Vec::new(),
         anchors: BTreeMap::new(),
         made: 0,
+        kept: 0,
         copied: 0,
         tree: Tree::default(),
     };
@@ -99,6 +102,7 @@ struct Builder<'a> {
     /// Anchored nodes with their sizes, if small enough to be copied.
     anchors: BTreeMap<usize, (Node, usize)>,
     made: usize,
+    kept: usize,
     copied: usize,
     tree: Tree,
 }
@@ -151,7 +155,8 @@ impl Builder<'_> {
     fn finish(&mut self, node: Node, anchor: usize, before: usize) {
         self.made += 1;
         let size = self.made - before;
-        if anchor > 0 && size <= MAX_COPIED {
+        if anchor > 0 && size <= MAX_COPIED && self.kept + size <= MAX_KEPT {
+            self.kept += size;
             self.anchors.insert(anchor, (node.clone(), size));
         }
         match self.open.last_mut().map(|open| &mut open.children) {
@@ -233,6 +238,7 @@ impl Builder<'_> {
             return false;
         };
         self.copied += size;
+        self.made += size - 1;
         self.finish(node, 0, self.made);
         true
     }

@@ -19,13 +19,14 @@ pub(super) fn build(
     for (head, body) in &draft.functions {
         let Some(function) = function(problems, head, body) else { continue };
         let name = function.name.clone();
-        if variables.find(&name).is_some() {
-            problems.error(head, format!("`{name}` is a variable and a function"), "rename one");
-        } else if functions.contains_key(&name) {
-            problems.error(head, format!("function `{name}` is given twice"), "keep one, or rename one");
+        let message = if variables.find(&name).is_some() {
+            format!("`{name}` is a variable and a function")
+        } else if functions.insert(name.clone(), function).is_some() {
+            format!("function `{name}` is given twice")
         } else {
-            functions.insert(name, function);
-        }
+            continue;
+        };
+        problems.error(head, message, "keep one, or rename one");
     }
     functions
 }

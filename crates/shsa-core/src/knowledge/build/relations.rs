@@ -93,6 +93,12 @@ fn equation(problems: &mut Problems, draft: &RelationDraft, text: &Text, names: 
     let condition = draft.condition.as_ref().and_then(|text| condition(problems, text, names));
     inputs.extend(names.take_used());
     let equation = equation?;
+    let directions = wanted.as_ref().map_or(inputs.len(), Vec::len);
+    if !names.may_solve(directions, inputs.len()) {
+        let help = "name the variables to solve for with `for`, or split the equations";
+        problems.error(text, "the equations of this model hold too many variables", help);
+        return None;
+    }
     let (outputs, formulas) = match wanted {
         Some(wanted) => named(problems, &wanted, &equation, names),
         None => every(problems, text, &equation, &inputs, names),

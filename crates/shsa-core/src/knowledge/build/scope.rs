@@ -9,6 +9,9 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::cell::{Cell, RefCell};
 
+/// How much work solving all equations may be, in directions times squared variables: some seconds.
+const MAX_WORK: usize = 20_000_000;
+
 /// All names, with a note of which variables and constants a formula used.
 pub(super) struct Names<'a> {
     pub(super) variables: &'a Variables<'a>,
@@ -16,6 +19,7 @@ pub(super) struct Names<'a> {
     used: RefCell<BTreeSet<VariableId>>,
     mentioned: RefCell<BTreeSet<VariableId>>,
     comparisons: Cell<usize>,
+    work: Cell<usize>,
 }
 
 impl<'a> Names<'a> {
@@ -26,6 +30,7 @@ impl<'a> Names<'a> {
             used: RefCell::default(),
             mentioned: RefCell::default(),
             comparisons: Cell::new(0),
+            work: Cell::new(0),
         }
     }
 
@@ -34,6 +39,13 @@ impl<'a> Names<'a> {
         let used = self.used.take();
         self.mentioned.borrow_mut().extend(&used);
         used
+    }
+
+    /// Counts the work of solving an equation of so many variables; whether it is not too much in all.
+    pub(super) fn may_solve(&self, directions: usize, variables: usize) -> bool {
+        let work = directions.saturating_mul(variables).saturating_mul(variables);
+        self.work.set(self.work.get().saturating_add(work));
+        self.work.get() <= MAX_WORK
     }
 
     /// The variables and constants that any formula used.

@@ -4,7 +4,7 @@ use super::problems::Problems;
 use super::quantity;
 use super::variables::Variables;
 use crate::knowledge::draft::{Draft, SignalDraft, Text};
-use crate::knowledge::{IdVec, Signal, SignalId, ValueError, VariableId};
+use crate::knowledge::{IdVec, Signal, SignalId, VariableId};
 use crate::time::Span;
 use crate::unit::Unit;
 use alloc::collections::{BTreeMap, BTreeSet};
@@ -56,7 +56,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
         rate_hz,
         value_error: error
             .and_then(|bounds| quantity::value_error(problems, bounds, unit.as_ref()))
-            .unwrap_or(ValueError::default()),
+            .unwrap_or_default(),
         time_error: time_error
             .and_then(|bounds| quantity::time_error(problems, bounds))
             .unwrap_or((Span::ZERO, Span::ZERO)),

@@ -96,7 +96,7 @@ pub(super) fn check_used(
     used.extend(knowledge.signals().iter().map(|signal| signal.variable));
     used.extend(knowledge.needs().iter().map(|need| need.variable));
     for (id, name) in variables.list.ids().zip(&variables.declared) {
-        if !used.contains(&id) {
+        if !used.contains(&id) && is_name(&name.text) {
             problems.warn(name, format!("nothing uses `{}`", name.text), "");
         }
     }
