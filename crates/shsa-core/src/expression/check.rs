@@ -419,8 +419,14 @@ impl<'a> Checker<'a> {
 
     fn comparison(&mut self, span: &Range<usize>, infix: Infix, left: &Expr, right: &Expr) -> Option<Typed> {
         let what = format!("`{}`", infix.symbol());
+        let bare = is_bare(left) || is_bare(right);
         let (left, right) = self.both(&what, left, right, Checker::scalar)?;
-        self.common(span, infix.symbol(), left.measure, right.measure);
+        match bare.then(|| measure::bare_limit(left.measure, right.measure)).flatten() {
+            Some(misfit) => self.note(span, Some(misfit)),
+            None => {
+                self.common(span, infix.symbol(), left.measure, right.measure);
+            }
+        }
         let (left, right) = (left.formula, right.formula);
         let formula = match infix {
             Infix::Less => Formula::compare(Comparison::Less, left, right),
@@ -585,5 +591,14 @@ fn described(shape: Shape) -> &'static str {
         Shape::Scalar => "a number",
         Shape::Vector => "a vector",
         Shape::Truth => "true or false",
+    }
+}
+
+/// Whether it is a number written without a unit.
+fn is_bare(expression: &Expr) -> bool {
+    match &expression.node {
+        Node::Number(_, unit) => unit.is_none(),
+        Node::Prefix(Prefix::Minus, of) => is_bare(of),
+        _ => false,
     }
 }

@@ -115,6 +115,19 @@ pub(super) fn common(what: &str, left: Measure, right: Measure) -> (Measure, Opt
     (Measure::Unknown, Some(Misfit::error(message, help)))
 }
 
+/// A limit that is written without a unit, as in `abs(acceleration) > 0.2`: read in SI, with a warning. An angle is
+/// no such case, as degrees are too easily meant.
+pub(super) fn bare_limit(left: Measure, right: Measure) -> Option<Misfit> {
+    let (Measure::Known(left), Measure::Known(right)) = (left, right) else { return None };
+    let dimension = if left == Dimension::PLAIN { right } else { left };
+    let is_limit = left == Dimension::PLAIN || right == Dimension::PLAIN;
+    (is_limit && left != right && dimension != Dimension::ANGLE).then(|| Misfit {
+        severity: Severity::Warning,
+        message: format!("a number without a unit is compared with {dimension}, and read in that unit"),
+        help: "write its unit behind it".to_string(),
+    })
+}
+
 /// Units that differ in radians only: right in most formulas of turning wheels, so accepted with a warning.
 fn radians(what: &str, own: Dimension, other: Dimension, difference: i16) -> Misfit {
     let power =

@@ -23,7 +23,8 @@ pub(super) fn build(
     signals: &IdVec<SignalId, Signal>,
 ) -> IdVec<NeedId, Need> {
     let mut needs: IdVec<NeedId, Need> = IdVec::new();
-    let mut taken: BTreeSet<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
+    let own: BTreeSet<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
+    let mut taken = BTreeSet::new();
     let ages = usual_ages(signals);
     let mut names = Vec::new();
     for draft in &draft.needs {
@@ -34,10 +35,14 @@ pub(super) fn build(
         }
     }
     for (draft, name) in &names {
-        if !taken.insert(name) {
-            let at = draft.signal.as_ref().unwrap_or(&draft.variable);
-            let message = format!("`{name}` is published already");
-            problems.error(at, message, "publish under a name that is no signal's and no other need's");
+        let at = draft.signal.as_ref().unwrap_or(&draft.variable);
+        if !taken.insert(name.as_str()) {
+            let message = format!("two needs are published as `{name}`");
+            problems.error(at, message, "give each need a name of its own");
+        } else if own.contains(name.as_str()) {
+            let message = format!("`{name}` is also the name of a signal");
+            let help = "where the failed source may still speak, publish under another name";
+            problems.warn(at, message, help);
         }
     }
     needs
