@@ -1,9 +1,9 @@
 //! A way of knowing at work: its inputs brought to one moment, its program evaluated.
 
 use crate::alignment::{Port, Reach, Sample};
-use crate::expression::{Assignment, InputKind, Program, State, Symbol, Value};
+use crate::expression::{Assignment, InputKind, Program, State, Value};
 use crate::interval::Interval;
-use crate::knowledge::{Id, IdVec, KnowledgeBase, Shape, SignalId, VariableId};
+use crate::knowledge::{IdVec, KnowledgeBase, Shape, SignalId, VariableId};
 use crate::substitution::Way;
 use crate::time::{Span, Validity};
 use alloc::vec::Vec;
@@ -173,15 +173,6 @@ impl Computation {
         self.timing.window > Span::ZERO
     }
 
-    /// Whether it goes on from the last value of its own variable: such a way is no witness about it.
-    #[must_use]
-    pub fn continues_itself(&self) -> bool {
-        match &self.body {
-            Body::Direct(_) => false,
-            Body::Computed { inputs, .. } => inputs.iter().any(|input| matches!(input, Source::Last)),
-        }
-    }
-
     /// Evaluates at a moment; `None` when an input is missing there or the result has no value.
     ///
     /// `last` is the last value of the variable that is computed. No allocation for up to 16 inputs.
@@ -270,7 +261,7 @@ fn computed(knowledge: &KnowledgeBase, way: &Way, trigger: Option<SignalId>) -> 
     let assignment = |step: &crate::substitution::Step| {
         let relation = &knowledge.relations()[step.relation];
         Some(Assignment {
-            symbol: symbol(step.output),
+            symbol: step.output.symbol(),
             formula: relation.formula(step.output)?,
             condition: relation.condition.as_ref(),
         })
@@ -295,17 +286,11 @@ fn longest_vector(knowledge: &KnowledgeBase, way: &Way) -> usize {
 
 fn source(knowledge: &KnowledgeBase, way: &Way, input: &crate::expression::Input) -> Option<Source> {
     if input.kind == InputKind::Previous {
-        return (input.symbol == symbol(way.substitution.sink)).then_some(Source::Last);
+        return (input.symbol == way.substitution.sink.symbol()).then_some(Source::Last);
     }
-    let at = way.substitution.sources.iter().position(|source| symbol(*source) == input.symbol)?;
+    let at = way.substitution.sources.iter().position(|source| source.symbol() == input.symbol)?;
     match (way.signals.get(at)?, way.substitution.sources.get(at)?) {
         (Some(signal), _) => Some(Source::Signal(Input::new(knowledge, *signal))),
         (None, variable) => knowledge.variables()[*variable].constant.map(Source::Constant),
     }
-}
-
-/// The symbol that stands for a variable in formulas.
-#[must_use]
-pub fn symbol(variable: VariableId) -> Symbol {
-    Symbol(u32::try_from(variable.index()).unwrap_or(u32::MAX))
 }

@@ -46,6 +46,18 @@ impl Substitution {
         Some(Substitution { sink, steps: order.steps, sources: order.sources.into_iter().collect() })
     }
 
+    /// Whether it goes on from the last value of its own sink, as dead reckoning does: it says nothing new about
+    /// it, so it is no witness, and it serves only where nothing else can.
+    #[must_use]
+    pub fn continues_itself(&self, knowledge: &KnowledgeBase) -> bool {
+        let sink = self.sink.symbol();
+        let refers_to_sink = |step: &Step| {
+            let formula = knowledge.relations()[step.relation].formula(step.output);
+            formula.is_some_and(|formula| formula.previous_symbols().contains(&sink))
+        };
+        self.steps.iter().any(refers_to_sink)
+    }
+
     /// The relations that it uses, ascending.
     #[must_use]
     pub fn relations(&self) -> Vec<RelationId> {

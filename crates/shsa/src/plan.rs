@@ -5,7 +5,6 @@ use crate::show;
 use anyhow::anyhow;
 use serde_json::{Value, json};
 use shsa_core::expression::Formula;
-use shsa_core::computation::symbol;
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId, VariableId};
 use shsa_core::plan::{self, Graph, Limits, Options, Plan, Utility};
 use shsa_core::substitution::{Substitution, Way};
@@ -198,7 +197,7 @@ fn formula(knowledge: &KnowledgeBase, substitution: &Substitution) -> String {
     let written: Option<Vec<(_, &Formula)>> = substitution
         .steps
         .iter()
-        .map(|step| Some((symbol(step.output), knowledge.relations()[step.relation].formula(step.output)?)))
+        .map(|step| Some((step.output.symbol(), knowledge.relations()[step.relation].formula(step.output)?)))
         .collect();
     match written.as_deref() {
         Some([before @ .., (_, last)]) => last.inline(before).to_text(&names),

@@ -30,7 +30,8 @@ pub(super) fn to_watch(knowledge: &KnowledgeBase, graph: &Graph) -> Vec<Way> {
         .collect()
 }
 
-/// The ways of knowing a variable from usable signals, best utility first, then in file order.
+/// The ways of knowing a variable from usable signals, best utility first, then in file order; last those that
+/// only go on from the variable's own last value.
 pub(super) fn ways(
     knowledge: &KnowledgeBase,
     graph: &Graph,
@@ -41,7 +42,7 @@ pub(super) fn ways(
     let forbidden_signals = knowledge.signals().ids().filter(|signal| !usable.contains(*signal)).collect();
     let options = Options { forbidden_signals, ..Options::default() };
     let found = plan::best(graph, variable, &options, MOST, LIMITS);
-    found
+    let mut sources: Vec<Source> = found
         .substitutions
         .iter()
         .flat_map(|(substitution, utility)| {
@@ -49,5 +50,7 @@ pub(super) fn ways(
             choices.into_iter().map(move |way| Source { way, utility: *utility })
         })
         .take(MOST)
-        .collect()
+        .collect();
+    sources.sort_by_key(|source| source.way.substitution.continues_itself(knowledge));
+    sources
 }

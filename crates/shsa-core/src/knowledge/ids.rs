@@ -1,5 +1,6 @@
 //! Dense ids and the vectors that they index.
 
+use crate::expression::Symbol;
 use alloc::vec::Vec;
 use core::marker::PhantomData;
 use core::ops::{Index, IndexMut};
@@ -38,6 +39,14 @@ id! {
     SignalId
     /// A need of a knowledge base, in file order.
     NeedId
+}
+
+impl VariableId {
+    /// The symbol that stands for the variable in formulas.
+    #[must_use]
+    pub fn symbol(self) -> Symbol {
+        Symbol(self.0)
+    }
 }
 
 /// A vector whose elements are found by their own kind of id.

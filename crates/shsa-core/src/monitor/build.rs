@@ -22,9 +22,8 @@ impl Monitor {
         let watched = |way: &Way| knowledge.variables()[way.substitution.sink].shape == Shape::Scalar;
         let computations: Vec<Computation> = ways
             .into_iter()
-            .filter(watched)
+            .filter(|way| watched(way) && !way.substitution.continues_itself(knowledge))
             .filter_map(|way| Computation::new(knowledge, way, Computation::slowest_input))
-            .filter(|computation| !computation.continues_itself())
             .collect();
         let lookback = lookback(&computations);
         let ports = IdVec::filled(knowledge.signals().len(), |signal| port(knowledge, signal, lookback));

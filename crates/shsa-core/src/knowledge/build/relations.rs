@@ -2,7 +2,7 @@
 
 use super::problems::Problems;
 use super::quantity;
-use super::scope::{Names, symbol};
+use super::scope::Names;
 use crate::expression::{
     self, Equation, Formula, Node, Problem, check as check_formula, check_equation, parse_equation,
     parse_expression, solve,
@@ -221,7 +221,7 @@ fn named(
 ) -> (Vec<VariableId>, Vec<Formula>) {
     let mut solved = (Vec::new(), Vec::new());
     for &(name, id) in wanted {
-        match solve(equation, symbol(id), names) {
+        match solve(equation, id.symbol(), names) {
             Ok(formula) => {
                 solved.0.push(id);
                 solved.1.push(formula);
@@ -259,7 +259,7 @@ fn every(
         return solved;
     }
     for &id in used.iter().filter(|&&id| names.variables.list[id].constant.is_none()) {
-        match solve(equation, symbol(id), names) {
+        match solve(equation, id.symbol(), names) {
             Ok(formula) => {
                 solved.0.push(id);
                 solved.1.push(formula);

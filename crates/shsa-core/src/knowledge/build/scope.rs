@@ -57,7 +57,7 @@ impl<'a> Names<'a> {
 
 impl Scope for Names<'_> {
     fn symbol(&self, name: &str) -> Option<Symbol> {
-        self.variables.find(name).map(symbol)
+        self.variables.find(name).map(VariableId::symbol)
     }
 
     fn kind(&self, symbol: Symbol) -> Kind {
@@ -89,11 +89,6 @@ impl Scope for Names<'_> {
     fn function_names(&self) -> Vec<&str> {
         self.functions.keys().map(String::as_str).collect()
     }
-}
-
-/// The symbol that stands for a variable in formulas.
-pub(super) fn symbol(id: VariableId) -> Symbol {
-    Symbol(id.index() as u32)
 }
 
 /// The variable that a symbol stands for.

@@ -35,8 +35,8 @@ impl ThesisRun {
     pub fn new(knowledge: &KnowledgeBase, ways: Vec<Way>, options: ThesisOptions) -> ThesisRun {
         let computations: Vec<Computation> = ways
             .into_iter()
+            .filter(|way| !way.substitution.continues_itself(knowledge))
             .filter_map(|way| Computation::new(knowledge, way, Computation::slowest_input))
-            .filter(|computation| !computation.continues_itself())
             .collect();
         let monitor = ThesisMonitor::new(computations.len(), options);
         let buffers = IdVec::filled(knowledge.signals().len(), |_| Vec::new());
