@@ -1,4 +1,5 @@
 //! Times of the exact search; reading and preparing a knowledge base is not included.
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, missing_docs, reason = "benchmarks may fail loudly")]
 
 #[path = "../tests/plan_support/mod.rs"]
 mod plan_support;

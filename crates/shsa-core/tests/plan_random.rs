@@ -1,4 +1,10 @@
 //! The exact search against the oracle, on random knowledge bases.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    reason = "tests may fail loudly"
+)]
 
 mod plan_support;
 

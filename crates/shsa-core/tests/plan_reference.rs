@@ -1,4 +1,10 @@
 //! The searches against what the public programs of the thesis answered, where those are right.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    reason = "tests may fail loudly"
+)]
 
 mod plan_support;
 

@@ -1,5 +1,11 @@
 //! Knowledge bases for the tests and benchmarks of the searches: written by hand, generated, or recorded.
 #![allow(dead_code, reason = "each test and benchmark uses a part of it")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    reason = "tests may fail loudly"
+)]
 
 use shsa_core::knowledge::{
     IdVec, KnowledgeBase, Properties, Relation, RelationId, Shape, Signal, Variable, VariableId,
