@@ -111,13 +111,25 @@ fn a_limit_stops_at_the_same_place_and_leaves_a_true_bound() {
     let complete = all(&knowledge, &Options::default());
     for expansions in 0..complete.expanded {
         let limits = Limits { expansions, ..Limits::default() };
-        let plan = best(&graph, first(&knowledge), &Options::default(), usize::MAX, limits);
-        assert_eq!(plan.stop, StopReason::LimitExpansions);
-        assert_eq!(plan.substitutions, complete.substitutions[..plan.substitutions.len()]);
-        let missing = complete.substitutions.get(plan.substitutions.len());
-        assert!(missing.is_none_or(|(_, utility)| *utility <= plan.bound));
-        assert_eq!(plan, best(&graph, first(&knowledge), &Options::default(), usize::MAX, limits));
+        let mut search = BestFirst::new(&graph, first(&knowledge), &Options::default(), limits);
+        let found: Vec<_> = search.by_ref().collect();
+        assert_eq!(search.stop(), StopReason::LimitExpansions);
+        assert_eq!(found, complete.substitutions[..found.len()]);
+        let missing = complete.substitutions.get(found.len());
+        assert!(missing.is_none_or(|(_, utility)| *utility <= search.bound()));
     }
+}
+
+#[test]
+fn a_limit_before_the_first_answer_leaves_a_valid_one() {
+    let knowledge =
+        knowledge(&["x = r(a b)", "a = s(c) 2", "a = t(d)", "b = u(d)", "d = v(e) 3", "!c", "!e"]);
+    let graph = Graph::new(&knowledge, Utility::Norm);
+    let limits = Limits { expansions: 1, ..Limits::default() };
+    let plan = best(&graph, first(&knowledge), &Options::default(), 3, limits);
+    assert_eq!(text(&knowledge, &plan), "0.5101 [a=s d=v b=u x=r] from c e");
+    assert_eq!(plan.stop, StopReason::LimitExpansions);
+    assert!(plan.bound > 0.5988);
 }
 
 /// How many substitutions are found within limits that a second is enough for.

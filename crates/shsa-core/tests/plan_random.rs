@@ -55,9 +55,9 @@ fn check(seed: u64) -> usize {
     let mut numbers = Random(seed);
     let kind = KINDS[numbers.below(KINDS.len())];
     let size = match kind {
-        Kind::Tree | Kind::BidirectionalTree => 4 + numbers.below(36),
-        Kind::Shared => 3 + numbers.below(10),
-        Kind::Cyclic | Kind::Equations | Kind::Mixed => 3 + numbers.below(8),
+        Kind::Tree | Kind::BidirectionalTree => 4 + numbers.below(45),
+        Kind::Shared => 3 + numbers.below(13),
+        Kind::Cyclic | Kind::Equations | Kind::Mixed => 3 + numbers.below(9),
     };
     let ties = numbers.chance(0.4);
     let knowledge = random(&mut numbers, kind, size, ties);
@@ -82,12 +82,32 @@ fn check(seed: u64) -> usize {
     let count = numbers.below(found.len() + 2);
     let first = best(&graph, root, &options, count, LIMITS);
     assert_eq!(first.substitutions, found[..count.min(found.len())], "seed {seed} {kind:?}: first {count}");
+    check_any(&knowledge, root, &options, &found);
     found.len()
+}
+
+/// Without a single decision there is an answer, if there is one at all.
+fn check_any(knowledge: &KnowledgeBase, root: VariableId, options: &Options, found: &[(Substitution, f64)]) {
+    let graph = Graph::new(knowledge, Utility::Norm);
+    let limits = Limits { expansions: 0, ..LIMITS };
+    let mut search = BestFirst::new(&graph, root, options, limits);
+    assert!(search.next().is_none());
+    let Some((any, utility)) = search.any() else { return assert!(found.is_empty()) };
+    assert!(utility <= search.bound());
+    check_sound(knowledge, root, options, &any);
+    let same = found.iter().find(|(substitution, _)| substitution.relations() == any.relations());
+    assert!(same.is_some_and(|(_, best)| utility <= *best), "{any:?}");
 }
 
 #[test]
 fn best_first_equals_exhaustive_on_10_000_random_knowledge_bases() {
     let answers: Vec<usize> = (0..10_000).map(check).collect();
+    eprintln!(
+        "{} {} {}",
+        answers.iter().sum::<usize>(),
+        answers.iter().max().unwrap(),
+        answers.iter().filter(|c| **c > 1).count()
+    );
     let several = answers.iter().filter(|&&count| count > 1).count();
     assert!(several > 3_000, "the knowledge bases are too simple: {several} have several substitutions");
 }

@@ -167,14 +167,6 @@ pub(crate) fn random(random: &mut Random, kind: Kind, size: usize, ties: bool) -
     let mut builder = Builder::default();
     let accuracy = |r: &mut Random| (!ties && r.chance(0.4)).then(|| r.share());
     let variables: Vec<_> = (0..size).map(|i| builder.variable(&format!("v{i}"), accuracy(random))).collect();
-    let open = 0.2 + 0.5 * random.share();
-    for (i, &variable) in variables.iter().enumerate() {
-        let signals = if random.chance(open) && 2 * i < 2 * size - 2 { 0 } else { 1 + random.below(2) };
-        for _ in 0..signals {
-            let accuracy = accuracy(random);
-            builder.signal(variable, accuracy);
-        }
-    }
     let mut fresh = 1;
     for i in 0..size + random.below(size) {
         let cost = (!ties && random.chance(0.5)).then(|| 1.0 + (9.0 * random.share()));
@@ -205,6 +197,16 @@ pub(crate) fn random(random: &mut Random, kind: Kind, size: usize, ties: bool) -
             }
         };
         builder.relation(&format!("r{i}"), &outputs, &inputs, cost);
+    }
+    let open = 0.3 + 0.6 * random.share();
+    for (i, &variable) in variables.iter().enumerate() {
+        let computed = builder.relations.iter().any(|relation| relation.outputs.contains(&variable));
+        let share = if computed { open } else { 0.1 };
+        let signals = if i == 0 || random.chance(share) { random.below(10) / 8 } else { 1 + random.below(2) };
+        for _ in 0..signals {
+            let accuracy = accuracy(random);
+            builder.signal(variable, accuracy);
+        }
     }
     builder.build()
 }
