@@ -102,12 +102,6 @@ fn check_any(knowledge: &KnowledgeBase, root: VariableId, options: &Options, fou
 #[test]
 fn best_first_equals_exhaustive_on_10_000_random_knowledge_bases() {
     let answers: Vec<usize> = (0..10_000).map(check).collect();
-    eprintln!(
-        "{} {} {}",
-        answers.iter().sum::<usize>(),
-        answers.iter().max().unwrap(),
-        answers.iter().filter(|c| **c > 1).count()
-    );
     let several = answers.iter().filter(|&&count| count > 1).count();
     assert!(several > 3_000, "the knowledge bases are too simple: {several} have several substitutions");
 }
