@@ -66,6 +66,17 @@ impl Substitution {
         relations.dedup();
         relations
     }
+
+    /// Every variable that takes part, ascending: the sink, what is computed on the way, and the sources.
+    #[must_use]
+    pub fn variables(&self) -> Vec<VariableId> {
+        let computed = self.steps.iter().map(|step| step.output);
+        let mut variables: Vec<_> = computed.chain(self.sources.iter().copied()).collect();
+        variables.push(self.sink);
+        variables.sort_unstable();
+        variables.dedup();
+        variables
+    }
 }
 
 /// A substitution with one signal chosen for each of its sources: one way of knowing a variable.

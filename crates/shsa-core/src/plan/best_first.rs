@@ -9,6 +9,7 @@
 
 use super::frontier::{Frontier, StateId};
 use super::graph::{Graph, Options, View};
+use super::greedy;
 use super::limits::{Limits, StopReason};
 use super::scope::{Marks, Place, Rules, Scope};
 use super::trail::Trail;
@@ -105,6 +106,33 @@ impl BestFirst {
         }
     }
 
+    /// A substitution that is valid, but perhaps not the best: for when a limit leaves nothing better.
+    ///
+    /// It is the best one on trees. Complexity: O(n log n) for n inputs that can be reached.
+    #[must_use]
+    pub fn any(&mut self) -> Option<(Substitution, f64)> {
+        if self.stop == Some(StopReason::NotMonotone) {
+            return None;
+        }
+        self.back_to(0);
+        let choices = greedy::choices(&self.scope);
+        let mut decisions = 0;
+        while let Some(choice) = self.trail.next().and_then(|place| choices[place]) {
+            self.trail.take(&self.scope, choice);
+            decisions += 1;
+        }
+        let complete = decisions > 0 && self.trail.next().is_none();
+        let answer = complete.then(|| self.answer());
+        for _ in 0..decisions {
+            self.trail.back(&self.scope);
+        }
+        answer
+    }
+
+    fn answer(&self) -> (Substitution, f64) {
+        (self.trail.substitution(&self.scope, self.root), self.trail.bound().utility())
+    }
+
     /// Moves the trail to a state, over the last state that both have in common.
     fn go_to(&mut self, target: StateId) {
         let mut state = target;
@@ -176,10 +204,7 @@ impl Iterator for BestFirst {
                 Some(place) => self.expand(state, place),
                 None if self.is_new() => {
                     self.found += 1;
-                    return Some((
-                        self.trail.substitution(&self.scope, self.root),
-                        self.trail.bound().utility(),
-                    ));
+                    return Some(self.answer());
                 }
                 None => {}
             }

@@ -5,7 +5,7 @@
 pub struct Limits {
     /// How many decisions may be taken; one that is taken up again after a jump to another branch counts again.
     pub expansions: u64,
-    /// How many partial substitutions may be kept (12 bytes each, 32 more while one waits for its turn).
+    /// How many partial substitutions may be kept (16 bytes each, 32 more while one waits for its turn).
     pub states: usize,
 }
 

@@ -7,6 +7,7 @@ mod best_first;
 mod exhaustive;
 mod frontier;
 mod graph;
+mod greedy;
 mod limits;
 mod scope;
 mod trail;
@@ -37,9 +38,16 @@ pub struct Plan {
 }
 
 /// The `count` best substitutions of `root`, by [`BestFirst`].
+///
+/// When a limit is reached before the first one, it is [`BestFirst::any`]: an answer is proven to be the best
+/// when its utility is not below [`Plan::bound`].
 #[must_use]
 pub fn best(graph: &Graph, root: VariableId, options: &Options, count: usize, limits: Limits) -> Plan {
     let mut search = BestFirst::new(graph, root, options, limits);
-    let substitutions = search.by_ref().take(count).collect();
+    let mut substitutions: Vec<_> = search.by_ref().take(count).collect();
+    let limited = matches!(search.stop(), StopReason::LimitExpansions | StopReason::LimitStates);
+    if limited && substitutions.is_empty() {
+        substitutions.extend(search.any());
+    }
     Plan { substitutions, stop: search.stop(), expanded: search.expanded(), bound: search.bound() }
 }

@@ -113,6 +113,11 @@ impl Scope {
         self.variables.len()
     }
 
+    /// How many choices there are.
+    pub(super) fn count(&self) -> usize {
+        self.choices.len()
+    }
+
     /// How many teams there are.
     pub(super) fn teams(&self) -> usize {
         self.teams
@@ -184,7 +189,8 @@ impl Scope {
         missing
     }
 
-    fn outputs(&self) -> IdVec<ChoiceId, Place> {
+    /// The place that each choice is one of.
+    pub(super) fn outputs(&self) -> IdVec<ChoiceId, Place> {
         let mut outputs = IdVec::new();
         for place in self.variables.ids() {
             for _ in self.choices(place) {
@@ -195,7 +201,7 @@ impl Scope {
     }
 
     /// The choices that need each place.
-    fn users(&self) -> Users {
+    pub(super) fn users(&self) -> Users {
         let mut starts = alloc::vec![0_u32; self.len() + 1];
         for input in &self.inputs {
             if let Some(start) = starts.get_mut(input.index()) {
@@ -292,7 +298,9 @@ impl Scope {
     }
 }
 
-struct Users {
+/// The choices that need each place.
+#[derive(Debug)]
+pub(super) struct Users {
     /// Where the list of each place begins, once all are put.
     starts: Vec<u32>,
     choices: Vec<ChoiceId>,
@@ -309,7 +317,8 @@ impl Users {
         }
     }
 
-    fn row(&self, place: Place) -> &[ChoiceId] {
+    /// The choices that need a place.
+    pub(super) fn row(&self, place: Place) -> &[ChoiceId] {
         let bound = |index: usize| self.starts.get(index).copied().unwrap_or(0);
         Range { start: bound(place.index()), end: bound(place.index() + 1) }.of(&self.choices)
     }

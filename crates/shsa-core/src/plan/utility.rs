@@ -93,6 +93,8 @@ fn is_share(value: f64) -> bool {
 const COUNT_BITS: u32 = 32;
 /// Weights are multiples of this share of a neper, so that their sums are exact in any order.
 const STEPS_PER_NEPER: f64 = (1_u64 << 50) as f64;
+/// The weight of a factor of 0, which is as good as infinite and can still be added up.
+const HEAVIEST: f64 = (1_u128 << 80) as f64;
 
 /// The minus logarithm of a utility, and below it the number of relations: what is smaller is better.
 ///
@@ -109,8 +111,8 @@ impl Weight {
 
     /// The weight of one relation with a factor in (0, 1]; rounded by at most 2^-51 of a neper.
     pub(super) fn of_factor(factor: f64) -> Weight {
-        let nepers = -libm::log(factor);
-        Weight(((libm::round(nepers * STEPS_PER_NEPER).max(0.0) as u128) << COUNT_BITS) | 1)
+        let steps = libm::round(-libm::log(factor) * STEPS_PER_NEPER).clamp(0.0, HEAVIEST);
+        Weight(((steps as u128) << COUNT_BITS) | 1)
     }
 
     /// The utility, rounded to 12 significant digits; a heavier weight never has a higher one.
@@ -148,4 +150,60 @@ fn rounded(value: f64) -> f64 {
         scale *= 10.0;
     }
     libm::round(value * scale) / scale
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[track_caller]
+    fn check_norm(inputs: usize, unprovided: usize, cost: f64, accuracy: f64, expected: f64) {
+        let factor = Utility::Norm.factor(&Facts { inputs, unprovided, cost, accuracy });
+        assert!((factor - expected).abs() < 1e-12, "{factor}");
+    }
+
+    #[test]
+    fn norm_as_in_the_thesis() {
+        check_norm(1, 0, 1.0, 1.0, 1.0);
+        check_norm(0, 0, 1.0, 1.0, 1.0);
+        check_norm(2, 1, 1.0, 1.0, 1.2 / 1.4);
+        check_norm(3, 0, 2.0, 0.5, 0.7 / 1.4);
+        check_norm(1, 0, f64::INFINITY, 0.0, 0.4 / 1.4);
+    }
+
+    #[test]
+    fn a_utility_is_shown_as_people_write_it() {
+        assert_eq!(Weight::ZERO.utility(), 1.0);
+        for factor in [1.0, 0.9, 0.85, 0.3, 0.001, 1e-9, 0.0] {
+            assert_eq!(Weight::of_factor(factor).utility(), factor);
+        }
+    }
+
+    #[test]
+    fn a_factor_that_rounding_put_above_one_is_one() {
+        assert_eq!(Weight::of_factor(1.0 + f64::EPSILON), Weight::of_factor(1.0));
+    }
+
+    #[test]
+    fn more_relations_are_heavier_at_the_same_utility() {
+        let one = Weight::of_factor(1.0);
+        assert!(one + one > one && (one + one).utility() == 1.0);
+    }
+
+    proptest! {
+        #[test]
+        fn weights_add_up_to_the_product(factors in prop::collection::vec(0.05..=1.0_f64, 0..40)) {
+            let weight: Weight = factors.iter().map(|&factor| Weight::of_factor(factor)).sum();
+            let product: f64 = factors.iter().product();
+            prop_assert!((weight.utility() - product).abs() <= 6e-12 * product, "{} {product}", weight.utility());
+        }
+
+        #[test]
+        fn a_heavier_weight_has_no_higher_utility(a in 0.0..=1.0_f64, step in 0..100_u32) {
+            let heavy = Weight::of_factor(a.max(1e-300));
+            let heavier = heavy + Weight(u128::from(step) << COUNT_BITS);
+            prop_assert!(heavier.utility() <= heavy.utility());
+        }
+    }
 }

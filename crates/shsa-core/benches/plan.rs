@@ -1,0 +1,104 @@
+//! Times of the exact search; reading and preparing a knowledge base is not included.
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, missing_docs, reason = "benchmarks may fail loudly")]
+
+#[path = "../tests/plan_support/mod.rs"]
+mod plan_support;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use plan_support::{drivetrain, first, reference, reference_tree, tree};
+use shsa_core::knowledge::{Id, KnowledgeBase, VariableId};
+use shsa_core::plan::{BestFirst, Graph, Limits, Marks, Options, Utility};
+use std::hint::black_box;
+
+/// What a search has to beat: a breadth-first visit of the variables that it can reach.
+struct Visit {
+    provided: Vec<bool>,
+    seen: Vec<u32>,
+    round: u32,
+    queue: Vec<VariableId>,
+}
+
+impl Visit {
+    fn new(knowledge: &KnowledgeBase) -> Visit {
+        let provided: Vec<_> = knowledge.variables().ids().map(|v| knowledge.is_provided(v)).collect();
+        Visit { seen: vec![0; provided.len()], provided, round: 0, queue: Vec::new() }
+    }
+
+    fn run(&mut self, knowledge: &KnowledgeBase, root: VariableId) -> usize {
+        self.round += 1;
+        self.queue.clear();
+        self.queue.push(root);
+        self.seen[root.index()] = self.round;
+        let mut next = 0;
+        while let Some(&variable) = self.queue.get(next) {
+            next += 1;
+            for &relation in knowledge.producers(variable) {
+                for input in knowledge.relations()[relation].needs(variable) {
+                    let at = input.index();
+                    if !self.provided[at] && self.seen[at] != self.round {
+                        self.seen[at] = self.round;
+                        self.queue.push(input);
+                    }
+                }
+            }
+        }
+        next
+    }
+}
+
+fn bench_model(c: &mut Criterion, name: &str, knowledge: &KnowledgeBase, root: VariableId, count: usize) {
+    let graph = Graph::new(knowledge, Utility::Norm);
+    let options = Options::default();
+    let mut marks = Marks::default();
+    let what = if count == usize::MAX { "all".to_owned() } else { format!("first {count}") };
+    let mut group = c.benchmark_group(name);
+    group.bench_function(&what, |b| {
+        b.iter(|| {
+            let search = BestFirst::with_marks(&mut marks, &graph, black_box(root), &options, Limits::NONE);
+            search.take(count).fold(0.0, |sum, (_, utility)| sum + utility)
+        });
+    });
+    group.bench_function(format!("{what}, marks anew"), |b| {
+        b.iter(|| BestFirst::new(&graph, black_box(root), &options, Limits::NONE).take(count).count());
+    });
+    let mut visit = Visit::new(knowledge);
+    group.bench_function("breadth-first visit", |b| b.iter(|| visit.run(knowledge, black_box(root))));
+    group.finish();
+}
+
+fn drivetrain_bench(c: &mut Criterion) {
+    let knowledge = drivetrain();
+    let root = knowledge.variable("steering_angle").unwrap();
+    bench_model(c, "drivetrain", &knowledge, root, 1);
+    bench_model(c, "drivetrain", &knowledge, root, usize::MAX);
+}
+
+fn trees(c: &mut Criterion) {
+    for seed in 0..3 {
+        let knowledge = tree(2, 14, Some(0.2), seed);
+        bench_model(c, &format!("ex2 d14 own seed {seed}"), &knowledge, first(&knowledge), 1);
+    }
+    let ex1 = tree(2, 8, None, 0);
+    bench_model(c, "ex1 d8", &ex1, first(&ex1), 1);
+    bench_model(c, "ex1 d8", &ex1, first(&ex1), usize::MAX);
+    let ex1 = tree(2, 10, None, 0);
+    bench_model(c, "ex1 d10", &ex1, first(&ex1), 1);
+}
+
+fn recorded(c: &mut Criterion) {
+    for file in ["ex2_b2_d14", "ex2_b2_d16"] {
+        let Some(models) = reference(&format!("models/{file}.json")) else { continue };
+        for model in models.as_array().unwrap() {
+            let knowledge = reference_tree(model);
+            bench_model(c, &format!("{file} seed {}", model["seed"]), &knowledge, first(&knowledge), 1);
+        }
+    }
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().warm_up_time(std::time::Duration::from_millis(300))
+        .measurement_time(std::time::Duration::from_millis(1_000)).sample_size(20);
+    targets = drivetrain_bench, trees, recorded
+}
+criterion_main!(benches);

@@ -1,0 +1,107 @@
+//! The exact search against the oracle, on random knowledge bases.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    reason = "tests may fail loudly"
+)]
+
+mod plan_support;
+
+use plan_support::{KINDS, Kind, Random, random};
+use shsa_core::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
+use shsa_core::plan::{BestFirst, Graph, Limits, Options, StopReason, Utility, best, exhaustive};
+use shsa_core::substitution::Substitution;
+use std::collections::BTreeSet;
+
+/// Enough for the oracle on everything that is generated here.
+const LIMITS: Limits = Limits { expansions: 300_000, states: 300_000 };
+
+fn options(random: &mut Random, knowledge: &KnowledgeBase) -> Options {
+    let mut options = Options {
+        substitute_provided: random.chance(0.2),
+        without_empty: random.chance(0.3),
+        ..Options::default()
+    };
+    if random.chance(0.3) {
+        let signals: Vec<SignalId> = knowledge.signals().ids().collect();
+        options.forbidden_signals = signals.into_iter().filter(|_| random.chance(0.2)).collect();
+    }
+    if random.chance(0.2) {
+        let relations: Vec<RelationId> = knowledge.relations().ids().collect();
+        options.forbidden_relations = relations.into_iter().filter(|_| random.chance(0.2)).collect();
+    }
+    options
+}
+
+/// What a substitution must be, whatever found it.
+fn check_sound(knowledge: &KnowledgeBase, root: VariableId, options: &Options, substitution: &Substitution) {
+    let usable = |signal: &SignalId| !options.forbidden_signals.contains(signal);
+    let mut known: BTreeSet<VariableId> = substitution.sources.iter().copied().collect();
+    assert!(known.iter().all(|&source| knowledge.carriers(source).iter().any(usable)));
+    let mut needed = BTreeSet::from([root]);
+    for step in &substitution.steps {
+        let relation = &knowledge.relations()[step.relation];
+        assert!(relation.outputs.contains(&step.output));
+        assert!(!options.forbidden_relations.contains(&step.relation));
+        assert!(relation.needs(step.output).all(|input| known.contains(&input)), "a step before its inputs");
+        assert!(known.insert(step.output), "computed twice, or provided and computed");
+        needed.extend(relation.needs(step.output));
+    }
+    assert_eq!(known, needed, "something is not used");
+}
+
+fn check(seed: u64) -> usize {
+    let mut numbers = Random(seed);
+    let kind = KINDS[numbers.below(KINDS.len())];
+    let size = match kind {
+        Kind::Tree | Kind::BidirectionalTree => 4 + numbers.below(45),
+        Kind::Shared => 3 + numbers.below(13),
+        Kind::Cyclic | Kind::Equations | Kind::Mixed => 3 + numbers.below(9),
+    };
+    let ties = numbers.chance(0.4);
+    let knowledge = random(&mut numbers, kind, size, ties);
+    let options = options(&mut numbers, &knowledge);
+    let at = if numbers.chance(0.5) { 0 } else { numbers.below(size) };
+    let root = knowledge.variables().ids().nth(at).unwrap();
+
+    let oracle = exhaustive(&knowledge, root, Utility::Norm, &options, LIMITS);
+    assert_eq!(oracle.stop, StopReason::Complete, "seed {seed} {kind:?}: too big");
+    let graph = Graph::new(&knowledge, Utility::Norm);
+    let mut search = BestFirst::new(&graph, root, &options, LIMITS);
+    let mut found = Vec::new();
+    loop {
+        let bound = search.bound();
+        let Some((substitution, utility)) = search.next() else { break };
+        assert!(utility <= bound, "seed {seed} {kind:?}: bound {bound}, utility {utility}");
+        check_sound(&knowledge, root, &options, &substitution);
+        found.push((substitution, utility));
+    }
+    assert_eq!(search.stop(), StopReason::Complete);
+    assert_eq!(found, oracle.substitutions, "seed {seed} {kind:?}");
+    let count = numbers.below(found.len() + 2);
+    let first = best(&graph, root, &options, count, LIMITS);
+    assert_eq!(first.substitutions, found[..count.min(found.len())], "seed {seed} {kind:?}: first {count}");
+    check_any(&knowledge, root, &options, &found);
+    found.len()
+}
+
+/// Without a single decision there is an answer, if there is one at all.
+fn check_any(knowledge: &KnowledgeBase, root: VariableId, options: &Options, found: &[(Substitution, f64)]) {
+    let graph = Graph::new(knowledge, Utility::Norm);
+    let limits = Limits { expansions: 0, ..LIMITS };
+    let mut search = BestFirst::new(&graph, root, options, limits);
+    assert!(search.next().is_none());
+    let Some((any, utility)) = search.any() else { return assert!(found.is_empty()) };
+    assert!(utility <= search.bound());
+    check_sound(knowledge, root, options, &any);
+    let same = found.iter().find(|(substitution, _)| substitution.relations() == any.relations());
+    assert!(same.is_some_and(|(_, best)| utility <= *best), "{any:?}");
+}
+
+#[test]
+fn best_first_equals_exhaustive_on_10_000_random_knowledge_bases() {
+    let answers: Vec<usize> = (0..10_000).map(check).collect();
+    let several = answers.iter().filter(|&&count| count > 1).count();
+    assert!(several > 3_000, "the knowledge bases are too simple: {several} have several substitutions");
+}
