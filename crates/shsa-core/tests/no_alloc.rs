@@ -33,12 +33,12 @@ impl Scope for Letters {
     }
 }
 
-/// Allocations during a thousand evaluations after the state was made.
-fn allocations<N: Number>(text: &str, scalar: fn(f64) -> N) -> u64 {
-    let expression = parse_expression(text).expect(text);
-    let formula = check(&expression, &Letters).formula.expect(text);
+/// Allocations during a thousand evaluations after the state was made; `None` when the last one gave no value.
+fn allocations<N: Number>(text: &str, scalar: fn(f64) -> N) -> Option<u64> {
+    let expression = parse_expression(text).ok()?;
+    let formula = check(&expression, &Letters).formula?;
     let assignment = Assignment { symbol: Symbol(9), formula: &formula, condition: None };
-    let program = Program::compile(&[assignment]).expect(text);
+    let program = Program::compile(&[assignment]).ok()?;
     let mut state = program.new_state(32, 100.0);
     let v: Vec<N> = (0..32).map(|place| scalar(f64::from(place * 7 % 32))).collect();
     let inputs = |input: &Input| match input.symbol.0 {
@@ -54,8 +54,7 @@ fn allocations<N: Number>(text: &str, scalar: fn(f64) -> N) -> u64 {
             has_value = !program.evaluate(&mut state, &inputs, at, None).value.is_missing();
         }
     });
-    assert!(has_value, "{text} has no value");
-    counted.count_total
+    has_value.then_some(counted.count_total)
 }
 
 #[test]
@@ -68,10 +67,10 @@ fn evaluation_allocates_nothing() {
         "a - previous(a) + dt + derivative(a, 0.5 s) + integral(b) + delay(a, 1 s)",
     ];
     for text in texts {
-        assert_eq!(allocations(text, |number| number), 0, "{text} over numbers");
+        assert_eq!(allocations(text, |number| number), Some(0), "{text} over numbers");
         assert_eq!(
             allocations(text, |number| Interval::new(number, number + 0.1)),
-            0,
+            Some(0),
             "{text} over intervals"
         );
     }

@@ -8,7 +8,7 @@ use core::f64::consts::PI;
 use core::ops::Range;
 
 use super::builtin;
-use super::formula::{Formula, MAX_LEVELS, MAX_NODES, Shape};
+use super::formula::{Formula, MAX_LEVELS, MAX_NODES, Shape, whole_power};
 use super::measure::{self, Measure, Misfit, PLAIN};
 use super::operation::{Binary, Comparison, Constant, Operation, Unary};
 use super::parser::MAX_DEPTH;
@@ -566,15 +566,6 @@ impl<'a> Checker<'a> {
             "write it with its unit, such as `0.5 s`",
         );
         None
-    }
-}
-
-/// A whole power in its tightest form.
-pub(super) fn whole_power(base: Formula, exponent: i32) -> Formula {
-    match exponent {
-        1 => base,
-        2 => Formula::unary(Unary::Sqr, base),
-        _ => Formula::unary(Unary::Power(exponent), base),
     }
 }
 

@@ -7,8 +7,8 @@ use core::f64::consts::LN_10;
 use core::ops::Range;
 
 use super::builtin::Builtin;
-use super::check::{Checker, Typed, whole_power};
-use super::formula::Formula;
+use super::check::{Checker, Typed};
+use super::formula::{Formula, whole_power};
 use super::measure::{ANGLE, Measure, PLAIN};
 use super::operation::{Binary, Constant, Operation, Reduction, Unary};
 use super::problem::Problem;

@@ -12,7 +12,21 @@ use super::program::{
     Assignment, Input, InputKind, Instruction, MAX_INSTRUCTIONS, NONE, Program, Register, Retained,
 };
 
-pub(super) struct Compiler {
+impl Program {
+    /// Compiles assignments, each of which may use the variables of those before it; the last one is the output.
+    ///
+    /// `previous(x)` of a variable that the program computes becomes an input ([`InputKind::Previous`]); of any other
+    /// variable the program keeps the value itself. Equal terms are computed once.
+    ///
+    /// # Errors
+    /// No assignment, a variable assigned twice or used before it is assigned, an output that is neither number nor
+    /// vector, more than [`MAX_INSTRUCTIONS`]. Time: n log n in the size of the formulas.
+    pub fn compile(assignments: &[Assignment<'_>]) -> Result<Program, Problem> {
+        Compiler::new(assignments).compile(assignments)
+    }
+}
+
+struct Compiler {
     program: Program,
     /// Where the value of an operation on registers is already.
     known: BTreeMap<(Operation, Vec<Register>), Register>,
@@ -22,7 +36,7 @@ pub(super) struct Compiler {
 }
 
 impl Compiler {
-    pub(super) fn new(assignments: &[Assignment<'_>]) -> Compiler {
+    fn new(assignments: &[Assignment<'_>]) -> Compiler {
         let program = Program {
             inputs: Vec::new(),
             input_registers: Vec::new(),
@@ -44,7 +58,7 @@ impl Compiler {
         Compiler { program, known: BTreeMap::new(), outputs, assigned: BTreeMap::new() }
     }
 
-    pub(super) fn compile(mut self, assignments: &[Assignment<'_>]) -> Result<Program, Problem> {
+    fn compile(mut self, assignments: &[Assignment<'_>]) -> Result<Program, Problem> {
         for Assignment { symbol, formula, condition } in assignments {
             if self.assigned.contains_key(symbol) {
                 return Err(refused("a program computes a variable twice"));

@@ -233,6 +233,15 @@ impl Formula {
     }
 }
 
+/// A whole power in its tightest form.
+pub(super) fn whole_power(base: Formula, exponent: i32) -> Formula {
+    match exponent {
+        1 => base,
+        2 => Formula::unary(Unary::Sqr, base),
+        _ => Formula::unary(Unary::Power(exponent), base),
+    }
+}
+
 impl Operation {
     /// Whether its value depends on more than its arguments' present values.
     pub(super) fn is_stateful(self) -> bool {

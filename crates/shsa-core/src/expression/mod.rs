@@ -23,24 +23,24 @@
 //!
 //! What has no value (a missing input, the root of a negative number, a division by zero) makes the result have none.
 
+mod problem;
+mod syntax;
 mod builtin;
+mod lexer;
+mod parser;
+mod operation;
+mod number;
+mod formula;
+mod text;
+mod simplify;
+mod measure;
 mod check;
 mod check_call;
-mod compile;
-mod evaluate;
-mod formula;
-mod history;
-mod lexer;
-mod measure;
-mod number;
-mod operation;
-mod parser;
-mod problem;
-mod program;
-mod simplify;
 mod solve;
-mod syntax;
-mod text;
+mod program;
+mod compile;
+mod history;
+mod evaluate;
 
 use alloc::vec::Vec;
 

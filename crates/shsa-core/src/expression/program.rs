@@ -3,10 +3,8 @@
 use alloc::vec::Vec;
 
 use super::Symbol;
-use super::compile::Compiler;
 use super::formula::Formula;
 use super::operation::{Constant, Operation};
-use super::problem::Problem;
 use crate::time::Span;
 
 /// The largest program in operations.
@@ -95,18 +93,6 @@ pub struct Program {
 }
 
 impl Program {
-    /// Compiles assignments, each of which may use the variables of those before it; the last one is the output.
-    ///
-    /// `previous(x)` of a variable that the program computes becomes an input ([`InputKind::Previous`]); of any other
-    /// variable the program keeps the value itself. Equal terms are computed once.
-    ///
-    /// # Errors
-    /// No assignment, a variable assigned twice or used before it is assigned, an output that is neither number nor
-    /// vector, more than [`MAX_INSTRUCTIONS`]. Time: n log n in the size of the formulas.
-    pub fn compile(assignments: &[Assignment<'_>]) -> Result<Program, Problem> {
-        Compiler::new(assignments).compile(assignments)
-    }
-
     /// What every evaluation must be given, in this order.
     #[must_use]
     pub fn inputs(&self) -> &[Input] {

@@ -9,8 +9,7 @@
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
-use super::check::whole_power;
-use super::formula::Formula;
+use super::formula::{Formula, whole_power};
 use super::number::Number;
 use super::operation::{Binary, Constant, Operation, Unary};
 use crate::interval::Interval;

@@ -10,8 +10,8 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use super::check::{check_equation, whole_power};
-use super::formula::{Formula, Shape};
+use super::check::check_equation;
+use super::formula::{Formula, Shape, whole_power};
 use super::number::Number;
 use super::operation::{Binary, Constant, Operation, Reduction, Unary};
 use super::problem::{Problem, Severity};
