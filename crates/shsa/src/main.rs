@@ -24,7 +24,8 @@ struct Arguments {
     command: Command,
 }
 
-const STATUSES: &str = "Exit status: 0 done; 1 the answer is no; 2 bad input or usage, nothing done; 3 done but degraded.
+const STATUSES: &str =
+    "Exit status: 0 done; 1 the answer is no; 2 bad input or usage, nothing done; 3 done but degraded.
 Example: shsa demo rover --fast";
 
 #[derive(Subcommand)]

@@ -22,7 +22,9 @@ const MOST_WAYS: usize = 64;
 
 /// Arguments of `shsa monitor`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa monitor models/rover.yaml dmin --observations run.jsonl --mode thesis --period 1s")]
+#[command(
+    after_help = "Example: shsa monitor models/rover.yaml dmin --observations run.jsonl --mode thesis --period 1s"
+)]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,
@@ -63,8 +65,11 @@ enum Mode {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let knowledge = show::load_model(&arguments.model)?;
     let variable = find_variable(&knowledge, &arguments.variable)?;
-    let wanted: Vec<Wanted> =
-        knowledge.signals().iter().map(|signal| Wanted::new(signal.name.clone(), signal.source.clone())).collect();
+    let wanted: Vec<Wanted> = knowledge
+        .signals()
+        .iter()
+        .map(|signal| Wanted::new(signal.name.clone(), signal.source.clone()))
+        .collect();
     let paths = [arguments.observations.clone()];
     let recording = recording::read(&paths, &wanted, &ReadOptions::default())?;
     recording.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
@@ -233,9 +238,13 @@ impl Method for Watching<'_> {
             }
         }
         let verdicts = self.verdicts(time);
-        let failed: Vec<SignalId> =
-            verdicts.iter().filter(|(_, verdict)| *verdict == Verdict::Failed).map(|(signal, _)| *signal).collect();
-        let rests = |way: &shsa_core::monitor::WatchedWay| failed.iter().any(|signal| way.rests_on.contains(*signal));
+        let failed: Vec<SignalId> = verdicts
+            .iter()
+            .filter(|(_, verdict)| *verdict == Verdict::Failed)
+            .map(|(signal, _)| *signal)
+            .collect();
+        let rests =
+            |way: &shsa_core::monitor::WatchedWay| failed.iter().any(|signal| way.rests_on.contains(*signal));
         let failed_ways: Vec<usize> =
             (0..errors.len()).filter(|&way| self.monitor.ways().get(way).is_some_and(rests)).collect();
         let shown = |(signal, verdict): &(SignalId, Verdict)| {

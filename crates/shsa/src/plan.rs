@@ -78,7 +78,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(if plan.substitutions.is_empty() { Outcome::No } else { Outcome::Done })
 }
 
-fn search(arguments: &Arguments, knowledge: &KnowledgeBase, graph: &Graph, variable: VariableId, options: &Options) -> Plan {
+fn search(
+    arguments: &Arguments,
+    knowledge: &KnowledgeBase,
+    graph: &Graph,
+    variable: VariableId,
+    options: &Options,
+) -> Plan {
     let mut limits = Limits::default();
     limits.expansions = arguments.limit.unwrap_or(limits.expansions);
     let count = if arguments.all { usize::MAX } else { arguments.top };
@@ -146,12 +152,19 @@ fn to_text(
     excluded: impl Fn(SignalId) -> bool,
 ) -> String {
     if plan.substitutions.is_empty() {
-        return format!("nothing can provide {} ({} after {} decisions)", arguments.variable, plan.stop, plan.expanded);
+        return format!(
+            "nothing can provide {} ({} after {} decisions)",
+            arguments.variable, plan.stop, plan.expanded
+        );
     }
     let mut rows = vec![["utility", "relations", "from", "formula"].map(str::to_owned).to_vec()];
     for (substitution, utility) in &plan.substitutions {
         let names = Names::of(knowledge, substitution, &excluded);
-        let relations = if names.relations.is_empty() { "(its own signal)".to_owned() } else { names.relations.join(", ") };
+        let relations = if names.relations.is_empty() {
+            "(its own signal)".to_owned()
+        } else {
+            names.relations.join(", ")
+        };
         rows.push(vec![format!("{utility:.6}"), relations, names.signals.join(", "), names.formula]);
     }
     format!("{}\n\n{} ({} decisions)", show::table(&rows), plan.stop, plan.expanded)
@@ -166,7 +179,11 @@ struct Names {
 }
 
 impl Names {
-    fn of(knowledge: &KnowledgeBase, substitution: &Substitution, excluded: &impl Fn(SignalId) -> bool) -> Names {
+    fn of(
+        knowledge: &KnowledgeBase,
+        substitution: &Substitution,
+        excluded: &impl Fn(SignalId) -> bool,
+    ) -> Names {
         let name = |variable: VariableId| knowledge.variables()[variable].name.clone();
         let mut variables: Vec<VariableId> = substitution.steps.iter().map(|step| step.output).collect();
         variables.extend(&substitution.sources);
@@ -210,6 +227,7 @@ fn nested(knowledge: &KnowledgeBase, substitution: &Substitution, variable: Vari
         return knowledge.variables()[variable].name.clone();
     };
     let relation = &knowledge.relations()[step.relation];
-    let inputs: Vec<String> = relation.needs(variable).map(|input| nested(knowledge, substitution, input)).collect();
+    let inputs: Vec<String> =
+        relation.needs(variable).map(|input| nested(knowledge, substitution, input)).collect();
     format!("{}({})", relation.name, inputs.join(", "))
 }

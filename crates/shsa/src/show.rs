@@ -30,7 +30,6 @@ pub(crate) enum Paint {
     Red,
     Green,
     Yellow,
-    Bold,
 }
 
 /// A text in a colour when standard output is a terminal.
@@ -42,7 +41,6 @@ pub(crate) fn paint(paint: Paint, text: &str) -> String {
         Paint::Red => 31,
         Paint::Green => 32,
         Paint::Yellow => 33,
-        Paint::Bold => 1,
     };
     format!("\x1b[{code}m{text}\x1b[0m")
 }

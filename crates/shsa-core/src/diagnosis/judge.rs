@@ -150,9 +150,8 @@ impl Judge {
         let certain = |signal: &SignalId| candidates.iter().chain(&rivals).all(|set| set.contains(*signal));
         let (failed, rest): (SignalSet, SignalSet) = (accused.iter().filter(certain).collect(), accused);
         failed.iter().for_each(|signal| self.set(monitor, signal, Verdict::Failed, decisions, None));
-        let open = |signal: &SignalId| {
-            !failed.contains(*signal) && self.disagrees_otherwise(*signal, &conflicts)
-        };
+        let open =
+            |signal: &SignalId| !failed.contains(*signal) && self.disagrees_otherwise(*signal, &conflicts);
         let rest: SignalSet = rest.iter().filter(open).collect();
         if rest.is_empty() || !self.is_settled(monitor, &rest, onset, now) {
             return;
@@ -289,7 +288,8 @@ impl Judge {
 
     /// Whether a signal disagrees with something else than signals that were accused alone.
     fn disagrees_otherwise(&self, signal: SignalId, conflicts: &[&Pair]) -> bool {
-        let claimed = |pair: &Pair| pair.signals.iter().any(|other| other != signal && self.standings[other].alone);
+        let claimed =
+            |pair: &Pair| pair.signals.iter().any(|other| other != signal && self.standings[other].alone);
         conflicts.iter().any(|pair| pair.signals.contains(signal) && !claimed(pair))
     }
 }

@@ -3,15 +3,15 @@
 //! [`exhaustive`] tries everything and is the oracle; [`BestFirst`] gives the best ones first and stops when the
 //! caller has enough. Both answer with the same substitutions in the same order.
 
-mod best_first;
-mod exhaustive;
-mod frontier;
-mod graph;
-mod greedy;
+pub mod utility;
 mod limits;
+mod graph;
+mod exhaustive;
 mod scope;
 mod trail;
-pub mod utility;
+mod greedy;
+mod frontier;
+mod best_first;
 
 pub use best_first::BestFirst;
 pub use exhaustive::exhaustive;

@@ -69,7 +69,8 @@ impl Run {
         record: &mut impl FnMut(&Input) -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
         let mut before = None;
-        while let Some(due) = self.engine.next_deadline().filter(|due| *due < moment && before != Some(*due)) {
+        while let Some(due) = self.engine.next_deadline().filter(|due| *due < moment && before != Some(*due))
+        {
             self.take(&Input::Tick(due), record)?;
             before = Some(due);
         }
@@ -103,8 +104,10 @@ fn time(input: &Input) -> Time {
 }
 
 fn progress(length: usize) -> ProgressBar {
-    let target = if stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let target =
+        if stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some(length as u64), target);
-    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {pos} of {len} observations  {eta} left");
+    let style =
+        ProgressStyle::with_template("{bar:40} {percent:>3} %  {pos} of {len} observations  {eta} left");
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

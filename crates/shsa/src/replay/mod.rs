@@ -61,7 +61,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let began = Instant::now();
     let run = play(arguments, &knowledge, &source)?;
     let elapsed = began.elapsed();
-    let clean = source.clean.as_ref().map(|inputs| Run::of(&knowledge, inputs, source.end, |_| Ok(()))).transpose()?;
+    let clean = source
+        .clean
+        .as_ref()
+        .map(|inputs| Run::of(&knowledge, inputs, source.end, |_| Ok(())))
+        .transpose()?;
     if let Some(path) = &arguments.output {
         let file = File::create(path).with_context(|| format!("{} cannot be written", path.display()))?;
         report::write_values(&knowledge, &run, BufWriter::new(file))?;
@@ -129,7 +133,9 @@ fn read_recordings(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::
     let mut recording = recording::read(&arguments.recordings, &wanted, &options)?;
     recording.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     if recording.samples.is_empty() {
-        bail!("none of the model's signals is in the recording; `source` in the model says where each is found");
+        bail!(
+            "none of the model's signals is in the recording; `source` in the model says where each is found"
+        );
     }
     let end = recording.samples.last().map(|sample| sample.received);
     let clean = (!arguments.inject.is_empty()).then(|| inputs(&recording));
@@ -146,7 +152,9 @@ fn target(knowledge: &KnowledgeBase, fault: &Fault) -> anyhow::Result<usize> {
     }
     let names = knowledge.signals().iter().map(|signal| signal.name.as_str());
     match show::nearest(&fault.signal, names) {
-        Some(near) => bail!("the model has no signal '{}' to inject a fault into; did you mean '{near}'?", fault.signal),
+        Some(near) => {
+            bail!("the model has no signal '{}' to inject a fault into; did you mean '{near}'?", fault.signal)
+        }
         None => bail!("the model has no signal '{}' to inject a fault into", fault.signal),
     }
 }

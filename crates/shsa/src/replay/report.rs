@@ -35,7 +35,12 @@ pub(super) struct Report<'a> {
 }
 
 impl<'a> Report<'a> {
-    pub(super) fn new(knowledge: &'a KnowledgeBase, run: &'a Run, clean: Option<&Run>, source: &'a Source) -> Report<'a> {
+    pub(super) fn new(
+        knowledge: &'a KnowledgeBase,
+        run: &'a Run,
+        clean: Option<&Run>,
+        source: &'a Source,
+    ) -> Report<'a> {
         let need = |(id, need): (NeedId, &Need)| need_report(run, clean, id, need, knowledge);
         Report { knowledge, run, source, needs: knowledge.needs().enumerate().map(need).collect() }
     }
@@ -170,7 +175,12 @@ impl<'a> Report<'a> {
             let need = &self.knowledge.needs()[report.id];
             let in_unit = |value: f64| difference_from_si(self.knowledge, need.variable, value);
             let error = report.error.map_or(String::new(), |(rmse, most)| {
-                format!("rmse {:.3}, at most {:.3}{}", in_unit(rmse), in_unit(most), unit(self.knowledge, need.variable))
+                format!(
+                    "rmse {:.3}, at most {:.3}{}",
+                    in_unit(rmse),
+                    in_unit(most),
+                    unit(self.knowledge, need.variable)
+                )
             });
             rows.push(vec![
                 self.knowledge.variables()[need.variable].name.clone(),
@@ -235,7 +245,13 @@ fn paint_kind(kind: EventKind) -> String {
     }
 }
 
-fn need_report(run: &Run, clean: Option<&Run>, id: NeedId, need: &Need, knowledge: &KnowledgeBase) -> NeedReport {
+fn need_report(
+    run: &Run,
+    clean: Option<&Run>,
+    id: NeedId,
+    need: &Need,
+    knowledge: &KnowledgeBase,
+) -> NeedReport {
     let status = run.engine.need_status(id);
     let to_end = status.last.map_or(run.last - run.first, |last| run.last - last);
     let _ = knowledge;
@@ -275,7 +291,11 @@ fn difference(values: impl Iterator<Item = (Time, f64)>, reference: &[(Time, f64
 }
 
 /// Writes the values of all needs as JSON lines, in the variables' units.
-pub(super) fn write_values(knowledge: &KnowledgeBase, run: &Run, mut output: impl Write) -> anyhow::Result<()> {
+pub(super) fn write_values(
+    knowledge: &KnowledgeBase,
+    run: &Run,
+    mut output: impl Write,
+) -> anyhow::Result<()> {
     for publication in &run.publications {
         writeln!(output, "{}", value_json(knowledge, publication))?;
     }
