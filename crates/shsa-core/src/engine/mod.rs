@@ -4,10 +4,10 @@
 //! [`Input::Tick`] when [`Engine::next_deadline`] has come. Observations of one moment of reception are taken
 //! together: what they mean comes out with the first input of a later moment, or with a tick of the same one.
 
-mod explain;
 mod message;
-mod provider;
+mod explain;
 mod ways;
+mod provider;
 
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality};
 pub use provider::NeedStatus;

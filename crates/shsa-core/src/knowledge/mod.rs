@@ -3,10 +3,10 @@
 //! Everything is found by dense ids in file order. Cycles and relations that are usable in several directions
 //! are ordinary. What can change at run time is the availability of signals; every change bumps the version.
 
-mod build;
-mod draft;
 mod ids;
 mod signal_set;
+mod draft;
+mod build;
 
 pub use build::build;
 pub use draft::{

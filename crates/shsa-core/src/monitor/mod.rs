@@ -9,10 +9,10 @@
 //! not matter. The cost of an observation is that of the ways that it completes and their pairs; nothing is
 //! allocated and nothing grows with history.
 
-mod build;
 mod pair;
-pub mod thesis;
 mod watch;
+pub mod thesis;
+mod build;
 
 pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};
 pub use watch::{Absence, Change, Watch};

@@ -2,14 +2,16 @@
 //!
 //! Later checks skip what earlier ones reported, so that one mistake gives one error.
 
-mod functions;
-mod needs;
 mod problems;
 mod quantity;
-mod relations;
-mod scope;
-mod signals;
 mod variables;
+mod scope;
+mod functions;
+mod relations;
+mod signals;
+mod needs;
+#[cfg(test)]
+mod tests;
 
 use super::KnowledgeBase;
 use super::draft::{Diagnostic, Draft};
@@ -44,6 +46,3 @@ pub fn build(draft: &Draft) -> (KnowledgeBase, Vec<Diagnostic>) {
     }
     (knowledge, problems.sorted())
 }
-
-#[cfg(test)]
-mod tests;

@@ -2,8 +2,8 @@
 //!
 //! Kept because it is the published method; the default monitor of the parent module is the one to use.
 
-mod run;
 mod score;
+mod run;
 
 pub use run::ThesisRun;
 pub use score::{ThesisMonitor, ThesisOptions, ThesisOutput, ThesisStep};
