@@ -26,7 +26,7 @@ pub(super) struct Decision {
 
 /// What a healer gives.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Outcome {
+pub(super) enum Gift {
     /// A value of `dmin`, to be published.
     Dmin {
         /// When it was true.
@@ -42,18 +42,20 @@ pub(super) enum Outcome {
 pub(super) trait Healer {
     /// The topics that it listens to.
     fn topics(&self) -> Vec<String>;
+    /// What `dmin` comes from now, in words.
+    fn source(&self) -> String;
     /// Something has arrived.
     fn observe(&mut self, message: &Message);
     /// Time has passed.
     fn tick(&mut self, now: Time);
     /// What has come of it since, one by one.
-    fn poll(&mut self) -> Option<Outcome>;
+    fn poll(&mut self) -> Option<Gift>;
 }
 
 /// `dmin` as it is done without healing: the smallest distance of each scan of the lidar.
 #[derive(Debug, Default)]
 pub(super) struct PlainNode {
-    ready: VecDeque<Outcome>,
+    ready: VecDeque<Gift>,
 }
 
 impl Healer for PlainNode {
@@ -61,15 +63,19 @@ impl Healer for PlainNode {
         vec![LIDAR.to_string()]
     }
 
+    fn source(&self) -> String {
+        format!("{LIDAR} by minimum")
+    }
+
     fn observe(&mut self, message: &Message) {
         let dmin = nearest_seen(&message.topic, &message.value);
         self.ready
-            .extend(dmin.map(|dmin| Outcome::Dmin { stamp: message.stamp, value: RawValue::Number(dmin) }));
+            .extend(dmin.map(|dmin| Gift::Dmin { stamp: message.stamp, value: RawValue::Number(dmin) }));
     }
 
     fn tick(&mut self, _now: Time) {}
 
-    fn poll(&mut self) -> Option<Outcome> {
+    fn poll(&mut self) -> Option<Gift> {
         self.ready.pop_front()
     }
 }

@@ -4,6 +4,7 @@
 //! steps it all in virtual time, which real time follows or not; a run repeats byte for byte from its seed.
 
 mod avoidance;
+mod engine_node;
 mod faults;
 mod healer;
 mod map;
@@ -13,10 +14,12 @@ mod score;
 mod screen;
 mod sensors;
 
+use crate::outcome::Outcome;
 use avoidance::{Avoidance, Mode};
 use clap::{Args, ValueEnum};
+use engine_node::EngineNode;
 use faults::Fault;
-use healer::{Healer, NEED, Outcome, PlainNode};
+use healer::{Gift, Healer, NEED, PlainNode};
 use map::Ink;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -29,6 +32,7 @@ use shsa_bridge::Bridge;
 use shsa_bridge::memory::{MemoryBridge, MemoryBus};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
+use std::io::Write;
 use std::time::{Duration, Instant};
 
 /// How long the simulated time goes on at once.
@@ -71,11 +75,11 @@ pub(crate) struct DemoArgs {
 
 /// Runs the demonstration to its end.
 ///
-/// The exit status is 1 when the robot has run into something although it was healed.
+/// The answer is no when the robot has run into something although it was healed.
 ///
 /// # Errors
 /// When standard output is closed.
-pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<crate::outcome::Outcome> {
+pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Outcome> {
     let System::Rover = args.name;
     let live = !args.fast && !args.json;
     let screen = Screen::new(live, args.json);
@@ -92,18 +96,18 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<crate::outcome::Outcome> {
     demo.score.close_gap();
     demo.screen.leave_picture();
     if args.json {
-        println!("{}", demo.score.json(args.seed, !args.without_shsa));
+        writeln!(std::io::stdout(), "{}", demo.score.json(args.seed, !args.without_shsa))?;
     } else {
         let (instead, option) =
             if args.without_shsa { ("healed", "") } else { ("not healed", " --without-shsa") };
         demo.screen.say(&format!("\n{}\n{instead}: shsa demo rover{option}\n", demo.score))?;
     }
     let crashed = demo.score.overall.collisions > 0 && !args.without_shsa;
-    Ok(if crashed { crate::outcome::Outcome::No } else { crate::outcome::Outcome::Done })
+    Ok(if crashed { Outcome::No } else { Outcome::Done })
 }
 
-fn healer(_without_shsa: bool) -> anyhow::Result<Box<dyn Healer>> {
-    Ok(Box::new(PlainNode::default()))
+fn healer(without_shsa: bool) -> anyhow::Result<Box<dyn Healer>> {
+    Ok(if without_shsa { Box::new(PlainNode::default()) } else { Box::new(EngineNode::new()?) })
 }
 
 /// Sleeps until as much real time has passed since `start` as simulated time.
@@ -175,6 +179,7 @@ impl Demo {
     fn step(&mut self) -> anyhow::Result<()> {
         self.now = self.now + STEP;
         self.bus.set_time(self.now);
+        self.score.truth(self.now, sensors::true_dmin(&self.room, &self.robot));
         self.announce_faults()?;
         self.sense();
         self.heal()?;
@@ -224,8 +229,8 @@ impl Demo {
         self.healer.tick(self.now);
         while let Some(outcome) = self.healer.poll() {
             match outcome {
-                Outcome::Dmin { stamp, value } => self.publish(stamp, value),
-                Outcome::Decision(decision) => {
+                Gift::Dmin { stamp, value } => self.publish(stamp, value),
+                Gift::Decision(decision) => {
                     self.score.decided(&decision);
                     self.screen.decided(&decision)?;
                 }
@@ -252,8 +257,7 @@ impl Demo {
         let from = self.robot.pose.at;
         let collided = self.robot.step(command, &self.room, STEP.seconds());
         let driven = self.robot.pose.at.distance(from);
-        let gap = self.robot.clearance(&self.room);
-        self.score.world(self.now, sensors::true_dmin(&self.room, &self.robot), gap, driven);
+        self.score.moved(driven, self.robot.clearance(&self.room));
         self.report(before, collided)
     }
 
@@ -287,6 +291,7 @@ impl Demo {
             mode: self.avoidance.mode,
             true_dmin: sensors::true_dmin(&self.room, &self.robot),
             collisions: self.score.overall.collisions,
+            source: self.healer.source(),
         })?;
         Ok(())
     }
@@ -333,7 +338,7 @@ mod tests {
 
     #[test]
     fn a_run_repeats_from_its_seed() {
-        assert_eq!(summary(5, true), summary(5, true));
+        assert_eq!(summary(5, false), summary(5, false));
         assert_ne!(summary(5, true), summary(6, true));
     }
 
@@ -346,6 +351,22 @@ mod tests {
             assert_eq!(silent["collisions"], 0, "seed {seed}: {summary}");
             assert!(spoofed["collisions"].as_u64().unwrap() > 0, "seed {seed}: {summary}");
             assert_eq!(spoofed["collisions"], summary["collisions"], "seed {seed}: {summary}");
+        }
+    }
+
+    #[test]
+    fn with_shsa_dmin_stays_right_and_nothing_is_hit() {
+        for seed in 0..20 {
+            let summary = summary(seed, false);
+            let number = |key: &str| summary[key].as_f64().unwrap();
+            let [silent, spoofed] = [0, 1].map(|fault| &summary["faults"][fault]);
+            let within = |value: &serde_json::Value| value.as_f64().is_some_and(|seconds| seconds < 0.6);
+            assert!(within(&silent["detected_after_s"]), "seed {seed}: {summary}");
+            assert!(within(&silent["healed_after_s"]), "seed {seed}: {summary}");
+            assert!(within(&spoofed["healed_after_s"]), "seed {seed}: {summary}");
+            assert!(number("longest_gap_s") < 0.5, "seed {seed}: {summary}");
+            assert!(number("worst_error_m") < 0.15, "seed {seed}: {summary}");
+            assert_eq!(number("collisions") + number("false_alarms"), 0.0, "seed {seed}: {summary}");
         }
     }
 }

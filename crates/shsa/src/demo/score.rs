@@ -29,8 +29,11 @@ pub(super) struct FaultScore {
     pub(super) fault: Fault,
     /// Until the faulty signal was called silent or failed.
     pub(super) detected_after: Option<Span>,
-    /// Until `dmin` came from another source.
+    /// Until the first `dmin` that does not rest on the faulty signal any more: it was suspected, or called silent
+    /// or failed, before.
     pub(super) healed_after: Option<Span>,
+    /// Whether the faulty signal is out of use.
+    distrusted: bool,
     /// From the beginning of the fault to its end.
     pub(super) during: Tally,
     /// Largest error of `dmin` from healing to the end of the fault, metres.
@@ -61,6 +64,7 @@ impl Score {
             fault,
             detected_after: None,
             healed_after: None,
+            distrusted: false,
             during: Tally::default(),
             healed_error: None,
         };
@@ -77,15 +81,19 @@ impl Score {
         }
     }
 
-    /// The world at `now`: true `dmin`, gap between body and obstacle, metres driven since the last call.
-    pub(super) fn world(&mut self, now: Time, dmin: f64, gap: f64, driven: f64) {
+    /// It is `now`, and this is the true `dmin`, metres.
+    pub(super) fn truth(&mut self, now: Time, dmin: f64) {
         self.now = now;
         self.truth.push_back((now, dmin));
         while self.truth.front().is_some_and(|&(time, _)| now - time > MEMORY) {
             self.truth.pop_front();
         }
-        self.closest = self.closest.min(gap);
+    }
+
+    /// The robot has driven so many metres since the last call, and has this gap to the nearest obstacle, metres.
+    pub(super) fn moved(&mut self, driven: f64, gap: f64) {
         self.driven += driven;
+        self.closest = self.closest.min(gap);
     }
 
     /// A collision at the present time.
@@ -100,29 +108,26 @@ impl Score {
         self.last_dmin = Some(self.now);
         let error = (dmin - self.truth_at(stamp)).abs();
         self.tally(self.now, self.now, |tally| tally.worst_error = worse(tally.worst_error, error));
-        for score in self.faults.iter_mut().filter(|score| score.fault.is_active(self.now)) {
-            if score.healed_after.is_some() {
-                score.healed_error = worse(score.healed_error, error);
-            }
+        let now = self.now;
+        for score in self.faults.iter_mut().filter(|score| score.distrusted && score.fault.is_active(now)) {
+            score.healed_after.get_or_insert(now - score.fault.from);
+            score.healed_error = worse(score.healed_error, error);
         }
     }
 
     /// Something was decided.
     pub(super) fn decided(&mut self, decision: &Decision) {
-        let names = matches!(decision.kind, EventKind::Failed | EventKind::Silent);
-        let signal = decision.signal.as_deref();
-        let mut guilty = false;
-        for score in self.faults.iter_mut().filter(|score| score.fault.is_active(decision.time)) {
-            let after = decision.time - score.fault.from;
-            if names && signal == Some(score.fault.topic) {
-                guilty = true;
-                score.detected_after.get_or_insert(after);
-            }
-            if decision.kind == EventKind::Substituted {
-                score.healed_after.get_or_insert(after);
+        let named = matches!(decision.kind, EventKind::Failed | EventKind::Silent);
+        let distrusted = named || decision.kind == EventKind::Suspected;
+        let about =
+            |fault: &Fault| fault.is_active(decision.time) && decision.signal.as_deref() == Some(fault.topic);
+        self.false_alarms += u32::from(named && !self.faults.iter().any(|score| about(&score.fault)));
+        for score in self.faults.iter_mut().filter(|score| about(&score.fault)) {
+            score.distrusted |= distrusted;
+            if named {
+                score.detected_after.get_or_insert(decision.time - score.fault.from);
             }
         }
-        self.false_alarms += u32::from(names && !guilty);
     }
 
     /// The end of the run: a gap that is still open counts too.
@@ -248,37 +253,50 @@ mod tests {
         }
     }
 
-    /// The fault's row after these decisions: times of detection and healing, and false alarms.
+    /// When the first fault was detected and healed, and the false alarms, when each decision is followed by a
+    /// `dmin`.
     #[track_caller]
     fn check(decisions: &[Decision], expected: &str) {
         let mut score = Score::new(&schedule());
-        decisions.iter().for_each(|decision| score.decided(decision));
-        let times = |score: &FaultScore| format!("{:?} {:?}", score.detected_after, score.healed_after);
-        let rows: Vec<String> = score.faults.iter().map(times).collect();
-        assert_eq!(format!("{}, {} false", rows.join(", "), score.false_alarms), expected);
+        for decision in decisions {
+            score.decided(decision);
+            score.truth(decision.time + Span::from_millis(250), 1.0);
+            score.published(decision.time, 1.0);
+        }
+        let text = |span: Option<Span>| span.map_or("never".to_string(), |span| span.seconds().to_string());
+        let [first, _] = &score.faults[..] else { panic!("there are two faults") };
+        let (detected, healed) = (text(first.detected_after), text(first.healed_after));
+        assert_eq!(format!("detected {detected}, healed {healed}, false {}", score.false_alarms), expected);
     }
 
     #[test]
-    fn a_fault_is_detected_when_its_signal_is_named_while_it_lasts() {
+    fn a_fault_is_detected_when_its_signal_is_named_and_healed_with_the_next_dmin() {
         let named = decision(12.25, EventKind::Silent, "/lidar/scan");
-        let healed = decision(12.5, EventKind::Substituted, "/lidar/scan");
-        let expected = "Some(Span(250000000)) Some(Span(500000000)), None None, 0 false";
-        check(&[named.clone(), healed, named], expected);
+        check(&[named.clone(), named], "detected 0.25, healed 0.5, false 0");
+    }
+
+    #[test]
+    fn a_suspicion_heals_but_names_nobody() {
+        let suspicions = [
+            decision(12.25, EventKind::Suspected, "/sonar/ranges"),
+            decision(12.5, EventKind::Suspected, "/lidar/scan"),
+        ];
+        check(&suspicions, "detected never, healed 0.75, false 0");
     }
 
     #[test]
     fn naming_a_healthy_signal_is_a_false_alarm() {
         let early = decision(11.0, EventKind::Failed, "/lidar/scan");
         let wrong = decision(12.5, EventKind::Failed, "/sonar/ranges");
-        let suspicion = decision(12.5, EventKind::Suspected, "/sonar/ranges");
-        check(&[early, wrong, suspicion], "None None, None None, 2 false");
+        check(&[early, wrong], "detected never, healed never, false 2");
     }
 
     #[test]
     fn errors_are_those_at_the_time_stamp_and_gaps_belong_to_the_fault() {
         let mut score = Score::new(&schedule());
         for (seconds, truth, published) in [(11.0, 1.0, 1.5), (11.5, 2.0, 1.0), (13.0, 3.0, 2.25)] {
-            score.world(at(seconds), truth, 0.5, 0.25);
+            score.truth(at(seconds), truth);
+            score.moved(0.25, 0.5);
             score.published(at(seconds - 0.25), published);
         }
         score.collision();

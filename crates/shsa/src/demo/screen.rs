@@ -2,10 +2,11 @@
 
 use super::avoidance::{Mode, stop_distance};
 use super::healer::{Decision, NEED, kind_name};
-use super::map::{self, Cell, Ink, MAP_HEIGHT};
+use super::map::{self, Cell, Ink, MAP_HEIGHT, MAP_WIDTH};
 use super::robot::Robot;
 use super::room::{Point, Room};
 use super::sensors::{BEAMS, DEPTH, LIDAR, ODOMETRY, SONAR, directions, nearest_seen};
+use crate::show::colour;
 use shsa_bridge::Message;
 use shsa_core::engine::EventKind;
 use shsa_core::observation::RawValue;
@@ -31,6 +32,8 @@ pub(super) struct View<'a> {
     pub(super) mode: Mode,
     pub(super) true_dmin: f64,
     pub(super) collisions: u32,
+    /// What `dmin` comes from.
+    pub(super) source: String,
 }
 
 /// What each signal is held for.
@@ -51,7 +54,6 @@ pub(super) struct Screen {
     drawn: usize,
     states: BTreeMap<String, State>,
     seen: BTreeMap<String, Message>,
-    source: String,
     trail: VecDeque<Point>,
 }
 
@@ -59,15 +61,13 @@ impl Screen {
     /// `live` draws the picture where there is a terminal for it; `quiet` says nothing at all.
     pub(super) fn new(live: bool, quiet: bool) -> Screen {
         let terminal = io::stdout().is_terminal();
-        let colour = terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
         Screen {
             live: live && terminal && !quiet,
             quiet,
-            colour,
+            colour: colour(terminal),
             drawn: 0,
             states: BTreeMap::new(),
             seen: BTreeMap::new(),
-            source: "-".to_string(),
             trail: VecDeque::new(),
         }
     }
@@ -89,9 +89,6 @@ impl Screen {
         };
         if let (Some(signal), Some(state)) = (&decision.signal, state) {
             self.states.insert(signal.clone(), state);
-        }
-        if let Some(substitution) = &decision.substitution {
-            self.source.clone_from(substitution);
         }
         let subject = decision.signal.as_ref().or(decision.variable.as_ref());
         let mut text = format!("{}: {}", subject.map_or("", String::as_str), decision.because);
@@ -188,7 +185,10 @@ impl Screen {
         let collisions = if view.collisions > 0 { Ink::Bad } else { Ink::Plain };
         let mut lines = vec![
             vec![(format!("{:>6.2} s   ", view.now.seconds()), Ink::Strong), (words.to_string(), ink)],
-            plain(format!("{:>6.2} m/s", view.robot.speed)),
+            vec![
+                (format!("{:>6.2} m/s ", view.robot.speed), Ink::Plain),
+                (format!("collisions {}", view.collisions), collisions),
+            ],
             Vec::new(),
             faint("nearest obstacle, dmin"),
             bar("truth", Some(view.true_dmin), Ink::Plain),
@@ -205,8 +205,9 @@ impl Screen {
             lines.push(self.signal(topic, view.now));
         }
         lines.push(Vec::new());
-        lines.push(plain(format!("dmin from {}", self.source)));
-        lines.push(vec![(format!("collisions {}", view.collisions), collisions)]);
+        lines.push(faint("dmin comes from"));
+        let room = self.width().saturating_sub(MAP_WIDTH + 4);
+        lines.push(plain(format!("  {}", view.source.chars().take(room).collect::<String>())));
         lines
     }
 

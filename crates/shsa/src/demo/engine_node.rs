@@ -1,0 +1,96 @@
+//! The healer: the engine over the model of the rover.
+
+use super::healer::{Decision, Gift, Healer};
+use anyhow::ensure;
+use shsa_bridge::Message;
+use shsa_core::engine::{Engine, Event, Input, Options, Output, PublishedValue};
+use shsa_core::knowledge::SignalId;
+use shsa_core::monitor::Debounce;
+use shsa_core::observation::{Observation, RawValue};
+use shsa_core::time::{Span, Time, Validity};
+use std::collections::BTreeMap;
+
+/// A part of the program, so that the demonstration runs anywhere.
+const MODEL: &str = include_str!("../../../../models/rover.yaml");
+
+/// Three disagreements in four comparisons make a conflict. When an obstacle's edge enters or leaves the field, `dmin`
+/// jumps, and whoever has looked before the jump disagrees twice with whoever looks after it.
+const DEBOUNCE: Debounce = Debounce { span: Span::from_millis(250), least: 4, share: 0.75 };
+
+/// Feeds the engine from the bus.
+pub(super) struct EngineNode {
+    engine: Engine,
+    /// The signal that each topic carries.
+    signals: BTreeMap<String, SignalId>,
+}
+
+impl EngineNode {
+    /// # Errors
+    /// When the model is wrong, which a test excludes.
+    pub(super) fn new() -> anyhow::Result<EngineNode> {
+        let loaded = shsa_format::model::load(MODEL, "models/rover.yaml");
+        ensure!(loaded.report.ok(), "{}", loaded.report.render(false));
+        let topic = |source: &str| source.split('#').next().unwrap_or(source).to_string();
+        let signals = loaded.knowledge.signals().enumerate();
+        let signals = signals.map(|(id, signal)| (topic(&signal.source), id)).collect();
+        let options = Options { debounce: DEBOUNCE, ..Options::default() };
+        Ok(EngineNode { engine: Engine::new(loaded.knowledge, options), signals })
+    }
+
+    fn decision(&self, event: Event) -> Decision {
+        let knowledge = self.engine.knowledge();
+        Decision {
+            time: event.time,
+            kind: event.kind,
+            signal: event.signal.map(|signal| knowledge.signals()[signal].name.clone()),
+            variable: event.variable.map(|variable| knowledge.variables()[variable].name.clone()),
+            because: event.because,
+            substitution: event.substitution,
+        }
+    }
+}
+
+impl Healer for EngineNode {
+    fn topics(&self) -> Vec<String> {
+        self.signals.keys().cloned().collect()
+    }
+
+    fn source(&self) -> String {
+        let need = self.engine.knowledge().needs().ids().next();
+        need.and_then(|need| self.engine.need_status(need).source).unwrap_or_else(|| "nothing".to_string())
+    }
+
+    fn observe(&mut self, message: &Message) {
+        let Some(&signal) = self.signals.get(&*message.topic) else { return };
+        let (stamp, received, value) = (message.stamp, message.received, message.value.clone());
+        self.engine.handle(Input::Observation(Observation { signal, stamp, received, value }));
+    }
+
+    fn tick(&mut self, now: Time) {
+        if self.engine.next_deadline().is_some_and(|deadline| deadline <= now) {
+            self.engine.handle(Input::Tick(now));
+        }
+    }
+
+    fn poll(&mut self) -> Option<Gift> {
+        Some(match self.engine.poll()? {
+            Output::Event(event) => Gift::Decision(self.decision(event)),
+            Output::Publication(publication) => {
+                Gift::Dmin { stamp: middle(publication.validity), value: raw(&publication.value) }
+            }
+        })
+    }
+}
+
+fn middle(validity: Validity) -> Time {
+    Time(validity.from.0.midpoint(validity.to.0))
+}
+
+fn raw(value: &PublishedValue) -> RawValue {
+    match value {
+        PublishedValue::Scalar(interval) => RawValue::Interval { lo: interval.lo(), hi: interval.hi() },
+        PublishedValue::Vector(intervals) => {
+            RawValue::Vector(intervals.iter().map(|i| i.midpoint()).collect())
+        }
+    }
+}
