@@ -1,12 +1,15 @@
 //! Which ways of knowing are watched, and which can serve a need.
 
-use crate::knowledge::{Id, KnowledgeBase, SignalId, SignalSet, VariableId};
+use crate::knowledge::{Id, KnowledgeBase, Shape, SignalId, SignalSet, VariableId};
 use crate::plan::{self, Graph, Limits, Options};
-use crate::substitution::Way;
+use crate::substitution::{Substitution, Way};
 use alloc::vec::Vec;
 
 /// How many substitutions, and ways, of one variable are watched or considered for a need.
 const MOST: usize = 32;
+
+/// How many substitutions of one variable are looked at for these.
+const MOST_SEARCHED: usize = 256;
 
 /// Expansions after which a search for the next best substitution ends; counted, so that runs repeat.
 const LIMITS: Limits = Limits { expansions: 20_000, states: 20_000 };
@@ -20,13 +23,32 @@ pub(super) struct Source {
 
 /// All ways of knowing every variable that can be known in two ways or more.
 pub(super) fn to_watch(knowledge: &KnowledgeBase, graph: &Graph) -> Vec<Way> {
-    let all: SignalSet = knowledge.signals().ids().collect();
-    let of = |variable| ways(knowledge, graph, variable, &all).into_iter().map(|source| source.way);
-    let ways_of = |variable| of(variable).collect::<Vec<Way>>();
     (0..knowledge.variables().len())
-        .map(|index| ways_of(VariableId::from_index(index)))
+        .map(|index| witnesses(knowledge, graph, VariableId::from_index(index)))
         .filter(|ways| ways.len() > 1)
         .flatten()
+        .collect()
+}
+
+/// The ways of knowing a variable that say something which its other comparisons do not.
+///
+/// A provided number is not looked behind: it is compared in its own right. A provided vector is, as vectors are
+/// compared only in the numbers that follow from them.
+fn witnesses(knowledge: &KnowledgeBase, graph: &Graph, variable: VariableId) -> Vec<Way> {
+    let is_vector = |variable: VariableId| knowledge.variables()[variable].shape == Shape::Vector;
+    let options = Options { substitute_provided: true, ..Options::default() };
+    let found = plan::best(graph, variable, &options, MOST_SEARCHED, LIMITS);
+    let compared_itself = |substitution: &Substitution| {
+        let mut behind =
+            substitution.steps.iter().map(|step| step.output).filter(|&output| output != variable);
+        behind.any(|output| knowledge.is_provided(output) && !is_vector(output))
+    };
+    found
+        .substitutions
+        .iter()
+        .filter(|(substitution, _)| !compared_itself(substitution))
+        .flat_map(|(substitution, _)| Way::choices(knowledge, substitution, |_| true, MOST))
+        .take(MOST)
         .collect()
 }
 
