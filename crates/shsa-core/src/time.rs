@@ -27,7 +27,7 @@ impl Time {
     /// Seconds since the epoch.
     #[must_use]
     pub fn seconds(self) -> f64 {
-        self.0 as f64 * 1e-9
+        self.0 as f64 / 1e9
     }
 }
 
@@ -52,7 +52,7 @@ impl Span {
     /// In seconds.
     #[must_use]
     pub fn seconds(self) -> f64 {
-        self.0 as f64 * 1e-9
+        self.0 as f64 / 1e9
     }
 
     /// Its length without its sign.

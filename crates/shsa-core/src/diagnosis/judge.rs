@@ -69,6 +69,8 @@ struct Standing {
 pub struct Judge {
     options: JudgeOptions,
     priors: IdVec<SignalId, f64>,
+    /// Each signal with all that it is derived from.
+    origins: IdVec<SignalId, SignalSet>,
     standings: IdVec<SignalId, Standing>,
     /// When to look again without a change of evidence.
     next_review: Option<Time>,
@@ -85,6 +87,7 @@ impl Judge {
         Judge {
             options,
             priors: IdVec::filled(count, prior),
+            origins: IdVec::filled(count, |signal| knowledge.origins(signal)),
             standings: IdVec::filled(count, |_| Standing::default()),
             next_review: None,
         }
@@ -96,10 +99,10 @@ impl Judge {
         self.next_review
     }
 
-    /// Whether a signal is neither suspect nor failed.
+    /// Whether neither a signal nor anything that it is derived from is suspect or failed.
     #[must_use]
     pub fn trusts(&self, signal: SignalId) -> bool {
-        self.standings[signal].verdict.is_none()
+        self.origins[signal].iter().all(|origin| self.standings[origin].verdict.is_none())
     }
 
     /// Since when all evidence has spoken for a signal that is suspect or failed.
@@ -124,10 +127,15 @@ impl Judge {
         }
     }
 
-    /// Whether one way of a pair rests on the signal, the other does not, and no failed signal is in it.
+    /// Whether one way of a pair rests on the signal, the other on nothing that the signal comes from, and no failed
+    /// signal is in it.
     fn bears_witness(&self, monitor: &Monitor, pair: &Pair, signal: SignalId) -> bool {
-        let rests = |index| monitor.way(index).is_some_and(|way| way.rests_on.contains(signal));
-        rests(pair.way) != rests(pair.other) && !self.is_explained(pair, Some(signal))
+        let rests = |index| monitor.way(index).map(|way| &way.rests_on);
+        let (Some(one), Some(other)) = (rests(pair.way), rests(pair.other)) else { return false };
+        let origins = &self.origins[signal];
+        let speaks = (one.contains(signal) && !other.meets(origins))
+            || (other.contains(signal) && !one.meets(origins));
+        speaks && !self.is_explained(pair, Some(signal))
     }
 
     /// Takes all evidence in. Complexity: O(pairs) while nothing is in conflict and nobody is accused.
@@ -257,7 +265,7 @@ impl Judge {
             }
             match pair.window.relationship(now) {
                 Relationship::Unknown => {}
-                Relationship::Agree => witnessed = true,
+                Relationship::Agree => witnessed |= self.bears_witness(monitor, pair, signal),
                 Relationship::Undecided | Relationship::Conflict => return false,
             }
         }

@@ -211,7 +211,8 @@ impl Engine {
             self.returning.iter().filter(|entry| over(entry)).map(|(signal, _)| *signal).collect();
         returned.sort_unstable();
         self.returning.retain(|(signal, _)| !returned.contains(signal));
-        for &signal in &returned {
+        // Of a signal that is not trusted, the judge tells when it is again.
+        for &signal in returned.iter().filter(|signal| self.judge.trusts(**signal)) {
             let event = explain::returned(&self.knowledge, signal, self.probation, now);
             self.outputs.push_back(Output::Event(event));
         }
@@ -230,11 +231,14 @@ impl Engine {
     /// Signals that may be used now: available, trusted, and not absent; `proven` leaves out those that have
     /// only just come back.
     fn usable(&self, proven: bool) -> SignalSet {
+        let present = |signal: SignalId| {
+            self.monitor.watch().absence(signal).is_none()
+                && !(proven && self.returning.iter().any(|(returning, _)| *returning == signal))
+        };
         let usable = |signal: &SignalId| {
             self.knowledge.is_available(*signal)
                 && self.judge.trusts(*signal)
-                && self.monitor.watch().absence(*signal).is_none()
-                && !(proven && self.returning.iter().any(|(returning, _)| returning == signal))
+                && self.knowledge.origins(*signal).iter().all(present)
         };
         self.knowledge.signals().ids().filter(usable).collect()
     }

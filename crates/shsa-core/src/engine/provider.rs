@@ -12,7 +12,7 @@ use crate::computation::Computed;
 use crate::diagnosis::Judge;
 use crate::interval::Interval;
 use crate::knowledge::{KnowledgeBase, NeedId, SignalId, SignalSet, Switching, VariableId};
-use crate::monitor::Monitor;
+use crate::monitor::{Monitor, WayIndex};
 use crate::observation::Observation;
 use crate::plan::Graph;
 use crate::service::Service;
@@ -41,6 +41,15 @@ pub struct NeedStatus {
     pub last: Option<Time>,
 }
 
+/// Who gives a value of a need.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Server {
+    /// The chosen source, since the last switch.
+    Active { since: Option<Time> },
+    /// Another trusted way, for the moment.
+    StandIn(WayIndex),
+}
+
 /// Serves one need.
 #[derive(Debug)]
 pub(super) struct Provider {
@@ -59,7 +68,9 @@ pub(super) struct Provider {
     switched: Option<Time>,
     started: Option<Time>,
     last: Option<(Time, Sample)>,
-    /// How far the output is still from the new source after a switch: amount, and when it began.
+    /// Who gave the last value.
+    server: Option<Server>,
+    /// How far the output was from its new source when that took over, and when.
     blend: Option<(f64, Time)>,
     /// Whether it has been told that the need is not served.
     unserved: bool,
@@ -86,6 +97,7 @@ impl Provider {
             switched: None,
             started: None,
             last: None,
+            server: None,
             blend: None,
             unserved: false,
             published: 0,
@@ -128,7 +140,9 @@ impl Provider {
     /// Starts the best source that can be run; whether there is one.
     fn start_best(&mut self, knowledge: &KnowledgeBase) -> bool {
         let service = self.sources.iter().find_map(|source| Service::start(knowledge, source.way.clone()));
-        self.active_rests_on = service.iter().flat_map(|service| service.way().inputs()).collect();
+        self.active_rests_on = SignalSet::new();
+        let inputs = service.iter().flat_map(|service| service.way().inputs());
+        inputs.for_each(|signal| self.active_rests_on.extend(&knowledge.origins(signal)));
         self.active = service;
         self.active.is_some()
     }
@@ -156,7 +170,6 @@ impl Provider {
             );
         }
         self.switched = Some(now);
-        self.begin_blend(now);
         // Where nothing was lost, the need was not served: the first value tells that it is again.
         let because = format!("{} is not trusted any more; {}", lost?, self.alternatives(knowledge));
         Some(self.event(knowledge, EventKind::Substituted, because, now))
@@ -174,7 +187,8 @@ impl Provider {
     }
 
     fn event(&self, knowledge: &KnowledgeBase, kind: EventKind, because: String, time: Time) -> Event {
-        let substitution = self.active.as_ref().map(|service| service.way().describe(knowledge));
+        let service = self.active.as_ref().filter(|_| kind != EventKind::Unhealable);
+        let substitution = service.map(|service| service.way().describe(knowledge));
         Event { time, kind, signal: None, variable: Some(self.variable), because, substitution }
     }
 
@@ -219,7 +233,6 @@ impl Provider {
         let left = self.active.as_ref().map(|service| service.way().describe(knowledge)).unwrap_or_default();
         self.start_best(knowledge);
         self.switched = Some(now);
-        self.begin_blend(now);
         Some(self.event(
             knowledge,
             EventKind::Restored,
@@ -243,23 +256,22 @@ impl Provider {
         let last = self.last.map(|(_, sample)| sample);
         let computed =
             self.active.as_mut().and_then(|service| service.compute(monitor.ports(), last)).map(owned);
-        let sample = match computed {
+        let found = match computed {
             Some((PublishedValue::Scalar(value), validity)) => {
                 let sample = Sample { validity, value };
                 let votes = monitor.votes(self.variable, &self.active_rests_on, sample, trusts);
                 let sound = self.is_fit(&sample, now) && !votes.is_contradicted();
-                if sound { Some(sample) } else { self.stand_in(monitor, trusts, now) }
+                if sound { Some((sample, self.active_server())) } else { self.stand_in(monitor, trusts, now) }
             }
             Some((vector, validity)) => return self.publish(knowledge, vector, validity, now, outputs),
             None if self.is_late(now) => self.stand_in(monitor, trusts, now),
             None => None,
         };
-        match sample.map(|sample| self.blended(sample, now)) {
-            Some(Sample { value, validity }) => {
-                self.publish(knowledge, PublishedValue::Scalar(value), validity, now, outputs);
-            }
-            None => outputs.extend(self.check_age(knowledge, now).map(Output::Event)),
-        }
+        let Some((sample, server)) = found else {
+            return outputs.extend(self.check_age(knowledge, now).map(Output::Event));
+        };
+        let Sample { value, validity } = self.blended(sample, server, now);
+        self.publish(knowledge, PublishedValue::Scalar(value), validity, now, outputs);
     }
 
     /// Whether a value is as new and as narrow as the need asks.
@@ -267,43 +279,48 @@ impl Provider {
         now - sample.validity.to <= self.max_age && sample.value.width() <= self.max_width
     }
 
+    fn active_server(&self) -> Server {
+        Server::Active { since: self.switched }
+    }
+
     /// Half the time that a value may be old is over.
     fn is_late(&self, now: Time) -> bool {
         self.last_served().is_some_and(|last| now - last > Span(self.max_age.0 / 2))
     }
 
-    /// What another trusted way gives at this moment, when it is not contradicted itself.
+    /// What another trusted way gives at this moment, when it is not contradicted itself, with its signals.
     fn stand_in(
         &self,
         monitor: &Monitor,
         trusts: impl Fn(SignalId) -> bool + Copy,
         now: Time,
-    ) -> Option<Sample> {
+    ) -> Option<(Sample, Server)> {
         monitor.fresh().iter().find_map(|&(index, sample)| {
             let way = monitor.way(index).filter(|way| way.variable() == self.variable)?;
             let usable = way.rests_on.iter().all(trusts) && way.rests_on != self.active_rests_on;
             let contradicted =
                 || monitor.votes(self.variable, &way.rests_on, sample, trusts).is_contradicted();
-            (usable && self.is_fit(&sample, now) && !contradicted()).then_some(sample)
+            let sound = usable && self.is_fit(&sample, now) && !contradicted();
+            sound.then_some((sample, Server::StandIn(index)))
         })
-    }
-
-    fn begin_blend(&mut self, now: Time) {
-        self.blend = (self.switching.blend > Span::ZERO).then_some((f64::NAN, now));
     }
 
     /// The value to publish: while a blend lasts, moved towards the last value and grown so that it still holds
     /// the new one.
-    fn blended(&mut self, sample: Sample, now: Time) -> Sample {
-        let mut value = sample.value;
-        if let (Some((amount, began)), Some((_, last))) = (self.blend, self.last) {
-            let amount = if amount.is_nan() { last.value.midpoint() - value.midpoint() } else { amount };
-            let left = 1.0 - (now - began).seconds() / self.switching.blend.seconds();
-            self.blend = (left > 0.0).then_some((amount, began));
-            let shift = amount * left.max(0.0);
-            value = Interval::new(value.lo() + shift, value.hi() + shift).widened(shift.abs());
+    fn blended(&mut self, sample: Sample, server: Server, now: Time) -> Sample {
+        if self.server.replace(server) != Some(server) {
+            let from = self.last.map(|(_, last)| last.value.midpoint() - sample.value.midpoint());
+            self.blend = from.filter(|_| self.switching.blend > Span::ZERO).map(|amount| (amount, now));
         }
-        Sample { value, ..sample }
+        let Some((amount, began)) = self.blend else { return sample };
+        let left = 1.0 - (now - began).seconds() / self.switching.blend.seconds();
+        if left <= 0.0 {
+            self.blend = None;
+            return sample;
+        }
+        let shift = amount * left;
+        let moved = Interval::new(sample.value.lo() + shift, sample.value.hi() + shift);
+        Sample { value: moved.widened(shift.abs()), ..sample }
     }
 
     fn publish(

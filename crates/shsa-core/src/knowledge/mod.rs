@@ -246,6 +246,20 @@ impl KnowledgeBase {
             || self.carriers[variable].iter().any(|&signal| self.available[signal])
     }
 
+    /// A signal with all that it is derived from, transitively.
+    #[must_use]
+    pub fn origins(&self, signal: SignalId) -> SignalSet {
+        let mut all = SignalSet::new();
+        let mut open = Vec::from([signal]);
+        while let Some(signal) = open.pop() {
+            if !all.contains(signal) {
+                all.insert(signal);
+                open.extend(self.signals[signal].derived_from.iter().copied());
+            }
+        }
+        all
+    }
+
     /// The variable of a name.
     #[must_use]
     pub fn variable(&self, name: &str) -> Option<VariableId> {

@@ -109,15 +109,10 @@ fn watched_way(knowledge: &KnowledgeBase, computation: Computation, lookback: Sp
 
 /// The signals of a way with all that they are derived from.
 fn rests_on(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
-    let mut all = SignalSet::new();
-    let mut open: Vec<SignalId> = way.inputs().collect();
-    while let Some(signal) = open.pop() {
-        if !all.contains(signal) {
-            all.insert(signal);
-            open.extend(knowledge.signals()[signal].derived_from.iter().copied());
-        }
-    }
-    all
+    way.inputs().fold(SignalSet::new(), |mut all, signal| {
+        all.extend(&knowledge.origins(signal));
+        all
+    })
 }
 
 /// What a comparison speaks about: the same signals and relations in another variable say the same again.
@@ -140,13 +135,14 @@ fn pair(one: (usize, &WatchedWay), other: (usize, &WatchedWay), debounce: Deboun
     };
     // Of equals, the later in file order: when it delivers, the other of the same row is there.
     let (slow, fast) = if lateness(one.1) > lateness(other.1) { (one, other) } else { (other, one) };
+    let timing = slow.1.computation.timing();
     let mut signals = one.1.rests_on.clone();
     signals.extend(&other.1.rests_on);
     Pair {
         way: way_index(slow.0),
         other: way_index(fast.0),
         signals,
-        window: Window::new(debounce, slow.1.computation.timing().period),
+        window: Window::new(debounce, timing.period, timing.lag + timing.window),
         disagreement: None,
     }
 }

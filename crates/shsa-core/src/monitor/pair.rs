@@ -63,15 +63,18 @@ pub struct Window {
     period: Span,
     declared: bool,
     span: Span,
+    /// How long after an event the slower way tells all of it.
+    lag: Span,
 }
 
 /// Evidence is stale after this many periods without a comparison.
 const STALE_PERIODS: i64 = 6;
 
 impl Window {
-    /// For comparisons that come about every `period`; without a declared period it is learnt.
+    /// For comparisons that come about every `period` (learnt where it is not declared) and tell of an event after
+    /// `lag`.
     #[must_use]
-    pub fn new(debounce: Debounce, period: Option<Span>) -> Window {
+    pub fn new(debounce: Debounce, period: Option<Span>, lag: Span) -> Window {
         let (n, k) = debounce.window(period.unwrap_or(debounce.span));
         Window {
             bits: 0,
@@ -83,6 +86,7 @@ impl Window {
             period: period.unwrap_or(debounce.span),
             declared: period.is_some(),
             span: debounce.span,
+            lag,
         }
     }
 
@@ -142,13 +146,13 @@ impl Window {
     /// How long a conflict takes to show after a fault has begun.
     #[must_use]
     pub fn latency(&self) -> Span {
-        self.period.times(i64::from(self.k))
+        self.period.times(i64::from(self.k)) + self.lag
     }
 
     /// Whether there have been enough comparisons since `moment` for a conflict to show.
     #[must_use]
     pub fn confirmed_since(&self, moment: Time) -> bool {
-        self.last.is_some_and(|last| last - moment >= self.period.times(i64::from(self.k) - 1))
+        self.last.is_some_and(|last| last - moment >= self.period.times(i64::from(self.k) - 1) + self.lag)
     }
 }
 

@@ -24,6 +24,8 @@ pub(super) fn build(
 ) -> IdVec<NeedId, Need> {
     let mut needs: IdVec<NeedId, Need> = IdVec::new();
     let own: BTreeSet<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
+    let read: BTreeMap<&str, &str> =
+        signals.iter().map(|signal| (topic(signal), signal.name.as_str())).collect();
     let mut taken = BTreeSet::new();
     let ages = usual_ages(signals);
     let mut names = Vec::new();
@@ -43,9 +45,21 @@ pub(super) fn build(
             let message = format!("`{name}` is also the name of a signal");
             let help = "where the failed source may still speak, publish under another name";
             problems.warn(at, message, help);
+        } else if let Some(signal) = read.get(name.as_str()) {
+            let message = format!("signal `{signal}` reads `{name}`, which this need publishes");
+            problems.error(
+                at,
+                message,
+                "a substitute is no evidence: leave that signal out, or publish elsewhere",
+            );
         }
     }
     needs
+}
+
+/// Where a signal is found, without the field.
+fn topic(signal: &Signal) -> &str {
+    signal.source.split_once('#').map_or(signal.source.as_str(), |(topic, _)| topic)
 }
 
 /// Reports the needs that no signal, constant or chain of relations provides even when everything is healthy.

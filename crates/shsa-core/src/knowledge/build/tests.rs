@@ -50,7 +50,7 @@ fn drafts_of_programs_may_repeat_names() {
         "constant `c` has two values",
         "relation `r` is given twice",
         "signal `/a` is given twice",
-        "`/healed/a` is published already",
+        "two needs are published as `/healed/a`",
     ];
     assert_eq!(messages(&draft), expected);
 }

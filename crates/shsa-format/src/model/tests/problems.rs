@@ -199,7 +199,7 @@ utility: nrom",
          6:40 error: `-1 s` is negative (write a time like `300 ms`)
          7:3 error: there is no variable `spede` (declare it under `variables`)
          8:3 error: nothing can provide `z` (add a signal that carries it, or a relation whose inputs are provided)
-         9:16 error: `a` is published already (publish under a name that is no signal's and no other need's)
+         9:16 warning: `a` is also the name of a signal (where the failed source may still speak, publish under another name)
          9:30 error: `3 V` does not count in `m` (write a number, which counts in `m`, or a unit like it)
          9:47 error: `-5 %` is negative (write a share like `5 %` or `0.05`)
          9:60 error: `1` has no unit (write a time like `300 ms` or `2 s`)
