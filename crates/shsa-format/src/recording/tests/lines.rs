@@ -67,10 +67,10 @@ fn what_is_written_is_read_again() {
     let sample =
         |wanted, time, received, value| Sample { wanted, time: Time(time), received: Time(received), value };
     let samples = [
-        sample(0, i64::MIN, i64::MIN, RecordedValue::Number(0.1)),
-        sample(1, 7, -5, RecordedValue::Vector(vec![1e308, f64::NEG_INFINITY, 5e-324])),
-        sample(0, 3, 4, RecordedValue::Interval { lo: f64::NEG_INFINITY, hi: -0.0 }),
-        sample(0, 1_432_235_498_025_043_042, i64::MAX, RecordedValue::Number(f64::INFINITY)),
+        sample(0, i64::MIN, i64::MIN, RawValue::Number(0.1)),
+        sample(1, 7, -5, RawValue::Vector(vec![1e308, f64::NEG_INFINITY, 5e-324])),
+        sample(0, 3, 4, RawValue::Interval { lo: f64::NEG_INFINITY, hi: -0.0 }),
+        sample(0, 1_432_235_498_025_043_042, i64::MAX, RawValue::Number(f64::INFINITY)),
     ];
     let names = ["/a", "/b"];
     let mut text = Vec::new();
@@ -86,7 +86,7 @@ fn what_is_written_is_read_again() {
 
 #[test]
 fn not_a_number_is_written_as_null() {
-    let value = RecordedValue::Number(f64::NAN);
+    let value = RawValue::Number(f64::NAN);
     let sample = Sample { wanted: 0, time: Time(1), received: Time(2), value };
     let mut text = Vec::new();
     write_jsonl(&mut text, [&sample], |_| "/a").unwrap();

@@ -71,9 +71,9 @@ fn show_sample(Sample { wanted, time, received, value }: &Sample) -> String {
     let ms = |time: &Time| time.0 as f64 / 1e6;
     let late = if time == received { String::new() } else { format!("<{}", ms(received)) };
     let value = match value {
-        RecordedValue::Number(value) => value.to_string(),
-        RecordedValue::Interval { lo, hi } => format!("{lo}..{hi}"),
-        RecordedValue::Vector(values) => format!("{values:?}"),
+        RawValue::Number(value) => value.to_string(),
+        RawValue::Interval { lo, hi } => format!("{lo}..{hi}"),
+        RawValue::Vector(values) => format!("{values:?}"),
     };
     format!("{wanted}@{}{late}={value}", ms(time))
 }

@@ -24,7 +24,7 @@ fn summary(recording: &Recording, wanted: usize) -> String {
     let show = |sample: Option<&&Sample>| {
         sample.map_or(String::new(), |Sample { time, received, value, .. }| {
             let value = match value {
-                RecordedValue::Vector(items) => {
+                RawValue::Vector(items) => {
                     let finite: f64 = items.iter().filter(|item| item.is_finite()).sum();
                     format!("{} items, finite sum {finite:.6}", items.len())
                 }
@@ -39,7 +39,7 @@ fn summary(recording: &Recording, wanted: usize) -> String {
 fn sum(recording: &Recording, wanted: usize) -> f64 {
     let of = recording.samples.iter().filter(|sample| sample.wanted == wanted);
     let number = |sample: &Sample| match sample.value {
-        RecordedValue::Number(value) => value,
+        RawValue::Number(value) => value,
         _ => f64::NAN,
     };
     of.map(number).sum()
