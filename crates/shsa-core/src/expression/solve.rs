@@ -112,9 +112,7 @@ impl Solver<'_> {
             else {
                 return obstacle("it does not occur", "");
             };
-            let cancels = operation == Operation::Binary(Binary::Mul) && arguments.iter().any(|a| a.is(0.0));
             target = match (operation, arguments) {
-                _ if cancels => return obstacle("it cancels out", "the equation says nothing about it"),
                 (Operation::Unary(unary), [of]) => self.of_one(unary, of, target)?,
                 (Operation::Binary(binary), [of, other]) if place == 0 => {
                     self.of_left(binary, of, other, target)?
