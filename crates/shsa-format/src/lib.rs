@@ -1,5 +1,6 @@
 //! Files: knowledge bases, recordings, faults to inject, journals and stories.
 
+pub mod drive;
 pub mod fault;
 pub mod journal;
 pub mod model;

@@ -3,10 +3,10 @@
 //! Every problem is reported at once, with file, line, column and help.
 
 mod lines;
-mod reader;
+pub(crate) mod reader;
 mod report;
-mod shape;
-mod tree;
+pub(crate) mod shape;
+pub(crate) mod tree;
 
 pub use report::{Located, Report};
 
@@ -78,11 +78,11 @@ pub fn load_file(path: &Path) -> Loaded {
     }
 }
 
-fn refused(name: &str, message: String, help: &str) -> Loaded {
+pub(crate) fn refused(name: &str, message: String, help: &str) -> Loaded {
     Loaded { knowledge: KnowledgeBase::default(), report: Report::whole(name, message, help) }
 }
 
-fn problem(place: Place, message: &str, help: Option<&str>) -> Diagnostic {
+pub(crate) fn problem(place: Place, message: &str, help: Option<&str>) -> Diagnostic {
     let (message, help) = (message.to_owned(), help.map(str::to_owned));
     Diagnostic { severity: Severity::Error, place, span: None, message, help }
 }
