@@ -104,7 +104,8 @@ impl Run {
     }
 }
 
-fn time(input: &Input) -> Time {
+/// When an input arrives.
+pub(crate) fn time(input: &Input) -> Time {
     match input {
         Input::Observation(observation) => observation.received,
         Input::Tick(time) => *time,

@@ -5,3 +5,4 @@ pub mod fault;
 pub mod journal;
 pub mod model;
 pub mod recording;
+pub mod story;

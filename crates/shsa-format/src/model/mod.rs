@@ -2,7 +2,7 @@
 //!
 //! Every problem is reported at once, with file, line, column and help.
 
-mod lines;
+pub(crate) mod lines;
 pub(crate) mod reader;
 mod report;
 pub(crate) mod shape;
@@ -58,27 +58,27 @@ pub fn load(text: &str, name: &str) -> Loaded {
 /// As [`load`] for a file; a file that cannot be read is an error in the report.
 #[must_use]
 pub fn load_file(path: &Path) -> Loaded {
-    let name = path.display().to_string();
-    let mut bytes = Vec::new();
-    let limit = MAX_BYTES as u64 + 1;
-    if let Err(error) = File::open(path).and_then(|file| file.take(limit).read_to_end(&mut bytes)) {
-        return refused(
-            &name,
-            format!("cannot read the model: {error}"),
-            "give the path of a YAML or JSON file",
-        );
-    }
-    match String::from_utf8(bytes) {
-        Ok(text) => load(&text, &name),
-        Err(error) => {
-            let at = error.utf8_error().valid_up_to();
-            let message = format!("the model is no text: byte {at} is not UTF-8");
-            refused(&name, message, "save it as UTF-8")
-        }
+    match read_text(path, "model") {
+        Ok(text) => load(&text, &path.display().to_string()),
+        Err(report) => Loaded { knowledge: KnowledgeBase::default(), report },
     }
 }
 
-pub(crate) fn refused(name: &str, message: String, help: &str) -> Loaded {
+/// The text of a file; `what` is what it should be.
+pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, Report> {
+    let mut bytes = Vec::new();
+    let limit = MAX_BYTES as u64 + 1;
+    let refused = |message: String, help| Report::whole(&path.display().to_string(), message, help);
+    if let Err(error) = File::open(path).and_then(|file| file.take(limit).read_to_end(&mut bytes)) {
+        return Err(refused(format!("cannot read the {what}: {error}"), "give the path of a YAML or JSON file"));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        refused(format!("the {what} is no text: byte {at} is not UTF-8"), "save it as UTF-8")
+    })
+}
+
+fn refused(name: &str, message: String, help: &str) -> Loaded {
     Loaded { knowledge: KnowledgeBase::default(), report: Report::whole(name, message, help) }
 }
 
