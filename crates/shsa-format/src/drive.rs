@@ -74,7 +74,8 @@ impl Run {
         record: &mut impl FnMut(&Input) -> Result<(), E>,
     ) -> Result<(), E> {
         let mut before = None;
-        while let Some(due) = self.engine.next_deadline().filter(|due| *due < moment && before != Some(*due)) {
+        while let Some(due) = self.engine.next_deadline().filter(|due| *due < moment && before != Some(*due))
+        {
             self.take(&Input::Tick(due), record)?;
             before = Some(due);
         }

@@ -70,7 +70,10 @@ pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, Report> {
     let limit = MAX_BYTES as u64 + 1;
     let refused = |message: String, help| Report::whole(&path.display().to_string(), message, help);
     if let Err(error) = File::open(path).and_then(|file| file.take(limit).read_to_end(&mut bytes)) {
-        return Err(refused(format!("cannot read the {what}: {error}"), "give the path of a YAML or JSON file"));
+        return Err(refused(
+            format!("cannot read the {what}: {error}"),
+            "give the path of a YAML or JSON file",
+        ));
     }
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();

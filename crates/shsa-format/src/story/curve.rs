@@ -64,7 +64,11 @@ impl Definitions {
             && own != unit.dimension
         {
             let help = format!("write a number, which counts in `{unit}`, or give the formula its unit");
-            reader.note(text.place, &format!("this formula does not count in `{unit}` but in `{own}`"), &help);
+            reader.note(
+                text.place,
+                &format!("this formula does not count in `{unit}` but in `{own}`"),
+                &help,
+            );
             return None;
         }
         Some(Curve { program: compile(reader, text, &formula)?, dimension })
@@ -77,7 +81,11 @@ impl Definitions {
         let formula = checked.formula?;
         if formula.is_stateful() || formula.shape() != Shape::Scalar {
             let message = "a formula of time gives one number and remembers nothing";
-            reader.note(text.place, message, "write the value as a formula of `t`, such as `20 + 0.5 * sin(t * 1 rad/s)`");
+            reader.note(
+                text.place,
+                message,
+                "write the value as a formula of `t`, such as `20 + 0.5 * sin(t * 1 rad/s)`",
+            );
             return None;
         }
         let definitions: Vec<(Symbol, &Formula)> =

@@ -107,9 +107,7 @@ impl Expectation {
                 };
                 (met, seen.unwrap_or_else(|| "nothing".to_owned()))
             }
-            Expectation::Values { need, between, limits } => {
-                check_values(evidence, *need, *between, limits)
-            }
+            Expectation::Values { need, between, limits } => check_values(evidence, *need, *between, limits),
         }
     }
 
@@ -142,12 +140,7 @@ fn holds_all(text: &str, parts: &[String]) -> bool {
     parts.iter().all(|part| text.contains(part.as_str()))
 }
 
-fn check_values(
-    evidence: &Evidence<'_>,
-    need: NeedId,
-    between: Between,
-    limits: &[Limit],
-) -> (bool, String) {
+fn check_values(evidence: &Evidence<'_>, need: NeedId, between: Between, limits: &[Limit]) -> (bool, String) {
     let publications = evidence.run.publications.iter();
     let values: Vec<&Publication> = publications
         .filter(|publication| publication.need == need && between.contains(publication.time))
@@ -167,7 +160,12 @@ fn check_values(
 }
 
 impl Limit {
-    fn check(&self, middles: &[(Time, f64)], between: Between, unit: Option<&Unit>) -> (bool, Option<String>) {
+    fn check(
+        &self,
+        middles: &[(Time, f64)],
+        between: Between,
+        unit: Option<&Unit>,
+    ) -> (bool, Option<String>) {
         let name = unit.map_or(String::new(), |unit| format!(" {unit}"));
         match self {
             Limit::None => (middles.is_empty(), None),

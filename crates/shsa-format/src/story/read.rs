@@ -59,7 +59,8 @@ pub(super) fn load(text: &str, name: &str, folder: &Path) -> Loaded {
 fn story(reader: &mut Reader, root: &Node, text: &str, folder: &Path) -> (Option<Story>, Report) {
     let fields = reader.fields(root, "a story: a mapping", &STORY, "story: what happens, in a sentence");
     let mut required = |key| required(reader, root, &fields, key);
-    let nodes = (required("story"), required("why"), required("model"), required("trace"), required("expect"));
+    let nodes =
+        (required("story"), required("why"), required("model"), required("trace"), required("expect"));
     let (Some(title), Some(why), Some(model), Some(trace), Some(expect)) = nodes else {
         return (None, Report::default());
     };
@@ -135,15 +136,17 @@ impl Writer<'_, '_> {
         let duration = duration.and_then(|text| self.span(&text)).unwrap_or(Span::ZERO);
         self.end = Time(0) + duration;
         let mut trace = Trace { duration, seed: 1, ..Trace::default() };
-        if let Some(seed) = fields.get("seed").and_then(|node| self.reader.text(node, "a number", "seed: 7")) {
+        if let Some(seed) = fields.get("seed").and_then(|node| self.reader.text(node, "a number", "seed: 7"))
+        {
             trace.seed = seed.text.parse().unwrap_or_else(|_| {
                 self.reader.note(seed.place, "a seed is a whole number", "write it like `seed: 7`");
                 1
             });
         }
         let definitions = fields.get("truth").map(|node| self.definitions(node)).unwrap_or_default();
-        for (name, node) in
-            fields.get("signals").map_or(&[][..], |node| self.reader.entries(node, "signals", "/a: { value: 5 }"))
+        for (name, node) in fields
+            .get("signals")
+            .map_or(&[][..], |node| self.reader.entries(node, "signals", "/a: { value: 5 }"))
         {
             self.signal(&mut trace, name, node, &definitions);
         }
@@ -169,7 +172,8 @@ impl Writer<'_, '_> {
 
     fn signal(&mut self, trace: &mut Trace, name: &Text, node: &Node, definitions: &Definitions) {
         let Some(signal) = self.find_signal(name) else { return };
-        let fields = self.reader.fields(node, "what is observed", &SOURCE, "/a: { value: 20 m/s, rate: 10 Hz }");
+        let fields =
+            self.reader.fields(node, "what is observed", &SOURCE, "/a: { value: 20 m/s, rate: 10 Hz }");
         let described = &self.knowledge.signals()[signal];
         let mut keys = Keys { reader: self.reader, fields };
         let echo = keys.text("echo", "the variable of a need", "speed");
@@ -194,11 +198,27 @@ impl Writer<'_, '_> {
         let Some(period) = self.period(name, rate, described.rate_hz, to - from) else { return };
         let spans = (jitter.unwrap_or(Span::ZERO), delay.unwrap_or(Span::ZERO));
         let (jitter, delay) = spans;
-        trace.sources.extend(curve.map(|curve| Source { signal, curve, period, from, to, jitter, delay, latency, noise }));
+        trace.sources.extend(curve.map(|curve| Source {
+            signal,
+            curve,
+            period,
+            from,
+            to,
+            jitter,
+            delay,
+            latency,
+            noise,
+        }));
     }
 
     /// Time between two samples: as the story says, else as the model does.
-    fn period(&mut self, name: &Text, rate: Option<Text>, declared: Option<f64>, length: Span) -> Option<Span> {
+    fn period(
+        &mut self,
+        name: &Text,
+        rate: Option<Text>,
+        declared: Option<f64>,
+        length: Span,
+    ) -> Option<Span> {
         let hertz = match &rate {
             Some(text) => self.quantity(text, Some(&hertz()), false),
             None => declared,
@@ -294,8 +314,7 @@ impl Writer<'_, '_> {
             let names = fields.get(key).map(|node| reader.names(node, "texts", "because: [/a says]"));
             names.unwrap_or_default().into_iter().map(|text| text.text).collect()
         };
-        let (because, substitution) =
-            (texts(self.reader, "because"), texts(self.reader, "substitution"));
+        let (because, substitution) = (texts(self.reader, "because"), texts(self.reader, "substitution"));
         let mut keys = Keys { reader: self.reader, fields };
         let never = keys.text("never", "a kind of event, or `anything`", "failed");
         let event = keys.text("event", "a kind of event", "failed");
@@ -364,7 +383,12 @@ impl Writer<'_, '_> {
         let unit = self.knowledge.variables()[self.knowledge.needs()[need].variable].unit.clone();
         let mut limits = Vec::new();
         if let Some(text) = none {
-            limits.extend(self.known(&text, "word", (text.text == "none").then_some(Limit::None), ["none"].into_iter()));
+            limits.extend(self.known(
+                &text,
+                "word",
+                (text.text == "none").then_some(Limit::None),
+                ["none"].into_iter(),
+            ));
         }
         limits.extend(gap.and_then(|text| self.span(&text)).map(Limit::LongestGap));
         limits.extend(jump.and_then(|text| self.amount(&text, unit.as_ref())).map(Limit::LargestJump));
@@ -390,7 +414,8 @@ impl Writer<'_, '_> {
 
     fn between(&mut self, fields: &Fields<'_>) -> Between {
         let whole = Between { from: Time(0), to: self.end };
-        let pair = fields.get("between").and_then(|node| self.reader.pair(node, "two times", "between: [5 s, 9 s]"));
+        let pair =
+            fields.get("between").and_then(|node| self.reader.pair(node, "two times", "between: [5 s, 9 s]"));
         let Some((from, to)) = pair else { return whole };
         let (Some(begin), Some(end)) = (self.moment(&from), self.moment(&to)) else { return whole };
         if begin > end {
@@ -428,7 +453,11 @@ impl Writer<'_, '_> {
         let bare = text.text.trim().parse::<f64>().is_ok_and(|number| number != 0.0);
         let seconds = self.quantity(text, Some(&second), false)?;
         if bare || !(0.0..=3.2e9).contains(&seconds) {
-            self.reader.note(text.place, &format!("`{}` is no time", text.text), "write it like `300 ms` or `2 s`");
+            self.reader.note(
+                text.place,
+                &format!("`{}` is no time", text.text),
+                "write it like `300 ms` or `2 s`",
+            );
             return None;
         }
         Some(Span::from_seconds(seconds))
@@ -443,7 +472,11 @@ impl Writer<'_, '_> {
         let read = match parse_quantity(&text.text) {
             Ok(read) => read,
             Err(problem) => {
-                self.reader.note(text.place, &problem.message, "write a number, with its unit where it has one");
+                self.reader.note(
+                    text.place,
+                    &problem.message,
+                    "write a number, with its unit where it has one",
+                );
                 return None;
             }
         };

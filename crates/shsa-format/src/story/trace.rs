@@ -51,7 +51,8 @@ pub(super) struct Echo {
 impl Trace {
     /// All observations but the echoes, with the faults injected, in the order of their reception.
     pub(super) fn inputs(&self, knowledge: &KnowledgeBase) -> Vec<Input> {
-        let sampled = |(number, source): (usize, &Source)| source.samples(knowledge, self.seed, number as u64);
+        let sampled =
+            |(number, source): (usize, &Source)| source.samples(knowledge, self.seed, number as u64);
         let mut samples: Vec<Sample> = self.sources.iter().enumerate().flat_map(sampled).collect();
         samples.extend(self.rows.iter().cloned());
         samples.sort_by_key(|sample| sample.received);
