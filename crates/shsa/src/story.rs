@@ -37,7 +37,7 @@ fn load(path: &Path) -> anyhow::Result<Story> {
 fn tell(story: &Story) -> anyhow::Result<bool> {
     let outcome = story.run();
     let mut output = stdout().lock();
-    writeln!(output, "{}\n{}\n", paint(Paint::Bold, &story.title), story.why.trim_end())?;
+    writeln!(output, "{}\n{}\n", story.title, story.why.trim_end())?;
     writeln!(output, "{} observations in {:.0} s", outcome.run.observations, outcome.run.last.seconds())?;
     for event in &outcome.run.events {
         let source = event.substitution.as_ref().map(|source| format!(", now from {source}"));

@@ -253,18 +253,19 @@ impl Writer<'_, '_> {
     fn row(&mut self, node: &Node) -> Option<Sample> {
         let example = "{ signal: /a, time: 5 s, value: 3 }";
         let fields = self.reader.fields(node, "an observation", &ROW, example);
-        let value = required(self.reader, node, &fields, "value").and_then(|node| self.raw(node));
-        let mut keys = Keys { reader: self.reader, fields };
-        let signal = keys.text("signal", "a signal", "/a");
-        let (time, received) = (keys.span("time"), keys.span("received"));
+        let mut required = |key| required(self.reader, node, &fields, key);
+        let (signal, time, value) = (required("signal"), required("time"), required("value"));
+        let signal = signal.and_then(|node| self.reader.text(node, "a signal", "/a"));
         let signal = signal.and_then(|name| self.find_signal(&name));
-        let time = time.and_then(|text| self.span(&text)).map(|span| Time(0) + span);
-        let received = received.and_then(|text| self.span(&text)).map(|span| Time(0) + span);
-        let (Some(signal), Some(time), Some(value)) = (signal, time, value) else {
-            self.reader.wrong(node, "a row has a signal, a time and a value", example);
-            return None;
-        };
-        Some(Sample { wanted: signal.index(), time, received: received.unwrap_or(time), value })
+        let (time, received) = (self.time(time), self.time(fields.get("received")));
+        let value = value.and_then(|node| self.raw(node))?;
+        let (wanted, time) = (signal?.index(), time?);
+        Some(Sample { wanted, time, received: received.unwrap_or(time), value })
+    }
+
+    fn time(&mut self, node: Option<&Node>) -> Option<Time> {
+        let text = self.reader.text(node?, "a time", "5 s")?;
+        Some(Time(0) + self.span(&text)?)
     }
 
     /// A number (also `nan` and `inf`), a list of them, or `{ lo: .., hi: .. }`.

@@ -131,7 +131,7 @@ fn verdicts_sources_and_values_are_found_and_missed() {
     check(
         CALM,
         "{ need: room, largest_jump: 0.1 K, largest_error: 0.1 K, truth: room, between: [1 s, 3 s] }",
-        "yes: 5 values, largest jump 0.000 degC at 1.50 s, largest error 0.000 degC at 1.00 s",
+        "yes: 5 values, largest jump 0.000 degC at 3.00 s, largest error 0.000 degC at 3.00 s",
     );
 }
 
@@ -149,7 +149,7 @@ fn refuse(trace: &str, expect: &str, expected: &str) {
 #[test]
 fn mistakes_are_told_with_their_places() {
     refuse("{ durations: 5 s }", "[]", "10:8: `duration` is missing");
-    refuse("{ duration: 5 }", "[]", "10:19: `5` is no time");
+    refuse("{ duration: 5 }", "[]", "10:20: `5` is no time");
     refuse("{ duration: 5 s, sead: 4 }", "[]", "10:25: unknown key `sead`; did you mean `seed`?");
     refuse(
         "{ duration: 5 s, signals: { /c: { value: 5 } } }",
@@ -173,17 +173,17 @@ fn mistakes_are_told_with_their_places() {
         "10:49: a formula of time gives one",
     );
     refuse("{ duration: 5 s, truth: { t: 5 } }", "[]", "10:34: `t` has a meaning already");
-    refuse("{ duration: 5 s, faults: [\"bias:/a\"] }", "[]", "10:36: fault 'bias:/a': bias needs an amount");
+    refuse("{ duration: 5 s, faults: [\"bias:/a\"] }", "[]", "10:35: fault 'bias:/a': bias needs an amount");
     refuse(
         "{ duration: 5 s, rows: [{ signal: /a, time: 5 s, value: x }] }",
         "[]",
         "10:64: this is no observed value",
     );
-    refuse(CALM, "[{ event: fialed }]", "11:18: there is no event `fialed`; did you mean `failed`?");
+    refuse(CALM, "[{ event: fialed }]", "11:19: there is no event `fialed`; did you mean `failed`?");
     refuse(
         CALM,
         "[{ verdict: fine, signal: /a, at: 5 s }]",
-        "11:20: there is no verdict `fine`; known here: unknown,",
+        "11:21: there is no verdict `fine`; known here: unknown,",
     );
     refuse(CALM, "[{ verdict: failed, signal: /a, at: 50 s }]", "11:43: the story is over by then");
     refuse(CALM, "[{ need: room }]", "11:10: nothing is expected of these values");

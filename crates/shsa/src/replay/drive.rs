@@ -3,6 +3,7 @@
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use shsa_core::engine::Input;
 use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::time::Time;
 use shsa_format::drive::Run;
 use std::io::{IsTerminal, stderr};
 

@@ -62,11 +62,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let began = Instant::now();
     let run = play(arguments, &knowledge, &source)?;
     let elapsed = began.elapsed();
-    let clean = source
-        .clean
-        .as_ref()
-        .map(|inputs| drive(&knowledge, inputs, source.end, |_| Ok(())))
-        .transpose()?;
+    let clean =
+        source.clean.as_ref().map(|inputs| drive(&knowledge, inputs, source.end, |_| Ok(()))).transpose()?;
     if let Some(path) = &arguments.output {
         let file = File::create(path).with_context(|| format!("{} cannot be written", path.display()))?;
         report::write_values(&knowledge, &run, BufWriter::new(file))?;
