@@ -1,6 +1,8 @@
 //! Files: knowledge bases, recordings, faults to inject, journals and stories.
 
+pub mod drive;
 pub mod fault;
 pub mod journal;
 pub mod model;
 pub mod recording;
+pub mod story;

@@ -8,6 +8,7 @@ mod outcome;
 mod plan;
 mod replay;
 mod show;
+mod story;
 
 use clap::{Parser, Subcommand};
 use outcome::Outcome;
@@ -38,6 +39,8 @@ enum Command {
     Monitor(monitor::Arguments),
     /// Run the whole loop over recordings, with faults injected if you like.
     Replay(replay::Arguments),
+    /// Tell stories: what is observed, what is decided and why, and whether it is what was expected.
+    Story(story::Arguments),
     /// Watch a simulated system break and heal.
     Demo(demo::DemoArgs),
     /// Print completions for a shell.
@@ -51,6 +54,7 @@ fn main() -> ExitCode {
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
+        Command::Story(arguments) => story::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Completions(arguments) => complete::run(&arguments),
     };

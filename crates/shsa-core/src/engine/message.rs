@@ -44,6 +44,33 @@ pub enum EventKind {
     Refused,
 }
 
+impl EventKind {
+    /// Every kind.
+    pub const ALL: [EventKind; 7] = [
+        EventKind::Suspected,
+        EventKind::Failed,
+        EventKind::Silent,
+        EventKind::Substituted,
+        EventKind::Restored,
+        EventKind::Unhealable,
+        EventKind::Refused,
+    ];
+
+    /// What it is called in files and on screens.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            EventKind::Suspected => "suspected",
+            EventKind::Failed => "failed",
+            EventKind::Silent => "silent",
+            EventKind::Substituted => "substituted",
+            EventKind::Restored => "restored",
+            EventKind::Unhealable => "unhealable",
+            EventKind::Refused => "refused",
+        }
+    }
+}
+
 /// A decision, with its reason.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {

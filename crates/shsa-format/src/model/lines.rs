@@ -1,35 +1,35 @@
 //! The lines of a source: from byte offsets to lines and columns.
 
 /// A source with the starts of its lines.
-pub(super) struct Lines<'a> {
+pub(crate) struct Lines<'a> {
     source: &'a str,
     starts: Vec<usize>,
 }
 
 impl<'a> Lines<'a> {
     /// Time: linear in the source.
-    pub(super) fn new(source: &'a str) -> Lines<'a> {
+    pub(crate) fn new(source: &'a str) -> Lines<'a> {
         let breaks = source.bytes().enumerate().filter(|&(_, byte)| byte == b'\n').map(|(at, _)| at + 1);
         Lines { source, starts: std::iter::once(0).chain(breaks).collect() }
     }
 
     /// The line of an offset, counted from 1. Time: logarithmic in the lines.
-    pub(super) fn number(&self, at: usize) -> usize {
+    pub(crate) fn number(&self, at: usize) -> usize {
         self.starts.partition_point(|&start| start <= at)
     }
 
     /// Where the line of an offset begins.
-    pub(super) fn start(&self, at: usize) -> usize {
+    pub(crate) fn start(&self, at: usize) -> usize {
         self.starts.get(self.number(at) - 1).copied().unwrap_or(0)
     }
 
     /// The line of an offset, without its end.
-    pub(super) fn text(&self, at: usize) -> &'a str {
+    pub(crate) fn text(&self, at: usize) -> &'a str {
         self.source.get(self.start(at)..).and_then(|rest| rest.lines().next()).unwrap_or("")
     }
 
     /// How many bytes there are in all.
-    pub(super) fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         self.source.len()
     }
 }

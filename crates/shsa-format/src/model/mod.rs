@@ -2,11 +2,11 @@
 //!
 //! Every problem is reported at once, with file, line, column and help.
 
-mod lines;
-mod reader;
+pub(crate) mod lines;
+pub(crate) mod reader;
 mod report;
-mod shape;
-mod tree;
+pub(crate) mod shape;
+pub(crate) mod tree;
 
 pub use report::{Located, Report};
 
@@ -58,31 +58,34 @@ pub fn load(text: &str, name: &str) -> Loaded {
 /// As [`load`] for a file; a file that cannot be read is an error in the report.
 #[must_use]
 pub fn load_file(path: &Path) -> Loaded {
-    let name = path.display().to_string();
+    match read_text(path, "model") {
+        Ok(text) => load(&text, &path.display().to_string()),
+        Err(report) => Loaded { knowledge: KnowledgeBase::default(), report },
+    }
+}
+
+/// The text of a file; `what` is what it should be.
+pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, Report> {
     let mut bytes = Vec::new();
     let limit = MAX_BYTES as u64 + 1;
+    let refused = |message: String, help| Report::whole(&path.display().to_string(), message, help);
     if let Err(error) = File::open(path).and_then(|file| file.take(limit).read_to_end(&mut bytes)) {
-        return refused(
-            &name,
-            format!("cannot read the model: {error}"),
+        return Err(refused(
+            format!("cannot read the {what}: {error}"),
             "give the path of a YAML or JSON file",
-        );
+        ));
     }
-    match String::from_utf8(bytes) {
-        Ok(text) => load(&text, &name),
-        Err(error) => {
-            let at = error.utf8_error().valid_up_to();
-            let message = format!("the model is no text: byte {at} is not UTF-8");
-            refused(&name, message, "save it as UTF-8")
-        }
-    }
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        refused(format!("the {what} is no text: byte {at} is not UTF-8"), "save it as UTF-8")
+    })
 }
 
 fn refused(name: &str, message: String, help: &str) -> Loaded {
     Loaded { knowledge: KnowledgeBase::default(), report: Report::whole(name, message, help) }
 }
 
-fn problem(place: Place, message: &str, help: Option<&str>) -> Diagnostic {
+pub(crate) fn problem(place: Place, message: &str, help: Option<&str>) -> Diagnostic {
     let (message, help) = (message.to_owned(), help.map(str::to_owned));
     Diagnostic { severity: Severity::Error, place, span: None, message, help }
 }

@@ -11,30 +11,30 @@ const MAX_PROBLEMS: usize = 10_000;
 
 /// Collects the problems of a whole model.
 #[derive(Default)]
-pub(super) struct Reader {
-    pub(super) problems: Vec<Diagnostic>,
+pub(crate) struct Reader {
+    pub(crate) problems: Vec<Diagnostic>,
 }
 
 /// The values of a mapping whose keys are fixed.
-pub(super) struct Fields<'n> {
+pub(crate) struct Fields<'n> {
     entries: &'n [(Text, Node)],
 }
 
 impl<'n> Fields<'n> {
     /// The value of a key; `None` when it is absent or null.
-    pub(super) fn get(&self, key: &str) -> Option<&'n Node> {
+    pub(crate) fn get(&self, key: &str) -> Option<&'n Node> {
         let found = self.entries.iter().find(|(name, _)| name.text == key);
         found.map(|(_, node)| node).filter(|node| !matches!(node.value, Value::Null))
     }
 }
 
 impl Reader {
-    pub(super) fn wrong(&mut self, node: &Node, message: &str, help: &str) {
+    pub(crate) fn wrong(&mut self, node: &Node, message: &str, help: &str) {
         self.note(node.place, message, help);
     }
 
     /// Adds an error.
-    pub(super) fn note(&mut self, place: Place, message: &str, help: &str) {
+    pub(crate) fn note(&mut self, place: Place, message: &str, help: &str) {
         if self.problems.len() < MAX_PROBLEMS {
             self.problems.push(problem(place, message, Some(help)));
         }
@@ -42,7 +42,7 @@ impl Reader {
 
     /// The entries of a mapping with free names; none for null. `what` says what was expected, `example` how it is
     /// written.
-    pub(super) fn entries<'n>(&mut self, node: &'n Node, what: &str, example: &str) -> &'n [(Text, Node)] {
+    pub(crate) fn entries<'n>(&mut self, node: &'n Node, what: &str, example: &str) -> &'n [(Text, Node)] {
         match &node.value {
             Value::Map(entries) => entries,
             Value::Null => &[],
@@ -54,7 +54,7 @@ impl Reader {
     }
 
     /// A mapping with fixed keys; unknown ones are reported with the nearest known one.
-    pub(super) fn fields<'n>(
+    pub(crate) fn fields<'n>(
         &mut self,
         node: &'n Node,
         what: &str,
@@ -74,7 +74,7 @@ impl Reader {
     }
 
     /// A word, number or quantity.
-    pub(super) fn text(&mut self, node: &Node, what: &str, example: &str) -> Option<Text> {
+    pub(crate) fn text(&mut self, node: &Node, what: &str, example: &str) -> Option<Text> {
         match &node.value {
             Value::Scalar(text) => Some(text.clone()),
             _ => {
@@ -85,7 +85,7 @@ impl Reader {
     }
 
     /// One value, or a list of the lowest and the highest.
-    pub(super) fn bounds(&mut self, node: &Node, what: &str, example: &str) -> Option<Bounds> {
+    pub(crate) fn bounds(&mut self, node: &Node, what: &str, example: &str) -> Option<Bounds> {
         match &node.value {
             Value::Scalar(text) => Some(Bounds::One(text.clone())),
             _ => self.pair(node, what, example).map(|(lo, hi)| Bounds::Two(lo, hi)),
@@ -93,7 +93,7 @@ impl Reader {
     }
 
     /// A list of the lowest and the highest value.
-    pub(super) fn pair(&mut self, node: &Node, what: &str, example: &str) -> Option<(Text, Text)> {
+    pub(crate) fn pair(&mut self, node: &Node, what: &str, example: &str) -> Option<(Text, Text)> {
         if let Value::List(items) = &node.value
             && let [Node { value: Value::Scalar(lo), .. }, Node { value: Value::Scalar(hi), .. }] =
                 items.as_slice()
@@ -105,7 +105,7 @@ impl Reader {
     }
 
     /// A list of names; one name stands for a list of one.
-    pub(super) fn names(&mut self, node: &Node, what: &str, example: &str) -> Vec<Text> {
+    pub(crate) fn names(&mut self, node: &Node, what: &str, example: &str) -> Vec<Text> {
         match &node.value {
             Value::Scalar(name) => vec![name.clone()],
             Value::List(items) => {
@@ -119,7 +119,7 @@ impl Reader {
     }
 
     /// Named numbers.
-    pub(super) fn properties(&mut self, node: Option<&Node>) -> PropertyDrafts {
+    pub(crate) fn properties(&mut self, node: Option<&Node>) -> PropertyDrafts {
         let example = "{ accuracy: 0.9 }";
         let entries = node.map_or(&[][..], |node| self.entries(node, "named numbers", example));
         let read = |(name, node): &(Text, Node)| Some((name.clone(), self.text(node, "a number", example)?));
@@ -134,5 +134,27 @@ impl Reader {
             Value::Map(_) => "a mapping",
         };
         self.wrong(node, &format!("expected {what}, found {found}"), &format!("write it like `{example}`"));
+    }
+}
+
+/// Reads the values of one mapping by their keys.
+pub(crate) struct Keys<'r, 'n> {
+    pub(crate) reader: &'r mut Reader,
+    pub(crate) fields: Fields<'n>,
+}
+
+impl Keys<'_, '_> {
+    pub(crate) fn text(&mut self, key: &str, what: &str, example: &str) -> Option<Text> {
+        let node = self.fields.get(key)?;
+        self.reader.text(node, what, &format!("{key}: {example}"))
+    }
+
+    pub(crate) fn span(&mut self, key: &str) -> Option<Text> {
+        self.text(key, "a time", "300 ms")
+    }
+
+    pub(crate) fn names(&mut self, key: &str, what: &str) -> Option<Vec<Text>> {
+        let node = self.fields.get(key)?;
+        Some(self.reader.names(node, what, &format!("{key}: [speed, dmin]")))
     }
 }

@@ -70,7 +70,7 @@ impl Report {
     }
 
     /// A report of one error about a whole file.
-    pub(super) fn whole(file: &str, message: String, help: &str) -> Report {
+    pub(crate) fn whole(file: &str, message: String, help: &str) -> Report {
         let (source_line, span) = (String::new(), 0..0);
         let (severity, help, file) = (Severity::Error, Some(help.to_owned()), file.to_owned());
         let found = Located { severity, message, file, line: 0, column: 0, help, source_line, span };
@@ -78,7 +78,7 @@ impl Report {
     }
 
     /// Finds lines and columns; in scalars that start at `rewritten` no spans are counted.
-    pub(super) fn locate(
+    pub(crate) fn locate(
         file: &str,
         source: &str,
         mut found: Vec<Diagnostic>,

@@ -5,7 +5,7 @@ use shsa_core::knowledge::{
 };
 
 use super::problem;
-use super::reader::{Fields, Reader};
+use super::reader::{Fields, Keys, Reader};
 use super::tree::{Node, Value};
 
 /// The version of the model's shape that is read here.
@@ -31,7 +31,7 @@ const NEED: [&str; 8] =
     ["signal", "max_age", "max_width", "integrity", "hold", "probation", "blend", "hysteresis"];
 
 /// Reads the tree of a model into a draft.
-pub(super) fn draft(reader: &mut Reader, root: &Node) -> Draft {
+pub(crate) fn draft(reader: &mut Reader, root: &Node) -> Draft {
     let example = "shsa: 1";
     let fields = reader.fields(root, "a model: a mapping", &MODEL, example);
     version(reader, root, &fields);
@@ -83,28 +83,6 @@ fn version(reader: &mut Reader, root: &Node, fields: &Fields) {
             reader.problems.push(missing);
         }
         None => {}
-    }
-}
-
-/// Reads the values of one mapping by their keys.
-struct Keys<'r, 'n> {
-    reader: &'r mut Reader,
-    fields: Fields<'n>,
-}
-
-impl Keys<'_, '_> {
-    fn text(&mut self, key: &str, what: &str, example: &str) -> Option<Text> {
-        let node = self.fields.get(key)?;
-        self.reader.text(node, what, &format!("{key}: {example}"))
-    }
-
-    fn span(&mut self, key: &str) -> Option<Text> {
-        self.text(key, "a time", "300 ms")
-    }
-
-    fn names(&mut self, key: &str, what: &str) -> Option<Vec<Text>> {
-        let node = self.fields.get(key)?;
-        Some(self.reader.names(node, what, &format!("{key}: [speed, dmin]")))
     }
 }
 

@@ -22,14 +22,14 @@ const MAX_KEPT: usize = 100_000;
 
 /// A value of the text.
 #[derive(Clone, Debug)]
-pub(super) struct Node {
-    pub(super) place: Place,
-    pub(super) value: Value,
+pub(crate) struct Node {
+    pub(crate) place: Place,
+    pub(crate) value: Value,
 }
 
 /// The kinds of values.
 #[derive(Clone, Debug)]
-pub(super) enum Value {
+pub(crate) enum Value {
     Null,
     Scalar(Text),
     List(Vec<Node>),
@@ -38,16 +38,16 @@ pub(super) enum Value {
 
 /// What was read.
 #[derive(Default)]
-pub(super) struct Tree {
+pub(crate) struct Tree {
     /// `None` when the text is empty or broken.
-    pub(super) root: Option<Node>,
+    pub(crate) root: Option<Node>,
     /// Starts of scalars whose text differs from the source (escapes, folded lines): spans do not count in them.
-    pub(super) rewritten: BTreeSet<u32>,
-    pub(super) problems: Vec<Diagnostic>,
+    pub(crate) rewritten: BTreeSet<u32>,
+    pub(crate) problems: Vec<Diagnostic>,
 }
 
 /// Reads one document; the first syntax error ends the reading.
-pub(super) fn read(source: &str) -> Tree {
+pub(crate) fn read(source: &str) -> Tree {
     let mut options = granit_parser::Options::default();
     options.flow_nesting_limit = MAX_DEPTH;
     options.block_nesting_limit = MAX_DEPTH;

@@ -6,11 +6,12 @@ mod report;
 use crate::outcome::Outcome;
 use crate::show;
 use anyhow::{Context, bail};
-use drive::Run;
+use drive::drive;
 use shsa_core::engine::Input;
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId};
 use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time};
+use shsa_format::drive::Run;
 use shsa_format::fault::Fault;
 use shsa_format::journal::{self, JournalWriter};
 use shsa_format::recording::{self, ReadOptions, Recording, Wanted, parse_span};
@@ -61,11 +62,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let began = Instant::now();
     let run = play(arguments, &knowledge, &source)?;
     let elapsed = began.elapsed();
-    let clean = source
-        .clean
-        .as_ref()
-        .map(|inputs| Run::of(&knowledge, inputs, source.end, |_| Ok(())))
-        .transpose()?;
+    let clean =
+        source.clean.as_ref().map(|inputs| drive(&knowledge, inputs, source.end, |_| Ok(()))).transpose()?;
     if let Some(path) = &arguments.output {
         let file = File::create(path).with_context(|| format!("{} cannot be written", path.display()))?;
         report::write_values(&knowledge, &run, BufWriter::new(file))?;
@@ -172,10 +170,10 @@ fn inputs(recording: &Recording) -> Vec<Input> {
 
 fn play(arguments: &Arguments, knowledge: &KnowledgeBase, source: &Source) -> anyhow::Result<Run> {
     let Source { inputs, end, .. } = source;
-    let Some(path) = &arguments.journal else { return Run::of(knowledge, inputs, *end, |_| Ok(())) };
+    let Some(path) = &arguments.journal else { return drive(knowledge, inputs, *end, |_| Ok(())) };
     let file = File::create(path).with_context(|| format!("{} cannot be written", path.display()))?;
     let mut journal = JournalWriter::new(BufWriter::new(file), knowledge)?;
-    let run = Run::of(knowledge, inputs, *end, |input| Ok(journal.record(input)?))?;
+    let run = drive(knowledge, inputs, *end, |input| Ok(journal.record(input)?))?;
     journal.flush()?;
     Ok(run)
 }

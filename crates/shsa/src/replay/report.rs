@@ -1,7 +1,6 @@
 //! What a replay found, as text and as JSON.
 
 use super::Source;
-use super::drive::Run;
 use crate::show::{self, Paint};
 use serde_json::{Map, Value, json};
 use shsa_core::diagnosis::Verdict;
@@ -10,6 +9,7 @@ use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, Need, NeedId, SignalId, VariableId};
 use shsa_core::monitor::Absence;
 use shsa_core::time::{Span, Time};
+use shsa_format::drive::Run;
 use std::io::{Write, stdout};
 use std::time::Duration;
 

@@ -1,0 +1,231 @@
+//! What must come of a story, and whether it has.
+
+use super::curve::Curve;
+use crate::drive::Run;
+use shsa_core::diagnosis::Verdict;
+use shsa_core::engine::{Engine, Event, EventKind, Publication, PublishedValue};
+use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, VariableId};
+use shsa_core::time::{Span, Time};
+use shsa_core::unit::Unit;
+
+/// A stretch of time, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Between {
+    pub(super) from: Time,
+    pub(super) to: Time,
+}
+
+impl Between {
+    fn contains(self, time: Time) -> bool {
+        self.from <= time && time <= self.to
+    }
+}
+
+/// How many events there must be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Times {
+    AtLeastOnce,
+    Exactly(usize),
+}
+
+/// One thing that must come of a story.
+#[derive(Clone, Debug)]
+pub(super) enum Expectation {
+    /// Events of a kind, or of any kind.
+    Events {
+        kind: Option<EventKind>,
+        signal: Option<SignalId>,
+        variable: Option<VariableId>,
+        /// Texts that the reason holds.
+        because: Vec<String>,
+        /// Texts that the description of the source holds.
+        substitution: Vec<String>,
+        between: Between,
+        times: Times,
+    },
+    /// What is thought of a signal.
+    Verdict { signal: SignalId, verdict: Verdict, at: Time },
+    /// What serves a need: texts that its description holds; none when nothing may serve it.
+    Source { need: NeedId, source: Option<Vec<String>>, at: Time },
+    /// What the published values must satisfy.
+    Values { need: NeedId, between: Between, limits: Vec<Limit> },
+}
+
+/// A limit of published values; amounts are in the unit of the need's variable.
+#[derive(Clone, Debug)]
+pub(super) enum Limit {
+    /// Nothing is published.
+    None,
+    /// Time between two values, and from and to the ends of the stretch.
+    LongestGap(Span),
+    /// Difference of the midpoints of one value and the next.
+    LargestJump(f64),
+    /// Distance of a midpoint from what is true when it is published.
+    LargestError(f64, Curve),
+}
+
+/// What an expectation compares with.
+pub(super) struct Evidence<'a> {
+    pub(super) knowledge: &'a KnowledgeBase,
+    pub(super) run: &'a Run,
+    /// What the expectations that look at a moment saw.
+    pub(super) seen: Vec<Option<String>>,
+}
+
+impl Expectation {
+    /// When it looks at the engine.
+    pub(super) fn moment(&self) -> Option<Time> {
+        match self {
+            Expectation::Verdict { at, .. } | Expectation::Source { at, .. } => Some(*at),
+            Expectation::Events { .. } | Expectation::Values { .. } => None,
+        }
+    }
+
+    /// What it sees of the engine at its moment, in words.
+    pub(super) fn look(&self, engine: &Engine) -> Option<String> {
+        match self {
+            Expectation::Verdict { signal, .. } => Some(verdict_name(engine.verdict(*signal)).to_owned()),
+            Expectation::Source { need, .. } => engine.need_status(*need).source,
+            Expectation::Events { .. } | Expectation::Values { .. } => None,
+        }
+    }
+
+    /// Whether it has come true, and what was found.
+    pub(super) fn check(&self, at: usize, evidence: &Evidence<'_>) -> (bool, String) {
+        let seen = evidence.seen.get(at).cloned().flatten();
+        match self {
+            Expectation::Events { between, times, .. } => self.check_events(evidence, *between, *times),
+            Expectation::Verdict { verdict, .. } => {
+                let found = seen.unwrap_or_default();
+                (found == verdict_name(*verdict), found)
+            }
+            Expectation::Source { source, .. } => {
+                let met = match (source, &seen) {
+                    (Some(texts), Some(found)) => holds_all(found, texts),
+                    (None, None) => true,
+                    _ => false,
+                };
+                (met, seen.unwrap_or_else(|| "nothing".to_owned()))
+            }
+            Expectation::Values { need, between, limits } => check_values(evidence, *need, *between, limits),
+        }
+    }
+
+    fn check_events(&self, evidence: &Evidence<'_>, between: Between, times: Times) -> (bool, String) {
+        let events = &evidence.run.events;
+        let found: Vec<&Event> = events.iter().filter(|event| self.fits(event)).collect();
+        let inside = found.iter().filter(|event| between.contains(event.time)).count();
+        let met = match times {
+            Times::AtLeastOnce => inside > 0,
+            Times::Exactly(times) => inside == times,
+        };
+        let shown: Vec<String> = found.iter().map(|event| headline(evidence.knowledge, event)).collect();
+        (met, if shown.is_empty() { "no such event".to_owned() } else { shown.join(", ") })
+    }
+
+    /// Whether an event is of this kind, whenever it was.
+    fn fits(&self, event: &Event) -> bool {
+        let Expectation::Events { kind, signal, variable, because, substitution, .. } = self else {
+            return false;
+        };
+        kind.is_none_or(|kind| kind == event.kind)
+            && signal.is_none_or(|signal| event.signal == Some(signal))
+            && variable.is_none_or(|variable| event.variable == Some(variable) && event.signal.is_none())
+            && holds_all(&event.because, because)
+            && holds_all(event.substitution.as_deref().unwrap_or_default(), substitution)
+    }
+}
+
+fn holds_all(text: &str, parts: &[String]) -> bool {
+    parts.iter().all(|part| text.contains(part.as_str()))
+}
+
+fn check_values(evidence: &Evidence<'_>, need: NeedId, between: Between, limits: &[Limit]) -> (bool, String) {
+    let publications = evidence.run.publications.iter();
+    let values: Vec<&Publication> = publications
+        .filter(|publication| publication.need == need && between.contains(publication.time))
+        .collect();
+    let variable = evidence.knowledge.needs()[need].variable;
+    let unit = evidence.knowledge.variables()[variable].unit.clone();
+    let shown = |value: f64| unit.as_ref().map_or(value, |unit| unit.from_si(value));
+    let middles: Vec<(Time, f64)> = values.iter().map(|value| (value.time, shown(middle(value)))).collect();
+    let mut met = true;
+    let mut found = vec![format!("{} values", values.len())];
+    for limit in limits {
+        let (holds, text) = limit.check(&middles, between, unit.as_ref());
+        met &= holds;
+        found.extend(text);
+    }
+    (met, found.join(", "))
+}
+
+impl Limit {
+    fn check(
+        &self,
+        middles: &[(Time, f64)],
+        between: Between,
+        unit: Option<&Unit>,
+    ) -> (bool, Option<String>) {
+        let name = unit.map_or(String::new(), |unit| format!(" {unit}"));
+        match self {
+            Limit::None => (middles.is_empty(), None),
+            Limit::LongestGap(limit) => {
+                let times = middles.iter().map(|(time, _)| *time);
+                let times: Vec<Time> = [between.from].into_iter().chain(times).chain([between.to]).collect();
+                let longest = times.windows(2).map(|two| two[1] - two[0]).max().unwrap_or(Span::ZERO);
+                (longest <= *limit, Some(format!("longest gap {:.0} ms", longest.seconds() * 1e3)))
+            }
+            Limit::LargestJump(limit) => {
+                let jumps = middles.windows(2).map(|two| (two[1].0, (two[1].1 - two[0].1).abs()));
+                largest("jump", jumps, *limit, &name)
+            }
+            Limit::LargestError(limit, truth) => {
+                let mut truth = truth.values(unit.cloned());
+                let errors = middles.iter().map(|&(time, middle)| (time, (middle - truth(time)).abs()));
+                largest("error", errors, *limit, &name)
+            }
+        }
+    }
+}
+
+fn largest(
+    what: &str,
+    amounts: impl Iterator<Item = (Time, f64)>,
+    limit: f64,
+    unit: &str,
+) -> (bool, Option<String>) {
+    match amounts.max_by(|one, other| one.1.total_cmp(&other.1)) {
+        Some((time, amount)) => {
+            let text = format!("largest {what} {amount:.3}{unit} at {:.2} s", time.seconds());
+            (amount <= limit, Some(text))
+        }
+        None => (false, Some(format!("no {what} to measure"))),
+    }
+}
+
+fn middle(publication: &Publication) -> f64 {
+    match &publication.value {
+        PublishedValue::Scalar(value) => value.midpoint(),
+        PublishedValue::Vector(_) => f64::NAN,
+    }
+}
+
+/// The names of all verdicts.
+pub(super) const VERDICTS: [(&str, Verdict); 4] = [
+    ("unknown", Verdict::Unknown),
+    ("healthy", Verdict::Healthy),
+    ("suspect", Verdict::Suspect),
+    ("failed", Verdict::Failed),
+];
+
+fn verdict_name(verdict: Verdict) -> &'static str {
+    VERDICTS.iter().find(|(_, known)| *known == verdict).map_or("", |(name, _)| name)
+}
+
+/// An event without its reason: `failed /a at 16.20 s`.
+pub(super) fn headline(knowledge: &KnowledgeBase, event: &Event) -> String {
+    let signal = event.signal.map(|signal| knowledge.signals()[signal].name.as_str());
+    let variable = event.variable.map(|variable| knowledge.variables()[variable].name.as_str());
+    let about = signal.or(variable).unwrap_or_default();
+    format!("{} {about} at {:.2} s", event.kind.name(), event.time.seconds())
+}

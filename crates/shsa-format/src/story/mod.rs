@@ -1,0 +1,130 @@
+//! Stories: a model, what is observed, what must come of it, and why it matters; test, documentation and demo at once.
+//!
+//! `text -> read -> Story -> trace -> run -> expect -> Outcome`. The shape is described in `stories/README.md`.
+
+mod curve;
+mod trace;
+mod run;
+mod expect;
+mod read;
+
+use crate::drive::Run;
+use crate::model::{self, Report};
+use expect::{Evidence, Expectation};
+use shsa_core::engine::Event;
+use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::time::Time;
+use std::path::Path;
+use trace::Trace;
+
+/// A story that can be run.
+#[derive(Clone, Debug)]
+pub struct Story {
+    /// What happens, in a sentence.
+    pub title: String,
+    /// Which demand it answers.
+    pub why: String,
+    /// The system that it is about.
+    pub knowledge: KnowledgeBase,
+    trace: Trace,
+    expectations: Vec<Written>,
+}
+
+/// An expectation with its words in the file.
+#[derive(Clone, Debug)]
+struct Written {
+    text: String,
+    line: usize,
+    expectation: Expectation,
+}
+
+/// A story as far as it is right, and what is wrong with it.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// `None` when the report has errors.
+    pub story: Option<Story>,
+    /// Every problem, in file order; those of a model in a file of its own come last.
+    pub report: Report,
+}
+
+/// What came of a story.
+#[derive(Debug)]
+pub struct Outcome {
+    /// The engine at the end, with all events and published values.
+    pub run: Run,
+    /// What was expected and what was found, in file order.
+    pub checks: Vec<Check>,
+}
+
+/// An expectation with what was found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Check {
+    /// The expectation as written.
+    pub expected: String,
+    /// Its line in the file, counted from 1.
+    pub line: usize,
+    /// What was found, in words.
+    pub found: String,
+    /// Whether it has come true.
+    pub met: bool,
+}
+
+impl Outcome {
+    /// Whether every expectation has come true.
+    #[must_use]
+    pub fn is_met(&self) -> bool {
+        self.checks.iter().all(|check| check.met)
+    }
+}
+
+impl Story {
+    /// Runs it from its beginning to its end; every run is the same, byte for byte.
+    #[must_use]
+    pub fn run(&self) -> Outcome {
+        let looking: Vec<(usize, Time)> = self
+            .expectations
+            .iter()
+            .enumerate()
+            .filter_map(|(at, written)| Some((at, written.expectation.moment()?)))
+            .collect();
+        let moments: Vec<Time> = looking.iter().map(|(_, time)| *time).collect();
+        let mut seen = vec![None; self.expectations.len()];
+        let run = run::drive(self, &moments, |moment, engine| {
+            let at = looking[moment].0;
+            seen[at] = self.expectations[at].expectation.look(engine);
+        });
+        let evidence = Evidence { knowledge: &self.knowledge, run: &run, seen };
+        let check = |(at, written): (usize, &Written)| {
+            let (met, found) = written.expectation.check(at, &evidence);
+            Check { expected: written.text.clone(), line: written.line, found, met }
+        };
+        let checks = self.expectations.iter().enumerate().map(check).collect();
+        Outcome { run, checks }
+    }
+}
+
+/// An event in a line, without its reason: `failed /a at 16.20 s`.
+#[must_use]
+pub fn headline(knowledge: &KnowledgeBase, event: &Event) -> String {
+    expect::headline(knowledge, event)
+}
+
+/// Reads and checks a story; `name` is what the report calls it, and models in files of their own are looked for
+/// from `folder` on. Never fails: what is wrong stands in the report.
+#[must_use]
+pub fn load(text: &str, name: &str, folder: &Path) -> Loaded {
+    read::load(text, name, folder)
+}
+
+/// As [`load`] for a file.
+#[must_use]
+pub fn load_file(path: &Path) -> Loaded {
+    let name = path.display().to_string();
+    match model::read_text(path, "story") {
+        Ok(text) => load(&text, &name, path.parent().unwrap_or(Path::new("."))),
+        Err(report) => Loaded { story: None, report },
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,98 @@
+//! Drives an engine through a story, and looks at it at the moments that the story asks about.
+
+use super::Story;
+use super::trace::Echo;
+use crate::drive::{Run, time};
+use shsa_core::engine::{Engine, Input, PublishedValue};
+use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::observation::{Observation, RawValue};
+use shsa_core::time::Time;
+use std::convert::Infallible;
+
+/// Drives a story to its end; `look` sees the engine at each of the moments, given by their index.
+pub(super) fn drive(story: &Story, moments: &[Time], look: impl FnMut(usize, &Engine)) -> Run {
+    let mut order: Vec<usize> = (0..moments.len()).collect();
+    order.sort_by_key(|&at| moments[at]);
+    let run = Run::new(&story.knowledge, Time(0));
+    let mut stage = Stage { story, run, heard: 0, echoes: Vec::new(), moments, order, look };
+    for input in story.trace.inputs(&story.knowledge) {
+        stage.echo_until(time(&input));
+        stage.give(&input);
+    }
+    let end = Time(0) + story.trace.duration;
+    stage.echo_until(end);
+    stage.give(&Input::Tick(end));
+    stage.look_until(Time::MAX);
+    stage.run
+}
+
+struct Stage<'a, L> {
+    story: &'a Story,
+    run: Run,
+    /// How many publications have been turned into echoes.
+    heard: usize,
+    /// What is still under way.
+    echoes: Vec<Observation>,
+    moments: &'a [Time],
+    /// Moments that are still to come, as indices.
+    order: Vec<usize>,
+    look: L,
+}
+
+impl<L: FnMut(usize, &Engine)> Stage<'_, L> {
+    /// Gives the echoes that arrive before `moment`.
+    fn echo_until(&mut self, moment: Time) {
+        loop {
+            let next = (0..self.echoes.len()).min_by_key(|&at| self.echoes[at].received);
+            let Some(at) = next.filter(|&at| self.echoes[at].received < moment) else { return };
+            let echo = self.echoes.remove(at);
+            self.give(&Input::Observation(echo));
+        }
+    }
+
+    fn give(&mut self, input: &Input) {
+        self.look_until(time(input));
+        pass(&mut self.run, time(input));
+        let Ok(()) = self.run.take(input, &mut |_| Ok::<(), Infallible>(()));
+        self.listen();
+    }
+
+    fn look_until(&mut self, moment: Time) {
+        while let Some(&at) = self.order.first().filter(|&&at| self.moments[at] < moment) {
+            pass(&mut self.run, self.moments[at]);
+            (self.look)(at, &self.run.engine);
+            self.order.remove(0);
+        }
+    }
+
+    /// Sends the newest publications on their way back.
+    fn listen(&mut self) {
+        let (story, new) = (self.story, self.run.publications.get(self.heard..).unwrap_or_default());
+        for publication in new {
+            let of_it = story.trace.echoes.iter().filter(|echo| echo.need == publication.need);
+            let echo = |echo: &Echo| {
+                let value = repeated(&story.knowledge, echo, &publication.value);
+                let (stamp, received) = (publication.time, publication.time + echo.latency);
+                Observation { signal: echo.signal, stamp, received, value }
+            };
+            self.echoes.extend(of_it.map(echo));
+        }
+        self.heard = self.run.publications.len();
+    }
+}
+
+fn pass(run: &mut Run, moment: Time) {
+    let Ok(()) = run.pass_until(moment, &mut |_| Ok::<(), Infallible>(()));
+}
+
+/// A published value in the unit of the signal that repeats it.
+fn repeated(knowledge: &KnowledgeBase, echo: &Echo, value: &PublishedValue) -> RawValue {
+    let unit = knowledge.signals()[echo.signal].unit.as_ref();
+    let shown = |middle: f64| unit.map_or(middle, |unit| unit.from_si(middle));
+    match value {
+        PublishedValue::Scalar(value) => RawValue::Number(shown(value.midpoint())),
+        PublishedValue::Vector(elements) => {
+            RawValue::Vector(elements.iter().map(|element| shown(element.midpoint())).collect())
+        }
+    }
+}

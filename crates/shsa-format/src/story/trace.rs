@@ -1,0 +1,103 @@
+//! What is observed in a story: formulas of time sampled as the sensors would, faults, and single rows.
+
+use super::curve::Curve;
+use crate::fault::Fault;
+use crate::recording::Sample;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use shsa_core::engine::Input;
+use shsa_core::knowledge::{Id, KnowledgeBase, NeedId, SignalId};
+use shsa_core::observation::{Observation, RawValue};
+use shsa_core::time::{Span, Time};
+
+/// What is observed.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Trace {
+    pub(super) duration: Span,
+    pub(super) seed: u64,
+    pub(super) sources: Vec<Source>,
+    pub(super) echoes: Vec<Echo>,
+    pub(super) faults: Vec<(Fault, SignalId)>,
+    pub(super) rows: Vec<Sample>,
+}
+
+/// A sensor that samples a formula.
+#[derive(Clone, Debug)]
+pub(super) struct Source {
+    pub(super) signal: SignalId,
+    pub(super) curve: Curve,
+    pub(super) period: Span,
+    /// The first sample, and the end of all samples.
+    pub(super) from: Span,
+    pub(super) to: Span,
+    /// A sample may be this much late, evenly distributed.
+    pub(super) jitter: Span,
+    /// How much older the content is than its stamp says.
+    pub(super) delay: Span,
+    /// From the stamp to the reception.
+    pub(super) latency: Span,
+    /// Plus-minus, in the signal's unit, evenly distributed.
+    pub(super) noise: f64,
+}
+
+/// Somebody who repeats under another name what a need is served with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Echo {
+    pub(super) signal: SignalId,
+    pub(super) need: NeedId,
+    pub(super) latency: Span,
+}
+
+impl Trace {
+    /// All observations but the echoes, with the faults injected, in the order of their reception.
+    pub(super) fn inputs(&self, knowledge: &KnowledgeBase) -> Vec<Input> {
+        let sampled =
+            |(number, source): (usize, &Source)| source.samples(knowledge, self.seed, number as u64);
+        let mut samples: Vec<Sample> = self.sources.iter().enumerate().flat_map(sampled).collect();
+        samples.extend(self.rows.iter().cloned());
+        samples.sort_by_key(|sample| sample.received);
+        // Faults count from the first sample of a recording; in a story all times count from its beginning.
+        let first = samples.first().map_or(Span::ZERO, |sample| sample.received - Time(0));
+        for (number, (fault, signal)) in self.faults.iter().enumerate() {
+            let shifted =
+                Fault { from: fault.from - first, to: fault.to.map(|to| to - first), ..fault.clone() };
+            shifted.inject(&mut samples, signal.index(), self.seed.wrapping_add(number as u64));
+        }
+        samples.into_iter().map(input).collect()
+    }
+}
+
+impl Source {
+    fn samples(&self, knowledge: &KnowledgeBase, seed: u64, number: u64) -> Vec<Sample> {
+        let mut value = self.curve.values(knowledge.signals()[self.signal].unit.clone());
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(number);
+        let count = (self.to - self.from).0.max(0) / self.period.0.max(1) + 1;
+        let moment = |step: i64| Time(0) + self.from + self.period.times(step);
+        let within = |time: &Time| *time - Time(0) < self.to;
+        (0..count)
+            .map(moment)
+            .take_while(within)
+            .map(|moment| {
+                let time = moment + Span((self.jitter.0 as f64 * even(&mut random)) as i64);
+                let noise = self.noise * (2.0 * even(&mut random) - 1.0);
+                let value = RawValue::Number(value(time - self.delay) + noise);
+                Sample { wanted: self.signal.index(), time, received: time + self.latency, value }
+            })
+            .collect()
+    }
+}
+
+/// Evenly between 0 (included) and 1 (excluded), with 53 bits.
+fn even(random: &mut ChaCha8Rng) -> f64 {
+    (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+fn input(sample: Sample) -> Input {
+    Input::Observation(Observation {
+        signal: SignalId::from_index(sample.wanted),
+        stamp: sample.time,
+        received: sample.received,
+        value: sample.value,
+    })
+}

@@ -1,0 +1,58 @@
+//! `shsa story`: tells stories - what is observed, what is decided and why, what was expected and what was found.
+
+use crate::outcome::{AlreadyTold, Outcome};
+use crate::show::{self, Paint, paint};
+use shsa_format::story::{self, Check, Story};
+use std::io::{IsTerminal, Write, stderr, stdout};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `shsa story`.
+#[derive(clap::Args)]
+#[command(after_help = "Example: shsa story stories/01-dead-but-looks-alive.yaml")]
+pub(crate) struct Arguments {
+    /// Stories: a model, what is observed, and what must come of it, as YAML.
+    #[arg(required = true)]
+    stories: Vec<PathBuf>,
+}
+
+/// Tells every story; the answer is no when an expectation has not come true.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let mut is_met = true;
+    for path in &arguments.stories {
+        is_met &= tell(&load(path)?)?;
+    }
+    Ok(if is_met { Outcome::Done } else { Outcome::No })
+}
+
+fn load(path: &Path) -> anyhow::Result<Story> {
+    let loaded = story::load_file(path);
+    let report = loaded.report.render(show::colour(stderr().is_terminal()));
+    if !report.is_empty() {
+        eprintln!("{report}");
+    }
+    loaded.story.ok_or_else(|| AlreadyTold.into())
+}
+
+/// Runs a story and tells it; whether all has come true.
+fn tell(story: &Story) -> anyhow::Result<bool> {
+    let outcome = story.run();
+    let mut output = stdout().lock();
+    writeln!(output, "{}\n{}\n", story.title, story.why.trim_end())?;
+    writeln!(output, "{} observations in {:.0} s", outcome.run.observations, outcome.run.last.seconds())?;
+    for event in &outcome.run.events {
+        let source = event.substitution.as_ref().map(|source| format!(", now from {source}"));
+        let headline = story::headline(&story.knowledge, event);
+        writeln!(output, "  {headline}{}: {}", source.unwrap_or_default(), event.because)?;
+    }
+    writeln!(output)?;
+    for check in &outcome.checks {
+        writeln!(output, "{}", check_text(check))?;
+    }
+    writeln!(output)?;
+    Ok(outcome.is_met())
+}
+
+fn check_text(check: &Check) -> String {
+    let word = if check.met { paint(Paint::Green, "yes") } else { paint(Paint::Red, "NO ") };
+    format!("{word} {}\n      found: {}", check.expected, check.found)
+}
