@@ -65,7 +65,7 @@ impl ThesisRun {
         let mut outputs = Vec::new();
         for (substitution, computation) in self.computations.iter_mut().enumerate() {
             for (items, validity) in combinations(computation.way(), &self.buffers) {
-                let value = computation.evaluate_items(&items, validity).unwrap_or(Interval::EMPTY);
+                let Some(value) = value_of(computation, &items, validity) else { continue };
                 outputs.push(ThesisOutput { substitution, value, validity: Some(validity) });
             }
         }
@@ -73,6 +73,16 @@ impl ThesisRun {
         let oldest = (self.steps + 1).saturating_sub(self.options.buffer.max(1));
         self.buffers.iter_mut().for_each(|buffer| buffer.retain(|buffered| buffered.step >= oldest));
         self.monitor.step(time, outputs)
+    }
+}
+
+/// Empty when an input has no value, which is an error; `None` when they all have one but the substitution gives
+/// nothing: its constraint does not hold, or it needs an earlier value that there was not yet.
+fn value_of(computation: &mut Computation, items: &[Option<&Item>], validity: Validity) -> Option<Interval> {
+    let lacks_value = |item: &&Item| item.values.iter().any(|value| value.is_empty());
+    match items.iter().flatten().any(lacks_value) {
+        true => Some(Interval::EMPTY),
+        false => computation.evaluate_items(items, validity),
     }
 }
 

@@ -17,7 +17,7 @@ use alloc::vec::Vec;
 pub struct ThesisOutput {
     /// Which substitution, by its index.
     pub substitution: usize,
-    /// The value; empty when the inputs have none.
+    /// The value; empty when an input has none.
     pub value: Interval,
     /// The intersection of the inputs' times; `None` when they bear no time, which overlaps everything.
     pub validity: Option<Validity>,
