@@ -5,6 +5,10 @@
 //! of three lines in `fuzz_targets/`.
 
 pub mod intervals;
+pub mod formulas;
+pub mod models;
+pub mod recordings;
+pub mod engine;
 pub mod driver;
 
 /// Something that must survive any bytes.
@@ -18,4 +22,10 @@ pub struct Target {
 }
 
 /// Every target there is.
-pub const TARGETS: &[Target] = &[Target { name: "intervals", run: intervals::run, seeds: intervals::seeds }];
+pub const TARGETS: &[Target] = &[
+    Target { name: "intervals", run: intervals::run, seeds: intervals::seeds },
+    Target { name: "formulas", run: formulas::run, seeds: formulas::seeds },
+    Target { name: "models", run: models::run, seeds: models::seeds },
+    Target { name: "recordings", run: recordings::run, seeds: recordings::seeds },
+    Target { name: "engine", run: engine::run, seeds: engine::seeds },
+];

@@ -1,0 +1,296 @@
+//! The engine: any inputs in any order; it keeps its promises about time, trust and values, and repeats itself.
+
+use crate::models::{CAR, HUSKY, QUAD, ROVER};
+use shsa_core::diagnosis::Verdict;
+use shsa_core::engine::{Engine, Input, Options, Output, Publication, PublishedValue};
+use shsa_core::interval::Interval;
+use shsa_core::knowledge::{Id, KnowledgeBase, SignalId};
+use shsa_core::observation::{Observation, RawValue};
+use shsa_core::time::{Span, Time};
+use shsa_format::model::load;
+use std::sync::LazyLock;
+
+/// What the shipped models lack: a source that cannot be run but looks best, relations in both directions, all time
+/// operators, undeclared and slow rates, limits of zero and without end, needs of vectors and of what has no signal.
+const CORNERS: &str = "\
+shsa: 1
+variables:
+  a: { max_rate: 10 }
+  b: { range: [-50, 50] }
+  c: {}
+  v: { shape: vector }
+  w: { shape: vector }
+constants: { k: [0.9, 1.1] }
+relations:
+  dark: { output: a, inputs: [c], properties: { cost: 0 } }
+  both: { equation: a = b + k, error: 1 }
+  change: { equation: c = derivative(a, 50 ms) / 1 Hz, for: [c], error: 2 }
+  sum: { equation: c = integral(b) / 1 s + delay(b, 20 ms) - previous(b), for: [c] }
+  go: { equation: a = previous(a) + c * dt / 1 s, for: [a], error: 0.1 }
+  near: { equation: b = min(v) + median(w), for: [b] }
+  part: { equation: w = v[1..] * 2, for: [w] }
+signals:
+  a1: { variable: a, rate: 100 Hz, value_error: 0.5, timeout: 50 ms }
+  a2: { variable: a, rate: 80 Hz, value_error: 10 %, delay: 30 ms }
+  a3: { variable: a, value_error: 0.5, derived_from: [b1] }
+  b1: { variable: b, value_error: 0.2, time_error: 5 ms, timeout: none }
+  c1: { variable: c, rate: 0.001 Hz }
+  v1: { variable: v, rate: 10 Hz, value_error: 0.1 }
+  v2: { variable: v, value_error: 0.1, timeout: 1 ms }
+needs:
+  a: { signal: /a, max_age: 20 ms, max_width: 5, hold: 0 s, probation: 0 s, blend: 100 ms, hysteresis: 5 % }
+  b: { signal: /b, hold: 1 h, probation: 30 ms }
+  c: { signal: /c, max_age: 1 ms }
+  v: { signal: /v }
+  w: { signal: /w, max_age: 5000000 h }
+";
+
+static MODELS: LazyLock<Vec<KnowledgeBase>> = LazyLock::new(|| {
+    let knowledge = |text: &&str| {
+        let loaded = load(text, "m.yaml");
+        assert!(loaded.report.ok(), "{}", loaded.report.render(false));
+        loaded.knowledge
+    };
+    [CORNERS, CAR, ROVER, QUAD, HUSKY].iter().map(knowledge).collect()
+});
+
+/// More steps are not taken, so that an input takes no longer than the driver allows.
+const MOST_STEPS: usize = 48;
+
+/// How often each signal speaks in a burst.
+const BURST: i64 = 24;
+
+/// Ticks between two inputs, for every signal and need: each may run out, come back and be looked at again.
+const MOST_TICKS: usize = 16;
+
+/// Numbers that a byte below 16 stands for.
+const SPECIAL: [f64; 16] = [
+    0.0,
+    -0.0,
+    f64::NAN,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    f64::MAX,
+    f64::MIN,
+    5e-324,
+    1e-300,
+    1e300,
+    -1e17,
+    49.0,
+    4.0,
+    3.5,
+    0.1,
+    1e6,
+];
+
+/// How far time goes on, by a byte below 24.
+const GAPS_NS: [i64; 24] = [
+    0,
+    1,
+    1_000,
+    1_000_000,
+    5_000_000,
+    10_000_000,
+    12_000_000,
+    50_000_000,
+    50_000_001,
+    99_999_999,
+    100_000_000,
+    250_000_000,
+    550_000_000,
+    1_000_000_000,
+    5_000_000_000,
+    60_000_000_000,
+    3_600_000_000_000,
+    -1,
+    -1_000_000,
+    -1_000_000_000,
+    -3_600_000_000_000,
+    i64::MAX / 2,
+    i64::MAX,
+    i64::MIN,
+];
+
+/// The first byte picks a model; then four bytes are a step: who speaks (or a tick, or all in a burst), after how
+/// long, what, and in which shape and with which stamp.
+pub fn run(bytes: &[u8]) {
+    let (model, steps) = bytes.split_first().unwrap_or((&0, &[]));
+    let knowledge = &MODELS[usize::from(*model) % MODELS.len()];
+    let inputs = inputs(knowledge, steps);
+    assert_eq!(Run::of(knowledge, &inputs), Run::of(knowledge, &inputs), "two runs differ");
+}
+
+fn inputs(knowledge: &KnowledgeBase, steps: &[u8]) -> Vec<Input> {
+    let mut inputs = Vec::new();
+    let mut now = Time::default();
+    let (steps, _) = steps.as_chunks::<4>();
+    for &[who, gap, what, how] in steps.iter().take(MOST_STEPS) {
+        now = now + Span(GAPS_NS.get(usize::from(gap)).copied().unwrap_or(i64::from(gap) * 100_000));
+        let count = knowledge.signals().len();
+        match usize::from(who) {
+            burst @ 160.. => {
+                let liar = (burst - 160) % (2 * count);
+                inputs.extend((0..BURST).flat_map(|_| {
+                    now = now + Span::from_millis(10);
+                    let number = |signal: usize| if signal == liar { number(how) } else { number(what) };
+                    (0..count).map(move |signal| observe(knowledge, signal, now, number(signal), 0))
+                }));
+            }
+            tick if tick % (count + 2) == count => inputs.push(Input::Tick(now)),
+            signal => inputs.push(observe(knowledge, signal % (count + 2), now, number(what), how)),
+        }
+    }
+    inputs
+}
+
+fn number(what: u8) -> f64 {
+    SPECIAL.get(usize::from(what)).copied().unwrap_or((f64::from(what) - 128.0) / 8.0)
+}
+
+/// `how` is a shape in its low half and a stamp in its high one.
+fn observe(knowledge: &KnowledgeBase, signal: usize, received: Time, number: f64, how: u8) -> Input {
+    let signal = SignalId::from_index(signal);
+    let known = knowledge.signals().find(signal);
+    let is_vector = known.is_some_and(|known| {
+        knowledge.variables()[known.variable].shape == shsa_core::knowledge::Shape::Vector
+    });
+    let value = match how % 16 {
+        0..8 if is_vector => RawValue::Vector(vec![number; 288]),
+        0..9 => RawValue::Number(number),
+        9 => RawValue::Interval { lo: number - 1.0, hi: number + 1.0 },
+        10 => RawValue::Interval { lo: 1.0, hi: number },
+        11 => RawValue::Vector(Vec::new()),
+        12 => RawValue::Vector(vec![number; 20_000]),
+        length => RawValue::Vector((0..usize::from(length) * 20).map(|at| number + at as f64).collect()),
+    };
+    let stamp = match how / 16 {
+        0..10 => received,
+        10 => received - Span::from_millis(100),
+        11 => received + Span::from_millis(100),
+        12 => received - Span::from_millis(3_600_000),
+        13 => received + Span::from_millis(3_600_000),
+        14 => Time::MIN,
+        _ => Time::MAX,
+    };
+    Input::Observation(Observation { signal, stamp, received, value })
+}
+
+/// An engine at work, and all that it has said.
+struct Run<'a> {
+    knowledge: &'a KnowledgeBase,
+    engine: Engine,
+    now: Time,
+    said: Vec<String>,
+}
+
+impl Run<'_> {
+    /// What comes out when the inputs go in, with the ticks that fall due between them.
+    fn of(knowledge: &KnowledgeBase, inputs: &[Input]) -> Vec<String> {
+        let engine = Engine::new(knowledge.clone(), Options::default());
+        let mut run = Run { knowledge, engine, now: Time::MIN, said: Vec::new() };
+        for input in inputs {
+            let time = match input {
+                Input::Observation(observation) => observation.received,
+                Input::Tick(time) => *time,
+            };
+            run.pass_until(time);
+            run.take(input.clone(), time);
+        }
+        run.pass_until(run.now + Span::from_millis(60_000));
+        run.said
+    }
+
+    /// Sends the ticks that are due before `moment`: after each, the next one is later, and they come to an end.
+    fn pass_until(&mut self, moment: Time) {
+        let most = MOST_TICKS * (self.knowledge.signals().len() + self.knowledge.needs().len());
+        let mut ticks = 0;
+        while let Some(due) = self.engine.next_deadline().filter(|due| *due < moment) {
+            self.take(Input::Tick(due), due);
+            let next = self.engine.next_deadline();
+            assert!(
+                next.is_none_or(|next| next > self.now),
+                "still due at {next:?} after {due:?}, now {:?}",
+                self.now
+            );
+            ticks += 1;
+            assert!(ticks <= most, "{ticks} ticks until {moment:?}");
+        }
+    }
+
+    fn take(&mut self, input: Input, time: Time) {
+        self.engine.handle(input);
+        self.now = self.now.max(time);
+        while let Some(output) = self.engine.poll() {
+            match &output {
+                Output::Publication(publication) => self.check(publication),
+                Output::Event(event) => assert!(event.time <= self.now, "from the future: {event:?}"),
+            }
+            self.said.push(format!("{output:?}"));
+        }
+        self.check_needs();
+    }
+
+    fn check(&self, publication: &Publication) {
+        let need = &self.knowledge.needs()[publication.need];
+        assert!(
+            publication.time <= self.now && publication.validity.from <= publication.validity.to,
+            "{publication:?}"
+        );
+        match &publication.value {
+            PublishedValue::Scalar(value) => {
+                assert!(value.is_bounded() && !value.is_empty(), "{publication:?}");
+                assert!(need.max_width.is_none_or(|most| value.width() <= most), "{publication:?}");
+            }
+            PublishedValue::Vector(elements) => {
+                let is_number = |element: &Interval| !element.lo().is_nan() && !element.hi().is_nan();
+                assert!(!elements.is_empty() && elements.iter().all(is_number), "{publication:?}");
+            }
+        }
+    }
+
+    /// What serves a need is trusted.
+    fn check_needs(&self) {
+        for need in self.knowledge.needs().ids() {
+            let source = self.engine.need_status(need).source.unwrap_or_default();
+            let signals = source.split(" by ").next().unwrap_or_default();
+            for signal in signals.split(", ").filter_map(|name| self.knowledge.signal(name)) {
+                let verdict = self.engine.verdict(signal);
+                assert!(!matches!(verdict, Verdict::Suspect | Verdict::Failed), "{source} is {verdict:?}");
+                let absence = self.engine.absence(signal);
+                assert!(absence.is_none(), "{source} is {absence:?}");
+            }
+        }
+    }
+}
+
+/// For each model: all is well, one lies, one is silent, strange times and shapes.
+#[must_use]
+pub fn seeds() -> Vec<Vec<u8>> {
+    let well = [255, 5, 144, 144];
+    let steps: [&[[u8; 4]]; 6] = [
+        &[well, well, well],
+        &[well, [160, 5, 144, 240], [160, 5, 144, 240], well],
+        &[well, well, [7, 15, 144, 0], well, [1, 5, 144, 0], [1, 13, 2, 0], well],
+        &[well, [0, 22, 144, 0], [1, 5, 144, 0], well],
+        &[
+            well,
+            [0, 23, 144, 0],
+            [2, 17, 144, 0x90],
+            [3, 5, 3, 0xa9],
+            [4, 5, 144, 11],
+            [5, 5, 144, 13],
+            [5, 5, 144, 12],
+        ],
+        &[
+            [0, 0, 144, 0],
+            [1, 0, 144, 0],
+            [0, 0, 145, 0],
+            [9, 1, 144, 0],
+            [161, 20, 160, 120],
+            [162, 19, 144, 2],
+            well,
+        ],
+    ];
+    let models = 0..5_u8;
+    models.flat_map(|model| steps.map(|steps| [&[model][..], steps.as_flattened()].concat())).collect()
+}

@@ -1,0 +1,66 @@
+//! Models: any text becomes a knowledge base or a report, in bounded time, and what is right can be planned.
+
+use shsa_core::plan::{Graph, Limits, Options, Utility, best};
+use shsa_format::model::load;
+
+/// Model files, as they are shipped.
+pub(crate) const CAR: &str = include_str!("../../models/car.yaml");
+pub(crate) const QUAD: &str = include_str!("../../models/quad.yaml");
+pub(crate) const HUSKY: &str = include_str!("../../models/husky.yaml");
+pub(crate) const ROVER: &str = include_str!("../../models/rover.yaml");
+
+/// One of everything that a model can hold.
+const EVERYTHING: &str = "\
+shsa: 1
+variables:
+  v: { unit: m, shape: vector }
+  d: { unit: m, range: [0, 30 m], max_rate: 12 }
+  s: { unit: m/s, properties: { accuracy: 0.9 } }
+constants: { base: 2.67 m, slip: [0.9, 1.1] }
+functions: { clamp01(x): 'min(max(x, 0), 1)' }
+relations:
+  near: d = min(v)
+  go: { equation: d = previous(d) - s * dt * slip, for: [d], when: s > 0 m/s, error: 0.1 + 2 %, properties: { cost: 2 } }
+  dark: { output: s, inputs: [v, d] }
+  both: { outputs: [d, s], inputs: [d, s] }
+signals:
+  /v: { variable: v, source: 'a#b[0]', unit: cm, rate: 10 Hz, value_error: [-10, 15 cm], time_error: [-1 ms, 0 ms], timeout: 1 s }
+  s1: { variable: s, delay: 5 ms, derived_from: [/v], timeout: none }
+needs:
+  d: { signal: /d, max_age: 250 ms, max_width: 50 cm, integrity: B, hold: 0 s, probation: 1 min, blend: 10 ms, hysteresis: 5 % }
+  s:
+utility: norm
+";
+
+/// Steps after which a plan may be given up.
+const LIMITS: Limits = Limits { expansions: 1_000, states: 1_000 };
+
+/// Reads the bytes as a model.
+pub fn run(bytes: &[u8]) {
+    let text = String::from_utf8_lossy(bytes);
+    let loaded = load(&text, "m.yaml");
+    for found in &loaded.report.diagnostics {
+        assert!(found.source_line.get(found.span.clone()).is_some(), "no such place: {found:?}");
+    }
+    let shown = loaded.report.render(false);
+    assert!(!shown.contains('\u{1b}'), "a control character for the terminal: {shown:?}");
+    let knowledge = &loaded.knowledge;
+    let graph = Graph::new(knowledge, Utility::Norm);
+    for need in knowledge.needs().iter() {
+        let plan = best(&graph, need.variable, &Options::default(), 4, LIMITS);
+        assert!(
+            plan.substitutions.is_sorted_by(|(_, one), (_, next)| one >= next),
+            "{:?}",
+            plan.substitutions
+        );
+    }
+}
+
+/// The shipped models that are short, and one of everything.
+#[must_use]
+pub fn seeds() -> Vec<Vec<u8>> {
+    let short = "shsa: 1\nvariables: { x: { unit: m }, y: }\nrelations: { r: y = x * 2 }\nsignals: { s: { variable: x } }\nneeds: { y: }\n";
+    let json = "{\"shsa\": 1, \"variables\": {\"x\": {\"unit\": \"m\"}}, \"signals\": {\"s\": {\"variable\": \"x\"}}, \"needs\": {\"x\": {}}}";
+    let yaml = "shsa: 1\nvariables: &all\n  ? x\n  : &one { unit: \"\\u006d\", <<: *one }\n  y: |\n    text\n  z: >-\n    !!str m\n";
+    [EVERYTHING, short, json, yaml, CAR, ROVER].iter().map(|text| text.as_bytes().to_vec()).collect()
+}
