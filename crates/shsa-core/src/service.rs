@@ -1,14 +1,13 @@
 //! The generic service: inputs, a program, an output. A substitute is one.
 //!
-//! Starting one costs no I/O and no waiting: it has its own short past of its inputs from the moment on at which
-//! it is started, and computes whenever its fastest input delivers, the others brought to that moment.
+//! Starting one costs no I/O and no waiting: the past of its inputs is there already. It computes whenever its fastest input delivers, the others brought to that moment.
 
 use crate::alignment::{Port, Sample};
 use crate::computation::{Computation, Computed};
 use crate::knowledge::{IdVec, KnowledgeBase, SignalId};
 use crate::observation::Observation;
 use crate::substitution::Way;
-use crate::time::Validity;
+use crate::time::{Span, Validity};
 
 /// A way of knowing that is provided as an output.
 #[derive(Debug)]
@@ -20,10 +19,23 @@ pub struct Service {
 
 impl Service {
     /// Starts the service of a way; `None` when the way is structure only.
+    ///
+    /// What the ports remember of its inputs is computed first, so that windows are full from the first output on.
     #[must_use]
-    pub fn start(knowledge: &KnowledgeBase, way: Way) -> Option<Service> {
-        let computation = Computation::new(knowledge, way, Computation::fastest_input)?;
+    pub fn start(knowledge: &KnowledgeBase, way: Way, ports: &IdVec<SignalId, Port>) -> Option<Service> {
+        let mut computation = Computation::new(knowledge, way, Computation::fastest_input)?;
+        if let Some(trigger) = computation.trigger() {
+            for moment in ports[trigger].moments() {
+                computation.evaluate(ports, moment, None);
+            }
+        }
         Some(Service { computation, pending: None })
+    }
+
+    /// How old its outputs are when they come.
+    #[must_use]
+    pub fn lag(&self) -> Span {
+        self.computation.timing().lag
     }
 
     /// What it computes.

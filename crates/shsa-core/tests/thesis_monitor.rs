@@ -5,7 +5,8 @@
 
 use serde_json::Value;
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, Draft, Id, KnowledgeBase, RelationDraft, SignalDraft, SignalId, Text, VariableDraft, build,
+    BodyDraft, Bounds, Draft, Id, KnowledgeBase, RelationDraft, SignalDraft, SignalId, Text, VariableDraft,
+    build,
 };
 use shsa_core::monitor::thesis::{ThesisOptions, ThesisRun, ThesisStep};
 use shsa_core::observation::{Observation, RawValue};
@@ -82,7 +83,11 @@ fn read_reference(name: &str) -> Option<Value> {
 
 #[track_caller]
 fn check_differences(found: &str, expected: &str) {
-    assert_eq!(found.lines().collect::<Vec<_>>(), expected.lines().collect::<Vec<_>>(), "differences to the reference");
+    assert_eq!(
+        found.lines().collect::<Vec<_>>(),
+        expected.lines().collect::<Vec<_>>(),
+        "differences to the reference"
+    );
 }
 
 /// One recorded run.
@@ -109,7 +114,10 @@ impl<'a> Case<'a> {
         let uncertainty = experiment["uncertainty"].as_object().unwrap();
         let signal = |(name, error): (&String, &Value)| {
             let bounds = |low: &str, high: &str, unit: &str| {
-                Some(Bounds::Two(words(&format!("{}{unit}", error[low])), words(&format!("{}{unit}", error[high]))))
+                Some(Bounds::Two(
+                    words(&format!("{}{unit}", error[low])),
+                    words(&format!("{}{unit}", error[high])),
+                ))
             };
             SignalDraft {
                 name: words(name),
@@ -203,7 +211,8 @@ impl<'a> Case<'a> {
     }
 
     fn compare_step(&self, number: usize, expected: &Value, found: &ThesisStep, differences: &mut String) {
-        let mut differ = |what: String| writeln!(differences, "{}, step {number}: {what}", self.label).unwrap();
+        let mut differ =
+            |what: String| writeln!(differences, "{}, step {number}: {what}", self.label).unwrap();
         for substitution in 0..found.errors.len() {
             self.compare_outputs(substitution, expected, found, &mut differ);
         }
@@ -233,9 +242,14 @@ impl<'a> Case<'a> {
     ) {
         let expected: Vec<&Value> =
             list(expected, "outputs").iter().filter(|output| output["sidx"] == substitution).collect();
-        let found: Vec<_> = found.outputs.iter().filter(|output| output.substitution == substitution).collect();
+        let found: Vec<_> =
+            found.outputs.iter().filter(|output| output.substitution == substitution).collect();
         if expected.len() != found.len() {
-            differ(format!("substitution {substitution} has {} outputs, not {}", found.len(), expected.len()));
+            differ(format!(
+                "substitution {substitution} has {} outputs, not {}",
+                found.len(),
+                expected.len()
+            ));
             return;
         }
         for (expected, found) in expected.iter().zip(&found) {
@@ -250,7 +264,9 @@ impl<'a> Case<'a> {
                 bounds => {
                     let bounds = interval(bounds).map(|bound| self.nanoseconds(bound));
                     if bounds != [validity.from.0, validity.to.0] {
-                        differ(format!("substitution {substitution} is valid in {validity:?}, not {bounds:?}"));
+                        differ(format!(
+                            "substitution {substitution} is valid in {validity:?}, not {bounds:?}"
+                        ));
                     }
                 }
             }
@@ -301,7 +317,9 @@ fn way(knowledge: &KnowledgeBase, domain: &str, recorded: &Value) -> Way {
     for function in list(recorded, "functions") {
         let output = knowledge.variable(text(function, "out")).unwrap();
         match text(function, "name") {
-            "equals" => carriers.insert(output, knowledge.signal(function["in"][0].as_str().unwrap())).map(|_| ()),
+            "equals" => {
+                carriers.insert(output, knowledge.signal(function["in"][0].as_str().unwrap())).map(|_| ())
+            }
             name => {
                 let mut relations = knowledge.relations().enumerate();
                 let found = relations.find(|(_, relation)| relation.name == name).unwrap().0;
@@ -309,7 +327,8 @@ fn way(knowledge: &KnowledgeBase, domain: &str, recorded: &Value) -> Way {
             }
         };
     }
-    let substitution = Substitution::from_choice(knowledge, knowledge.variable(domain).unwrap(), &choice).unwrap();
+    let substitution =
+        Substitution::from_choice(knowledge, knowledge.variable(domain).unwrap(), &choice).unwrap();
     let signals = substitution.sources.iter().map(|source| carriers[source]).collect();
     Way { substitution, signals }
 }
@@ -394,8 +413,10 @@ fn check(draft: &Draft, options: ThesisOptions, input: &str, expected: &str) {
         signals: vec![Some(signal)],
     });
     let computed = knowledge.relations().enumerate().map(|(relation, _)| {
-        let substitution = Substitution::from_choice(&knowledge, x, &BTreeMap::from([(x, relation)])).unwrap();
-        let carrier = |source: &shsa_core::knowledge::VariableId| knowledge.carriers(*source).first().copied();
+        let substitution =
+            Substitution::from_choice(&knowledge, x, &BTreeMap::from([(x, relation)])).unwrap();
+        let carrier =
+            |source: &shsa_core::knowledge::VariableId| knowledge.carriers(*source).first().copied();
         Way { signals: substitution.sources.iter().map(carrier).collect(), substitution }
     });
     let mut run = ThesisRun::new(&knowledge, direct.chain(computed).collect(), options);
@@ -528,7 +549,10 @@ fn one_variable_read_from_two_signals_is_two_ways() {
     let mut run = ThesisRun::new(&knowledge, ways, ThesisOptions::default());
     for (name, value) in [("wheel", 0.5), ("second wheel", 2.5)] {
         let (signal, stamp) = (knowledge.signal(name).unwrap(), Time(0));
-        run.observe(&knowledge, &Observation { signal, stamp, received: stamp, value: RawValue::Number(value) });
+        run.observe(
+            &knowledge,
+            &Observation { signal, stamp, received: stamp, value: RawValue::Number(value) },
+        );
     }
     assert_eq!(shown(&run.step(Time(1))), "2 outputs, errors 3.80 3.80, nobody");
 }

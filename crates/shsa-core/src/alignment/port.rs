@@ -140,6 +140,12 @@ impl Port {
         (nearest.validity.gap(moment) <= max_gap).then_some(nearest.elements.as_slice())
     }
 
+    /// When the scalars that are kept were true, oldest first.
+    pub fn moments(&self) -> impl Iterator<Item = Validity> + '_ {
+        let kept = self.scalars.len();
+        (0..kept).rev().filter_map(|back| self.scalars.newest(back)).map(|sample| sample.validity)
+    }
+
     /// The newest scalar.
     #[must_use]
     pub fn newest(&self) -> Option<&Sample> {

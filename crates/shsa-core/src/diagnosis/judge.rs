@@ -52,6 +52,11 @@ impl Default for JudgeOptions {
     }
 }
 
+/// A signal that is accused again within this many of its probations has relapsed.
+const RELAPSE_PROBATIONS: i64 = 4;
+/// Probation doubles at most so often: with 5 s, to 5 minutes.
+const MOST_RELAPSES: u32 = 6;
+
 #[derive(Clone, Copy, Debug, Default)]
 struct Standing {
     /// Suspect or failed.
@@ -60,6 +65,9 @@ struct Standing {
     alone: bool,
     /// Since when all evidence speaks for it.
     clean_since: Option<Time>,
+    /// When it was last trusted again, and how often it was accused again soon after: each time doubles its probation.
+    cleared: Option<Time>,
+    relapses: u32,
     /// What it said when it was accused. While it still says the same, it is the plant that came back to it.
     said: Option<Interval>,
 }
@@ -103,6 +111,12 @@ impl Judge {
     #[must_use]
     pub fn trusts(&self, signal: SignalId) -> bool {
         self.origins[signal].iter().all(|origin| self.standings[origin].verdict.is_none())
+    }
+
+    /// Whether a signal has failed by its verdict.
+    #[must_use]
+    pub fn has_failed(&self, signal: SignalId) -> bool {
+        self.standings[signal].verdict == Some(Verdict::Failed)
     }
 
     /// Since when all evidence has spoken for a signal that is suspect or failed.
@@ -157,7 +171,7 @@ impl Judge {
         let accused = union(&candidates);
         let certain = |signal: &SignalId| candidates.iter().chain(&rivals).all(|set| set.contains(*signal));
         let (failed, rest): (SignalSet, SignalSet) = (accused.iter().filter(certain).collect(), accused);
-        failed.iter().for_each(|signal| self.set(monitor, signal, Verdict::Failed, decisions, None));
+        failed.iter().for_each(|signal| self.set((monitor, now), signal, Verdict::Failed, None, decisions));
         let open =
             |signal: &SignalId| !failed.contains(*signal) && self.disagrees_otherwise(*signal, &conflicts);
         let rest: SignalSet = rest.iter().filter(open).collect();
@@ -171,7 +185,7 @@ impl Judge {
             rest.iter().filter(|signal| likely.is_empty() || likely.contains(*signal)).collect();
         for signal in accused.iter() {
             let choice = rivals_of(signal, &accused, &sets);
-            self.set(monitor, signal, Verdict::Suspect, decisions, Some(choice));
+            self.set((monitor, now), signal, Verdict::Suspect, Some(choice), decisions);
         }
     }
 
@@ -214,18 +228,32 @@ impl Judge {
 
     fn set(
         &mut self,
-        monitor: &Monitor,
+        (monitor, now): (&Monitor, Time),
         signal: SignalId,
         verdict: Verdict,
-        decisions: &mut Vec<Decision>,
         choice: Option<SignalSet>,
+        decisions: &mut Vec<Decision>,
     ) {
         if self.standings[signal].verdict >= Some(verdict) {
             return;
         }
         let said = said(monitor, signal);
         let alone = choice.as_ref().is_none_or(|choice| choice.len() == 1);
-        self.standings[signal] = Standing { verdict: Some(verdict), alone, clean_since: None, said };
+        let before = self.standings[signal];
+        let soon = |cleared: Time| now - cleared <= self.probation(before.relapses).times(RELAPSE_PROBATIONS);
+        let relapses = match (before.verdict, before.cleared) {
+            (Some(_), _) => before.relapses,
+            (None, Some(cleared)) if soon(cleared) => (before.relapses + 1).min(MOST_RELAPSES),
+            _ => 0,
+        };
+        self.standings[signal] = Standing {
+            verdict: Some(verdict),
+            alone,
+            clean_since: None,
+            said,
+            relapses,
+            cleared: before.cleared,
+        };
         decisions.push(match choice {
             None => Decision::Failed(signal),
             Some(choice) => Decision::Suspected(signal, choice),
@@ -242,13 +270,19 @@ impl Judge {
             }
             let since = *self.standings[signal].clean_since.get_or_insert(now);
             let explained = verdict == Verdict::Suspect && culprit_found;
-            if explained || now - since >= self.options.probation {
-                self.standings[signal] = Standing::default();
+            let relapses = self.standings[signal].relapses;
+            let over = since + self.probation(relapses);
+            if explained || now >= over {
+                self.standings[signal] = Standing { cleared: Some(now), relapses, ..Standing::default() };
                 decisions.push(Decision::Cleared(signal));
             } else {
-                self.look_again(since + self.options.probation);
+                self.look_again(over);
             }
         }
+    }
+
+    fn probation(&self, relapses: u32) -> Span {
+        self.options.probation.times(1 << relapses.min(MOST_RELAPSES))
     }
 
     /// Whether the signal has moved since it was accused, every comparison that speaks about it agrees, and there

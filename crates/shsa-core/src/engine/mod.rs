@@ -60,8 +60,9 @@ impl Engine {
         let ways = ways::to_watch(&knowledge, &graph);
         let monitor = Monitor::new(&knowledge, ways, options.debounce);
         let judge = Judge::new(&knowledge, options.judge);
-        let providers =
-            IdVec::filled(knowledge.needs().len(), |need| Provider::new(&knowledge, &graph, need));
+        let providers = IdVec::filled(knowledge.needs().len(), |need| {
+            Provider::new(&knowledge, &graph, monitor.ports(), need)
+        });
         Engine {
             knowledge,
             graph,
@@ -195,6 +196,8 @@ impl Engine {
             match change.absence {
                 None => self.returning.push((change.signal, now)),
                 Some(_) if until_now.is_some() => {}
+                // It has failed already: that its values became impossible, too, is no news.
+                Some(Absence::Invalid) if self.judge.has_failed(change.signal) => changed = true,
                 Some(absence) => {
                     let event = explain::absence(&self.knowledge, &change, absence, now);
                     self.outputs.push_back(Output::Event(event));
@@ -246,7 +249,8 @@ impl Engine {
     fn replan(&mut self, now: Time) {
         let (proven, usable) = (self.usable(true), self.usable(false));
         for provider in self.providers.iter_mut() {
-            let event = provider.replan(&self.knowledge, &self.graph, &[&proven, &usable], now);
+            let event =
+                provider.replan(&self.knowledge, &self.graph, self.monitor.ports(), &[&proven, &usable], now);
             self.outputs.extend(event.map(Output::Event));
         }
     }

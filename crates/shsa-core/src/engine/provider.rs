@@ -7,11 +7,11 @@
 use super::explain;
 use super::message::{Event, EventKind, Output, Publication, PublishedValue, Quality};
 use super::ways::{Source, ways};
-use crate::alignment::Sample;
+use crate::alignment::{Port, Sample};
 use crate::computation::Computed;
 use crate::diagnosis::Judge;
 use crate::interval::Interval;
-use crate::knowledge::{KnowledgeBase, NeedId, SignalId, SignalSet, Switching, VariableId};
+use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId, SignalSet, Switching, VariableId};
 use crate::monitor::{Monitor, WayIndex};
 use crate::observation::Observation;
 use crate::plan::Graph;
@@ -80,7 +80,12 @@ pub(super) struct Provider {
 }
 
 impl Provider {
-    pub(super) fn new(knowledge: &KnowledgeBase, graph: &Graph, id: NeedId) -> Provider {
+    pub(super) fn new(
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        ports: &IdVec<SignalId, Port>,
+        id: NeedId,
+    ) -> Provider {
         let need = &knowledge.needs()[id];
         let all: SignalSet = knowledge.signals().ids().collect();
         let sources = ways(knowledge, graph, need.variable, &all);
@@ -104,7 +109,7 @@ impl Provider {
             longest_gap: Span::ZERO,
             widest: 0.0,
         };
-        provider.start_best(knowledge);
+        provider.start_best(knowledge, ports);
         provider.preferred = provider.active.as_ref().map(|service| service.way().clone());
         provider
     }
@@ -137,9 +142,11 @@ impl Provider {
         self.last.map(|(time, _)| time).or(self.started)
     }
 
-    /// Starts the best source that can be run; whether there is one.
-    fn start_best(&mut self, knowledge: &KnowledgeBase) -> bool {
-        let service = self.sources.iter().find_map(|source| Service::start(knowledge, source.way.clone()));
+    /// Starts the best source that can be run and is not too old when it comes; whether there is one.
+    fn start_best(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>) -> bool {
+        let start = |source: &Source| Service::start(knowledge, source.way.clone(), ports);
+        let in_time = |service: &Service| service.lag() <= self.max_age;
+        let service = self.sources.iter().find_map(|source| start(source).filter(in_time));
         self.active_rests_on = SignalSet::new();
         let inputs = service.iter().flat_map(|service| service.way().inputs());
         inputs.for_each(|signal| self.active_rests_on.extend(&knowledge.origins(signal)));
@@ -152,6 +159,7 @@ impl Provider {
         &mut self,
         knowledge: &KnowledgeBase,
         graph: &Graph,
+        ports: &IdVec<SignalId, Port>,
         usable: &[&SignalSet],
         now: Time,
     ) -> Option<Event> {
@@ -162,7 +170,7 @@ impl Provider {
             return None;
         }
         let lost = current.map(|way| way.describe(knowledge));
-        if !self.start_best(knowledge) {
+        if !self.start_best(knowledge, ports) {
             return self.tell_unserved(
                 knowledge,
                 lost.map(|lost| format!("{lost} was lost and nothing else is trusted")),
@@ -225,13 +233,18 @@ impl Provider {
     }
 
     /// Goes back to a better source when the hold time is over.
-    fn go_back(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
+    fn go_back(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        ports: &IdVec<SignalId, Port>,
+        now: Time,
+    ) -> Option<Event> {
         let held = self.switched.is_some_and(|at| now < at + self.switching.hold);
         if held || !self.better_waits() {
             return None;
         }
         let left = self.active.as_ref().map(|service| service.way().describe(knowledge)).unwrap_or_default();
-        self.start_best(knowledge);
+        self.start_best(knowledge, ports);
         self.switched = Some(now);
         Some(self.event(
             knowledge,
@@ -251,7 +264,7 @@ impl Provider {
         outputs: &mut VecDeque<Output>,
     ) {
         self.started.get_or_insert(now);
-        outputs.extend(self.go_back(knowledge, now).map(Output::Event));
+        outputs.extend(self.go_back(knowledge, monitor.ports(), now).map(Output::Event));
         let trusts = |signal: SignalId| judge.trusts(signal);
         let last = self.last.map(|(_, sample)| sample);
         let computed =
