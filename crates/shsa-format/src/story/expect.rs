@@ -61,7 +61,7 @@ pub(super) enum Limit {
     /// Difference of the midpoints of one value and the next.
     LargestJump(f64),
     /// Distance of a midpoint from what is true when it is published.
-    LargestError(f64, Curve),
+    LargestError(f64, Box<Curve>),
 }
 
 /// What an expectation compares with.

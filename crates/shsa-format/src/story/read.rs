@@ -29,6 +29,8 @@ const VERDICT: [&str; 3] = ["verdict", "signal", "at"];
 const SERVED: [&str; 3] = ["need", "source", "at"];
 const VALUES: [&str; 7] =
     ["need", "values", "longest_gap", "largest_jump", "largest_error", "truth", "between"];
+/// Of these, what limits the values.
+const LIMITS: [&str; 4] = ["values", "longest_gap", "largest_jump", "largest_error"];
 
 /// The most samples that one signal of a story may have.
 const MAX_SAMPLES: i64 = 1_000_000;
@@ -368,43 +370,47 @@ impl Writer<'_, '_> {
         let example = "{ need: speed, longest_gap: 200 ms }";
         let fields = self.reader.fields(node, "an expectation", &VALUES, example);
         let between = self.between(&fields);
+        let limited = LIMITS.iter().any(|key| fields.get(key).is_some());
         let mut keys = Keys { reader: self.reader, fields };
-        let need = keys.text("need", "a need's variable", "speed");
+        let Some(need) = keys.text("need", "a need's variable", "speed") else {
+            let message = "an expectation names an `event`, `never`, a `verdict` or a `need`";
+            keys.reader.wrong(node, message, "write it like `{ event: failed, signal: /a }`");
+            return None;
+        };
+        if !limited {
+            keys.reader.wrong(
+                node,
+                "nothing is expected of these values",
+                &format!("write it like `{example}`"),
+            );
+        }
         let none = keys.text("values", "`none`", "none");
         let gap = keys.span("longest_gap");
         let jump = keys.text("largest_jump", "an amount", "0.3 m/s");
         let error = keys.text("largest_error", "an amount", "0.3 m/s");
         let truth = keys.text("truth", "a name under `truth`", "speed");
-        let Some(need) = need else {
-            let message = "an expectation names an `event`, `never`, a `verdict` or a `need`";
-            self.reader.wrong(node, message, "write it like `{ event: failed, signal: /a }`");
-            return None;
-        };
         let need = self.find_need(&need)?;
         let unit = self.knowledge.variables()[self.knowledge.needs()[need].variable].unit.clone();
         let mut limits = Vec::new();
-        if let Some(text) = none {
-            limits.extend(self.known(
-                &text,
-                "word",
-                (text.text == "none").then_some(Limit::None),
-                ["none"].into_iter(),
-            ));
-        }
+        limits.extend(none.and_then(|text| self.none(&text)));
         limits.extend(gap.and_then(|text| self.span(&text)).map(Limit::LongestGap));
         limits.extend(jump.and_then(|text| self.amount(&text, unit.as_ref())).map(Limit::LargestJump));
-        if let Some(text) = error {
-            let truth = truth.and_then(|name| self.find_truth(&name));
-            if truth.is_none() {
-                self.reader.note(text.place, "an error is a distance from a truth", "add `truth: NAME`");
-            }
-            let amount = self.amount(&text, unit.as_ref());
-            limits.extend(amount.zip(truth).map(|(amount, truth)| Limit::LargestError(amount, truth)));
-        }
-        if limits.is_empty() {
-            self.reader.wrong(node, "nothing is expected of these values", example);
-        }
+        limits.extend(error.and_then(|text| self.error(&text, truth, unit.as_ref())));
         Some(Expectation::Values { need, between, limits })
+    }
+
+    fn none(&mut self, text: &Text) -> Option<Limit> {
+        let found = (text.text == "none").then_some(Limit::None);
+        self.known(text, "word", found, ["none"].into_iter())
+    }
+
+    fn error(&mut self, text: &Text, truth: Option<Text>, unit: Option<&Unit>) -> Option<Limit> {
+        let Some(truth) = truth else {
+            self.reader.note(text.place, "an error is a distance from a truth", "add `truth: NAME`");
+            return None;
+        };
+        let (amount, truth) = (self.amount(text, unit), self.find_truth(&truth));
+        Some(Limit::LargestError(amount?, Box::new(truth?)))
     }
 
     fn at(&mut self, node: &Node, fields: &Fields<'_>) -> Option<Time> {

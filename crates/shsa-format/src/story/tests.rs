@@ -185,7 +185,7 @@ fn mistakes_are_told_with_their_places() {
         "[{ verdict: fine, signal: /a, at: 5 s }]",
         "11:21: there is no verdict `fine`; known here: unknown,",
     );
-    refuse(CALM, "[{ verdict: failed, signal: /a, at: 50 s }]", "11:43: the story is over by then");
+    refuse(CALM, "[{ verdict: failed, signal: /a, at: 50 s }]", "11:45: the story is over by then");
     refuse(CALM, "[{ need: room }]", "11:10: nothing is expected of these values");
     refuse(
         CALM,

@@ -49,7 +49,8 @@ pub(super) struct Echo {
 }
 
 impl Trace {
-    /// All observations but the echoes, with the faults injected, in the order of their reception.
+    /// All observations but the echoes, with the faults injected, in the order of their reception; what would come
+    /// after the end is left out.
     pub(super) fn inputs(&self, knowledge: &KnowledgeBase) -> Vec<Input> {
         let sampled =
             |(number, source): (usize, &Source)| source.samples(knowledge, self.seed, number as u64);
@@ -63,7 +64,8 @@ impl Trace {
                 Fault { from: fault.from - first, to: fault.to.map(|to| to - first), ..fault.clone() };
             shifted.inject(&mut samples, signal.index(), self.seed.wrapping_add(number as u64));
         }
-        samples.into_iter().map(input).collect()
+        let end = Time(0) + self.duration;
+        samples.into_iter().filter(|sample| sample.received <= end).map(input).collect()
     }
 }
 

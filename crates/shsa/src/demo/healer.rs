@@ -79,16 +79,3 @@ impl Healer for PlainNode {
         self.ready.pop_front()
     }
 }
-
-/// How an event is called on the screen and in files.
-pub(super) fn kind_name(kind: EventKind) -> &'static str {
-    match kind {
-        EventKind::Suspected => "suspected",
-        EventKind::Failed => "failed",
-        EventKind::Silent => "silent",
-        EventKind::Substituted => "substituted",
-        EventKind::Restored => "restored",
-        EventKind::Unhealable => "unhealable",
-        EventKind::Refused => "refused",
-    }
-}

@@ -1,7 +1,7 @@
 //! What people see: events line by line, and on a terminal a live picture below them.
 
 use super::avoidance::{Mode, stop_distance};
-use super::healer::{Decision, NEED, kind_name};
+use super::healer::{Decision, NEED};
 use super::map::{self, Cell, Ink, MAP_HEIGHT, MAP_WIDTH};
 use super::robot::Robot;
 use super::room::{Point, Room};
@@ -95,7 +95,7 @@ impl Screen {
         if let Some(substitution) = &decision.substitution {
             text.push_str(&format!("; now from {substitution}"));
         }
-        self.event(decision.time, kind_name(decision.kind), ink, &text)
+        self.event(decision.time, decision.kind.name(), ink, &text)
     }
 
     /// Says something that stays on the terminal.

@@ -80,7 +80,7 @@ impl<'a> Report<'a> {
     fn event_json(&self, event: &Event) -> Value {
         json!({
             "time_s": (event.time - self.run.first).seconds(),
-            "kind": kind_name(event.kind),
+            "kind": event.kind.name(),
             "signal": event.signal.map(|signal| &self.knowledge.signals()[signal].name),
             "variable": event.variable.map(|variable| &self.knowledge.variables()[variable].name),
             "because": event.because,
@@ -223,21 +223,8 @@ fn difference_from_si(knowledge: &KnowledgeBase, variable: VariableId, value: f6
     knowledge.variables()[variable].unit.as_ref().map_or(value, |unit| value / unit.scale)
 }
 
-/// The name of an event's kind, as others rely on it.
-pub(super) fn kind_name(kind: EventKind) -> &'static str {
-    match kind {
-        EventKind::Suspected => "suspected",
-        EventKind::Failed => "failed",
-        EventKind::Silent => "silent",
-        EventKind::Substituted => "substituted",
-        EventKind::Restored => "restored",
-        EventKind::Unhealable => "unhealable",
-        EventKind::Refused => "refused",
-    }
-}
-
 fn paint_kind(kind: EventKind) -> String {
-    let name = format!("{:<11}", kind_name(kind));
+    let name = format!("{:<11}", kind.name());
     match kind {
         EventKind::Failed | EventKind::Unhealable | EventKind::Refused => show::paint(Paint::Red, &name),
         EventKind::Suspected | EventKind::Silent => show::paint(Paint::Yellow, &name),
