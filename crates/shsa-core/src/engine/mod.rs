@@ -105,7 +105,10 @@ impl Engine {
         }
         let needs = self.providers.iter().filter_map(Provider::next_deadline);
         let returns = self.returning.iter().map(|(_, since)| *since + self.probation);
-        needs.chain(returns).chain(self.monitor.watch().next_deadline()).chain(self.judge.next_review()).min()
+        let deadlines =
+            needs.chain(returns).chain(self.monitor.watch().next_deadline()).chain(self.judge.next_review());
+        // What was due until now has been done: a driver that obeys never waits in vain.
+        deadlines.filter(|due| self.now.is_none_or(|now| *due > now)).min()
     }
 
     /// The knowledge base that it works with.

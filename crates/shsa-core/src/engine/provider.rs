@@ -64,6 +64,8 @@ pub(super) struct Provider {
     preferred: Option<Way>,
     active: Option<Service>,
     active_rests_on: SignalSet,
+    /// Since when the source has given nothing but values that are too old or too wide.
+    unfit_since: Option<Time>,
     /// When the last switch was.
     switched: Option<Time>,
     started: Option<Time>,
@@ -99,6 +101,7 @@ impl Provider {
             preferred: None,
             active: None,
             active_rests_on: SignalSet::new(),
+            unfit_since: None,
             switched: None,
             started: None,
             last: None,
@@ -147,11 +150,16 @@ impl Provider {
         let start = |source: &Source| Service::start(knowledge, source.way.clone(), ports);
         let in_time = |service: &Service| service.lag() <= self.max_age;
         let service = self.sources.iter().find_map(|source| start(source).filter(in_time));
+        self.take_over(knowledge, service);
+        self.active.is_some()
+    }
+
+    fn take_over(&mut self, knowledge: &KnowledgeBase, service: Option<Service>) {
+        self.unfit_since = None;
         self.active_rests_on = SignalSet::new();
         let inputs = service.iter().flat_map(|service| service.way().inputs());
         inputs.for_each(|signal| self.active_rests_on.extend(&knowledge.origins(signal)));
         self.active = service;
-        self.active.is_some()
     }
 
     /// Chooses again after the trust in a signal has changed: from the first set of signals that serves the need.
@@ -217,6 +225,31 @@ impl Provider {
         format!("{} takes over; next would be {others}", chosen.unwrap_or_default())
     }
 
+    /// Leaves a source whose values have been too old or too wide for longer than a value may be old.
+    fn leave_unfit(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> Option<Event> {
+        let since = self.unfit_since.filter(|since| now - *since > self.max_age)?;
+        let current = self.active.as_ref().map(Service::way)?;
+        let other = |source: &&Source| source.way != *current && self.delivers(monitor, &source.way, now);
+        let next = self.sources.iter().find(other)?.way.clone();
+        let left = current.describe(knowledge);
+        let service = Service::start(knowledge, next, monitor.ports())?;
+        self.take_over(knowledge, Some(service));
+        self.switched = Some(now);
+        let unfit = explain::span(now - since);
+        let because = format!(
+            "values of {left} have been too old or too wide for {unfit}; {}",
+            self.alternatives(knowledge)
+        );
+        Some(self.event(knowledge, EventKind::Substituted, because, now))
+    }
+
+    /// Whether the newest value of a way is fit, as far as the way is watched.
+    fn delivers(&self, monitor: &Monitor, way: &Way, now: Time) -> bool {
+        let watched = monitor.ways().iter().find(|watched| watched.computation.way() == way);
+        let fit = |sample: &Sample| self.is_fit(sample, now);
+        watched.is_none_or(|watched| watched.outputs.newest(0).is_some_and(fit))
+    }
+
     /// Whether a source that is preferred, or better by more than the hysteresis, is trusted but not in use.
     fn better_waits(&self) -> bool {
         let (Some(best), Some(active)) = (self.sources.first(), &self.active) else { return false };
@@ -233,18 +266,14 @@ impl Provider {
     }
 
     /// Goes back to a better source when the hold time is over.
-    fn go_back(
-        &mut self,
-        knowledge: &KnowledgeBase,
-        ports: &IdVec<SignalId, Port>,
-        now: Time,
-    ) -> Option<Event> {
+    fn go_back(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> Option<Event> {
         let held = self.switched.is_some_and(|at| now < at + self.switching.hold);
-        if held || !self.better_waits() {
+        let fit = || self.sources.first().is_some_and(|best| self.delivers(monitor, &best.way, now));
+        if held || !self.better_waits() || !fit() {
             return None;
         }
         let left = self.active.as_ref().map(|service| service.way().describe(knowledge)).unwrap_or_default();
-        self.start_best(knowledge, ports);
+        self.start_best(knowledge, monitor.ports());
         self.switched = Some(now);
         Some(self.event(
             knowledge,
@@ -264,7 +293,8 @@ impl Provider {
         outputs: &mut VecDeque<Output>,
     ) {
         self.started.get_or_insert(now);
-        outputs.extend(self.go_back(knowledge, monitor.ports(), now).map(Output::Event));
+        outputs.extend(self.go_back(knowledge, monitor, now).map(Output::Event));
+        outputs.extend(self.leave_unfit(knowledge, monitor, now).map(Output::Event));
         let trusts = |signal: SignalId| judge.trusts(signal);
         let last = self.last.map(|(_, sample)| sample);
         let computed =
@@ -273,7 +303,9 @@ impl Provider {
             Some((PublishedValue::Scalar(value), validity)) => {
                 let sample = Sample { validity, value };
                 let votes = monitor.votes(self.variable, &self.active_rests_on, sample, trusts);
-                let sound = self.is_fit(&sample, now) && !votes.is_contradicted();
+                let fit = self.is_fit(&sample, now);
+                self.unfit_since = if fit { None } else { self.unfit_since.or(Some(now)) };
+                let sound = fit && !votes.is_contradicted();
                 if sound { Some((sample, self.active_server())) } else { self.stand_in(monitor, trusts, now) }
             }
             Some((vector, validity)) => return self.publish(knowledge, vector, validity, now, outputs),
