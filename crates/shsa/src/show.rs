@@ -1,7 +1,9 @@
 //! What is printed for people: loading a model with its problems told, colour, aligned tables, values in units.
 
 use crate::outcome::AlreadyTold;
+use shsa_core::diagnosis::Verdict;
 use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::monitor::Absence;
 use shsa_format::model;
 use std::fmt;
 use std::io::{IsTerminal, Write, stderr, stdout};
@@ -68,6 +70,27 @@ fn coloured(paint: Paint, text: &str, terminal: bool) -> String {
         Paint::Bold => 1,
     };
     format!("\x1b[{code}m{text}\x1b[0m")
+}
+
+/// The verdict about a signal in a word; what gives nothing is told before what is believed of it.
+pub(crate) fn verdict(absence: Option<Absence>, verdict: Verdict) -> &'static str {
+    match (absence, verdict) {
+        (Some(Absence::Silent), _) => "silent",
+        (Some(Absence::Invalid), _) | (None, Verdict::Failed) => "failed",
+        (None, Verdict::Unknown) => "unknown",
+        (None, Verdict::Healthy) => "healthy",
+        (None, Verdict::Suspect) => "suspect",
+    }
+}
+
+/// A text about a signal in the colour of its verdict.
+pub(crate) fn paint_verdict(verdict: &str, text: &str) -> String {
+    match verdict {
+        "healthy" => paint(Paint::Green, text),
+        "failed" | "silent" => paint(Paint::Red, text),
+        "suspect" => paint(Paint::Yellow, text),
+        _ => text.to_owned(),
+    }
 }
 
 /// Rows with aligned columns, two spaces between them, below a head; numbers are for the caller to format.

@@ -71,7 +71,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let knowledge = show::load_model(&arguments.model)?;
     let source = read(arguments, &knowledge)?;
     let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).collect();
-    let [journal, output] = written::open([arguments.journal.as_deref(), arguments.output.as_deref()], &read)?;
+    let [journal, output] =
+        written::open([arguments.journal.as_deref(), arguments.output.as_deref()], &read)?;
     let began = Instant::now();
     let run = play(&knowledge, &source, journal)?;
     let elapsed = began.elapsed();

@@ -3,11 +3,9 @@
 use super::Source;
 use crate::show::{self, Paint};
 use serde_json::{Map, Value, json};
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Event, EventKind, Publication, PublishedValue};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, Need, NeedId, SignalId, VariableId};
-use shsa_core::monitor::Absence;
 use shsa_core::time::{Span, Time};
 use shsa_format::drive::Run;
 use std::io::{Write, stdout};
@@ -127,13 +125,7 @@ impl<'a> Report<'a> {
     }
 
     fn verdict(&self, signal: SignalId) -> &'static str {
-        match (self.run.engine.absence(signal), self.run.engine.verdict(signal)) {
-            (Some(Absence::Silent), _) => "silent",
-            (Some(Absence::Invalid), _) | (None, Verdict::Failed) => "failed",
-            (None, Verdict::Unknown) => "unknown",
-            (None, Verdict::Healthy) => "healthy",
-            (None, Verdict::Suspect) => "suspect",
-        }
+        show::verdict(self.run.engine.absence(signal), self.run.engine.verdict(signal))
     }
 
     fn text(&self, elapsed: Duration) -> String {
@@ -204,7 +196,7 @@ impl<'a> Report<'a> {
             let counts = self.run.engine.monitor().ports()[signal].counts();
             rows.push(vec![
                 self.knowledge.signals()[signal].name.clone(),
-                paint_verdict(self.verdict(signal)),
+                show::paint_verdict(self.verdict(signal), self.verdict(signal)),
                 counts.accepted.to_string(),
                 counts.reordered.to_string(),
                 (counts.dropped + counts.duplicates).to_string(),
@@ -212,15 +204,6 @@ impl<'a> Report<'a> {
             ]);
         }
         show::table(&["signal", "verdict", "accepted", "reordered", "dropped", "invalid"], rows)
-    }
-}
-
-fn paint_verdict(verdict: &str) -> String {
-    match verdict {
-        "healthy" => show::paint(Paint::Green, verdict),
-        "failed" | "silent" => show::paint(Paint::Red, verdict),
-        "suspect" => show::paint(Paint::Yellow, verdict),
-        _ => verdict.to_owned(),
     }
 }
 
