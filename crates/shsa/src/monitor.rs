@@ -47,13 +47,13 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "SPAN", default_value = "1s", value_parser = parse_span)]
     period: Span,
     /// Thesis mode: steps whose observations are combined [default: 1].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = show::at_least_one)]
     buffer: Option<NonZeroUsize>,
     /// Thesis mode: errors over which the average is taken [default: 1].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = show::at_least_one)]
     average: Option<NonZeroUsize>,
     /// Thesis mode: averages over which the median is taken [default: 1].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = show::at_least_one)]
     median: Option<NonZeroUsize>,
     /// The method.
     #[arg(long, value_enum, default_value_t = Mode::Default)]
@@ -392,7 +392,7 @@ impl<'a> Printer<'a> {
         writeln!(output, "\n{}", show::counted(self.steps, "step"))?;
         for (&number, count) in &self.failures {
             let way = ways.get(number).map_or(String::new(), |way| way.describe(self.knowledge));
-            writeln!(output, "way {number} ({way}) has failed in {}", show::counted(*count, "step"))?;
+            writeln!(output, "way {number} ({way}) failed in {count} of them")?;
         }
         Ok(())
     }

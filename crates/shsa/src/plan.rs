@@ -25,7 +25,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value_t = Engine::BestFirst)]
     engine: Engine,
     /// How many substitutions to find.
-    #[arg(long, value_name = "N", default_value = "1", conflicts_with = "all")]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = show::at_least_one, conflicts_with = "all")]
     top: NonZeroUsize,
     /// Find all substitutions.
     #[arg(long)]

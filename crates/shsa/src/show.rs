@@ -7,6 +7,7 @@ use shsa_core::monitor::Absence;
 use shsa_format::model;
 use std::fmt;
 use std::io::{IsTerminal, Write, stderr, stdout};
+use std::num::NonZeroUsize;
 use std::path::Path;
 
 /// More names than these are not listed in an error.
@@ -139,6 +140,14 @@ pub(crate) fn wrapped(text: &str, indent: usize) -> String {
     }
     let indented: Vec<String> = lines.iter().map(|line| format!("{:indent$}{line}", "")).collect();
     indented.join("\n")
+}
+
+/// Reads a number of things of which there must be some.
+///
+/// # Errors
+/// When it is no whole number from 1 on.
+pub(crate) fn at_least_one(text: &str) -> Result<NonZeroUsize, String> {
+    text.trim().parse().map_err(|_| "expected a whole number from 1 on".to_owned())
 }
 
 /// The known name nearest to what was written, for help; `None` when none is near.

@@ -185,7 +185,7 @@ impl<'a> Report<'a> {
         }
         let mut head = vec!["need", "met", "published", "longest gap", "source at the end"];
         if self.source.clean.is_some() {
-            head.push("error to the run without faults");
+            head.push("error");
         }
         show::table(&head, rows)
     }
