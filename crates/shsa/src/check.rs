@@ -1,9 +1,10 @@
 //! `shsa check`: loads a knowledge base and tells every problem with its place.
 
 use crate::outcome::Outcome;
-use crate::show;
+use crate::show::{self, Paint};
 use serde_json::json;
-use shsa_format::model;
+use shsa_core::knowledge::{KnowledgeBase, Severity};
+use shsa_format::model::{self, Report};
 use std::io::{IsTerminal, Write, stdout};
 use std::path::PathBuf;
 
@@ -36,18 +37,31 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     } else {
         let report = loaded.report.render(show::colour(stdout().is_terminal()));
         if !report.is_empty() {
-            writeln!(output, "{report}\n")?;
+            writeln!(output, "{}\n", report.trim_end())?;
         }
-        writeln!(
-            output,
-            "{}: {} ({} variables, {} relations, {} signals, {} needs)",
-            arguments.model.display(),
-            if loaded.report.ok() { "ok" } else { "not usable" },
-            knowledge.variables().len(),
-            knowledge.relations().len(),
-            knowledge.signals().len(),
-            knowledge.needs().len()
-        )?;
+        let found = if loaded.report.ok() { size(knowledge) } else { problems(&loaded.report) };
+        writeln!(output, "{}: {found}", arguments.model.display())?;
     }
     Ok(if loaded.report.ok() { Outcome::Done } else { Outcome::Bad })
+}
+
+fn size(knowledge: &KnowledgeBase) -> String {
+    format!(
+        "{}: {}, {}, {}, {}",
+        show::paint(Paint::Green, "ok"),
+        show::counted(knowledge.variables().len(), "variable"),
+        show::counted(knowledge.relations().len(), "relation"),
+        show::counted(knowledge.signals().len(), "signal"),
+        show::counted(knowledge.needs().len(), "need"),
+    )
+}
+
+fn problems(report: &Report) -> String {
+    let errors =
+        report.diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count();
+    let told = show::counted(errors, "error");
+    match report.diagnostics.len() - errors {
+        0 => show::paint(Paint::Red, &told),
+        warnings => format!("{}, {}", show::paint(Paint::Red, &told), show::counted(warnings, "warning")),
+    }
 }

@@ -3,6 +3,7 @@
 use crate::outcome::Outcome;
 use clap::CommandFactory;
 use clap_complete::Shell;
+use std::io::{Write, stdout};
 
 /// Arguments of `shsa completions`.
 #[derive(clap::Args)]
@@ -15,6 +16,8 @@ pub(crate) struct Arguments {
 /// Prints the completions.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut command = crate::Arguments::command();
-    clap_complete::generate(arguments.shell, &mut command, "shsa", &mut std::io::stdout());
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut command, "shsa", &mut script);
+    stdout().write_all(&script)?;
     Ok(Outcome::Done)
 }

@@ -2,28 +2,38 @@
 
 use crate::outcome::Outcome;
 use crate::plan::find_variable;
-use crate::show;
+use crate::replay::{is_journal, wanted};
+use crate::show::{self, Paint};
+use anyhow::bail;
 use serde_json::{Value, json};
 use shsa_core::diagnosis::{Judge, JudgeOptions, Verdict};
 use shsa_core::interval::Interval;
-use shsa_core::knowledge::{Id, KnowledgeBase, SignalId, VariableId};
+use shsa_core::knowledge::{Id, KnowledgeBase, Shape, SignalId, VariableId};
 use shsa_core::monitor::thesis::{ThesisOptions, ThesisRun};
 use shsa_core::monitor::{Debounce, Monitor, WayIndex};
 use shsa_core::observation::Observation;
 use shsa_core::plan::{self, Graph, Limits, Options, Utility};
 use shsa_core::substitution::Way;
 use shsa_core::time::{Span, Time, Validity};
-use shsa_format::recording::{self, ReadOptions, Recording, Wanted, parse_span};
+use shsa_format::recording::{self, ReadOptions, Recording, parse_span};
+use std::collections::BTreeMap;
 use std::io::{Write, stdout};
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 /// How many ways of knowing are compared at most.
 const MOST_WAYS: usize = 64;
 
+/// How many steps are made at most: more are a wrong period, or a wrong time stamp.
+const MOST_STEPS: i64 = 10_000_000;
+
+/// Characters of a column of errors.
+const WIDTH: usize = 8;
+
 /// Arguments of `shsa monitor`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Example: shsa monitor models/rover.yaml dmin --observations run.jsonl --mode thesis --period 1s"
+    after_help = "Example: shsa monitor models/rover.yaml v_dmin --observations run.jsonl --mode thesis --period 1s"
 )]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
@@ -36,15 +46,15 @@ pub(crate) struct Arguments {
     /// How often a step is made.
     #[arg(long, value_name = "SPAN", default_value = "1s", value_parser = parse_span)]
     period: Span,
-    /// Thesis mode: steps whose observations are combined.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    buffer: usize,
-    /// Thesis mode: errors over which the average is taken.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    average: usize,
-    /// Thesis mode: averages over which the median is taken.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    median: usize,
+    /// Thesis mode: steps whose observations are combined [default: 1].
+    #[arg(long, value_name = "N", value_parser = show::at_least_one)]
+    buffer: Option<NonZeroUsize>,
+    /// Thesis mode: errors over which the average is taken [default: 1].
+    #[arg(long, value_name = "N", value_parser = show::at_least_one)]
+    average: Option<NonZeroUsize>,
+    /// Thesis mode: averages over which the median is taken [default: 1].
+    #[arg(long, value_name = "N", value_parser = show::at_least_one)]
+    median: Option<NonZeroUsize>,
     /// The method.
     #[arg(long, value_enum, default_value_t = Mode::Default)]
     mode: Mode,
@@ -61,27 +71,60 @@ enum Mode {
     Thesis,
 }
 
-/// Compares over all complete steps.
+/// Compares over all complete steps; the answer is no when there is nothing that knows the variable.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let knowledge = show::load_model(&arguments.model)?;
     let variable = find_variable(&knowledge, &arguments.variable)?;
-    let wanted: Vec<Wanted> = knowledge
-        .signals()
-        .iter()
-        .map(|signal| Wanted::new(signal.name.clone(), signal.source.clone()))
-        .collect();
-    let paths = [arguments.observations.clone()];
-    let recording = recording::read(&paths, &wanted, &ReadOptions::default())?;
-    recording.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    refuse_vector(&knowledge, variable)?;
+    let recording = read(arguments, &knowledge)?;
+    let steps = Steps::of(&recording, arguments.period)?;
     let ways = ways(&knowledge, variable);
     let mut method: Box<dyn Method> = match arguments.mode {
         Mode::Thesis => Box::new(Thesis::new(&knowledge, ways, arguments)),
         Mode::Default => Box::new(Watching::new(&knowledge, ways)),
     };
-    let mut printer = Printer { knowledge: &knowledge, variable, json: arguments.json };
-    printer.head(&method.ways())?;
-    step_through(&recording, arguments.period, &mut *method, &mut printer)?;
+    let ways = method.ways();
+    match ways.len() {
+        0 => {
+            show::warn(format_args!("nothing in the model knows {}", arguments.variable));
+            return Ok(Outcome::No);
+        }
+        1 => show::warn(format_args!("{} is known in one way only: nothing to compare", arguments.variable)),
+        _ => {}
+    }
+    let mut printer = Printer::new(&knowledge, variable, arguments, recording.first());
+    printer.head(&ways)?;
+    step_through(&recording, steps, &mut *method, &mut printer)?;
+    printer.foot(&ways)?;
     Ok(if recording.degraded { Outcome::Degraded } else { Outcome::Done })
+}
+
+/// Vectors are compared only in the numbers that follow from them.
+fn refuse_vector(knowledge: &KnowledgeBase, variable: VariableId) -> anyhow::Result<()> {
+    let variable = &knowledge.variables()[variable];
+    match variable.shape {
+        Shape::Scalar => Ok(()),
+        Shape::Vector => bail!("'{}' is a vector; name a number that follows from it", variable.name),
+    }
+}
+
+fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Recording> {
+    let file = &arguments.observations;
+    if is_journal(file) {
+        bail!("{} is the journal of a run; `shsa replay` reads it", file.display());
+    }
+    let set = [arguments.buffer, arguments.average, arguments.median];
+    if arguments.mode == Mode::Default && set.iter().any(Option::is_some) {
+        show::warn("--buffer, --average and --median are for --mode thesis and change nothing here");
+    }
+    let recording = recording::read(std::slice::from_ref(file), &wanted(knowledge), &ReadOptions::default())?;
+    recording.warnings.iter().for_each(show::warn);
+    if recording.samples.is_empty() {
+        bail!(
+            "none of the model's signals is in the recording; `source` in the model says where each is found"
+        );
+    }
+    Ok(recording)
 }
 
 fn ways(knowledge: &KnowledgeBase, variable: VariableId) -> Vec<Way> {
@@ -94,23 +137,41 @@ fn ways(knowledge: &KnowledgeBase, variable: VariableId) -> Vec<Way> {
         .collect()
 }
 
-/// Makes a step at every multiple of the period that is followed by an observation.
+/// The moments at which steps are made: every multiple of the period that is followed by an observation.
+#[derive(Clone, Copy)]
+struct Steps {
+    first: Time,
+    period: Span,
+}
+
+impl Steps {
+    fn of(recording: &Recording, period: Span) -> anyhow::Result<Steps> {
+        let start = recording.first().unwrap_or_default();
+        let end = recording.samples.last().map_or(start, |sample| sample.received);
+        let count = (end - start).0 / period.0;
+        if count > MOST_STEPS {
+            let seconds = (end - start).seconds();
+            bail!(
+                "{count} steps in {seconds:.0} s are too many (at most {MOST_STEPS}); give a longer --period"
+            );
+        }
+        let late = start.0.rem_euclid(period.0);
+        let wait = if late == 0 { 0 } else { period.0 - late };
+        Ok(Steps { first: start + Span(wait), period })
+    }
+}
+
 fn step_through(
     recording: &Recording,
-    period: Span,
+    steps: Steps,
     method: &mut dyn Method,
     printer: &mut Printer<'_>,
 ) -> anyhow::Result<()> {
-    let Some(first) = recording.first() else { return Ok(()) };
-    let period_ns = period.0.max(1);
-    let mut due = Time(first.0.div_euclid(period_ns).saturating_mul(period_ns));
-    if due < first {
-        due = due + Span(period_ns);
-    }
+    let mut due = steps.first;
     for sample in &recording.samples {
         while sample.received > due {
             printer.step(&method.step(due))?;
-            due = due + Span(period_ns);
+            due = due + steps.period;
         }
         method.observe(&Observation {
             signal: SignalId::from_index(sample.wanted),
@@ -152,8 +213,12 @@ struct Thesis<'a> {
 
 impl<'a> Thesis<'a> {
     fn new(knowledge: &'a KnowledgeBase, ways: Vec<Way>, arguments: &Arguments) -> Thesis<'a> {
-        let options =
-            ThesisOptions { buffer: arguments.buffer, average: arguments.average, median: arguments.median };
+        let count = |given: Option<NonZeroUsize>| given.map_or(1, NonZeroUsize::get);
+        let options = ThesisOptions {
+            buffer: count(arguments.buffer),
+            average: count(arguments.average),
+            median: count(arguments.median),
+        };
         Thesis { knowledge, run: ThesisRun::new(knowledge, ways, options) }
     }
 }
@@ -248,7 +313,10 @@ impl Method for Watching<'_> {
         let failed_ways: Vec<usize> =
             (0..errors.len()).filter(|&way| self.monitor.ways().get(way).is_some_and(rests)).collect();
         let shown = |(signal, verdict): &(SignalId, Verdict)| {
-            (self.knowledge.signals()[*signal].name.clone(), verdict_name(*verdict))
+            (
+                self.knowledge.signals()[*signal].name.clone(),
+                show::verdict(self.monitor.watch().absence(*signal), *verdict),
+            )
         };
         Step {
             time,
@@ -260,39 +328,85 @@ impl Method for Watching<'_> {
     }
 }
 
-fn verdict_name(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Unknown => "unknown",
-        Verdict::Healthy => "healthy",
-        Verdict::Suspect => "suspect",
-        Verdict::Failed => "failed",
-    }
+/// JSON knows no infinity: it becomes null.
+fn finite(value: f64) -> Option<f64> {
+    Some(value).filter(|value| value.is_finite())
 }
 
 struct Printer<'a> {
     knowledge: &'a KnowledgeBase,
     variable: VariableId,
+    mode: Mode,
     json: bool,
+    /// What times in text count from.
+    start: Time,
+    steps: usize,
+    /// In how many steps each way was the one that had failed.
+    failures: BTreeMap<usize, usize>,
 }
 
-impl Printer<'_> {
-    fn head(&mut self, ways: &[Way]) -> anyhow::Result<()> {
-        if !self.json {
-            let mut output = stdout().lock();
-            for (number, way) in ways.iter().enumerate() {
-                writeln!(output, "way {number}: {}", way.describe(self.knowledge))?;
+impl<'a> Printer<'a> {
+    fn new(
+        knowledge: &'a KnowledgeBase,
+        variable: VariableId,
+        arguments: &Arguments,
+        start: Option<Time>,
+    ) -> Printer<'a> {
+        let (mode, json, start) = (arguments.mode, arguments.json, start.unwrap_or_default());
+        Printer { knowledge, variable, mode, json, start, steps: 0, failures: BTreeMap::new() }
+    }
+
+    fn head(&self, ways: &[Way]) -> anyhow::Result<()> {
+        if self.json {
+            return Ok(());
+        }
+        let mut output = stdout().lock();
+        let variable = &self.knowledge.variables()[self.variable];
+        writeln!(output, "{} is known in {}:", variable.name, show::counted(ways.len(), "way"))?;
+        for (number, way) in ways.iter().enumerate() {
+            writeln!(output, "{number:>4}  {}", way.describe(self.knowledge))?;
+        }
+        let unit = variable.unit.as_ref().map_or(String::new(), |unit| format!(" in {unit}"));
+        match self.mode {
+            Mode::Thesis => {
+                writeln!(output, "Errors: how far a way is from each other one, summed{unit}.\n")?
             }
-            writeln!(output)?;
+            Mode::Default => {
+                writeln!(
+                    output,
+                    "Errors: the share of recent comparisons with each other way that disagree, summed.\n"
+                )?;
+            }
+        }
+        let columns: String =
+            (0..ways.len()).map(|number| format!("  {:>WIDTH$}", format!("way {number}"))).collect();
+        writeln!(output, "{}", show::paint(Paint::Bold, &format!("{:>12}{columns}", "time")))?;
+        Ok(())
+    }
+
+    fn foot(&self, ways: &[Way]) -> anyhow::Result<()> {
+        if self.json {
+            return Ok(());
+        }
+        let mut output = stdout().lock();
+        writeln!(output, "\n{}", show::counted(self.steps, "step"))?;
+        for (&number, count) in &self.failures {
+            let way = ways.get(number).map_or(String::new(), |way| way.describe(self.knowledge));
+            writeln!(output, "way {number} ({way}) failed in {count} of them")?;
         }
         Ok(())
     }
 
     fn shown(&self, value: f64) -> Option<f64> {
         let unit = self.knowledge.variables()[self.variable].unit.as_ref();
-        Some(unit.map_or(value, |unit| unit.from_si(value))).filter(|value| value.is_finite())
+        finite(unit.map_or(value, |unit| unit.from_si(value)))
     }
 
     fn step(&mut self, step: &Step) -> anyhow::Result<()> {
+        self.steps += 1;
+        if let Some(failed) = step.failed {
+            *self.failures.entry(failed).or_default() += 1;
+        }
         let mut output = stdout().lock();
         if self.json {
             writeln!(output, "{}", self.to_json(step))?;
@@ -317,7 +431,7 @@ impl Printer<'_> {
         let mut object = json!({
             "time_ns": step.time.0,
             "outputs": outputs,
-            "errors": step.errors.iter().map(|error| self.error(step, *error)).collect::<Vec<_>>(),
+            "errors": step.errors.iter().map(|error| finite(self.error(*error))).collect::<Vec<_>>(),
             "failed": step.failed.map_or(-1, |way| i64::try_from(way).unwrap_or(-1)),
         });
         if let (false, Some(object)) = (step.verdicts.is_empty(), object.as_object_mut()) {
@@ -329,32 +443,28 @@ impl Printer<'_> {
     }
 
     /// An error of thesis mode is a difference of values; of the default mode a number of pairs.
-    fn error(&self, step: &Step, error: f64) -> Option<f64> {
-        if !step.verdicts.is_empty() {
-            return Some(error);
+    fn error(&self, error: f64) -> f64 {
+        match (self.mode, &self.knowledge.variables()[self.variable].unit) {
+            (Mode::Thesis, Some(unit)) => error / unit.scale,
+            _ => error,
         }
-        let unit = self.knowledge.variables()[self.variable].unit.as_ref();
-        Some(unit.map_or(error, |unit| error / unit.scale)).filter(|error| error.is_finite())
     }
 
     fn to_text(&self, step: &Step) -> String {
-        let errors: Vec<String> = step
-            .errors
-            .iter()
-            .map(|error| self.error(step, *error).map_or("none".to_owned(), |error| format!("{error:.3}")))
-            .collect();
-        let unwell: Vec<String> = step
-            .verdicts
-            .iter()
-            .filter(|(_, verdict)| *verdict != "healthy")
-            .map(|(signal, verdict)| format!("{signal} {verdict}"))
-            .collect();
-        let failed = step.failed.map_or("-".to_owned(), |way| way.to_string());
-        format!(
-            "{:>10.3} s  errors {}  failed {failed}  {}",
-            step.time.seconds(),
-            errors.join(" "),
-            unwell.join(", ")
-        )
+        let cell = |error: &f64| format!("  {:>WIDTH$.3}", self.error(*error));
+        let errors: String = step.errors.iter().map(cell).collect();
+        let time = (step.time - self.start).seconds();
+        let line = format!("{time:>10.3} s{errors}  {}", self.findings(step).join(", "));
+        line.trim_end().to_owned()
+    }
+
+    /// Who has failed; of the default mode, every signal that is not healthy.
+    fn findings(&self, step: &Step) -> Vec<String> {
+        if self.mode == Mode::Thesis {
+            let failed = step.failed.map(|way| show::paint(Paint::Red, &format!("way {way} failed")));
+            return failed.into_iter().collect();
+        }
+        let unwell = step.verdicts.iter().filter(|(_, verdict)| *verdict != "healthy");
+        unwell.map(|(signal, verdict)| show::paint_verdict(verdict, &format!("{signal} {verdict}"))).collect()
     }
 }

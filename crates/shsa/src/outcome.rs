@@ -1,5 +1,6 @@
 //! How a command ends, and the exit status of each end.
 
+use crate::show;
 use std::fmt;
 use std::process::ExitCode;
 
@@ -20,8 +21,11 @@ impl Outcome {
     /// Tells an error and maps it to its outcome.
     pub(crate) fn from_result(result: anyhow::Result<Outcome>) -> Outcome {
         result.unwrap_or_else(|error| {
-            if !is_closed_pipe(&error) && !error.is::<AlreadyTold>() {
-                eprintln!("error: {error:#}");
+            if is_closed_pipe(&error) {
+                return Outcome::Done;
+            }
+            if !error.is::<AlreadyTold>() {
+                show::fail(format_args!("{error:#}"));
             }
             Outcome::Bad
         })

@@ -6,15 +6,16 @@ use anyhow::anyhow;
 use serde_json::{Value, json};
 use shsa_core::expression::Formula;
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId, VariableId};
-use shsa_core::plan::{self, Graph, Limits, Options, Plan, Utility};
+use shsa_core::plan::{self, Graph, Limits, Options, Plan, StopReason, Utility};
 use shsa_core::substitution::{Substitution, Way};
 use std::io::{Write, stdout};
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Arguments of `shsa plan`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa plan models/rover.yaml dmin --exclude /lidar/scan")]
+#[command(after_help = "Example: shsa plan models/rover.yaml v_dmin --all --exclude /lidar/scan")]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,
@@ -24,8 +25,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value_t = Engine::BestFirst)]
     engine: Engine,
     /// How many substitutions to find.
-    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "all")]
-    top: usize,
+    #[arg(long, value_name = "N", default_value = "1", value_parser = show::at_least_one, conflicts_with = "all")]
+    top: NonZeroUsize,
     /// Find all substitutions.
     #[arg(long)]
     all: bool,
@@ -87,7 +88,7 @@ fn search(
 ) -> Plan {
     let mut limits = Limits::default();
     limits.expansions = arguments.limit.unwrap_or(limits.expansions);
-    let count = if arguments.all { usize::MAX } else { arguments.top };
+    let count = if arguments.all { usize::MAX } else { arguments.top.get() };
     match arguments.engine {
         Engine::BestFirst => plan::best(graph, variable, options, count, limits),
         Engine::Exhaustive => {
@@ -104,17 +105,22 @@ fn search(
 /// When there is none of that name.
 pub(crate) fn find_variable(knowledge: &KnowledgeBase, name: &str) -> anyhow::Result<VariableId> {
     let names = || knowledge.variables().iter().map(|variable| variable.name.as_str());
-    knowledge.variable(name).ok_or_else(|| unknown("variable", name, show::nearest(name, names())))
+    knowledge.variable(name).ok_or_else(|| match knowledge.signal(name) {
+        Some(signal) => {
+            let carried = &knowledge.variables()[knowledge.signals()[signal].variable].name;
+            anyhow!("'{name}' is a signal; the variable that it carries is '{carried}'")
+        }
+        None => show::unknown("variable", name, names()),
+    })
 }
 
-fn find_signal(knowledge: &KnowledgeBase, name: &str) -> anyhow::Result<SignalId> {
+/// The signal of a name, or the nearest name as help.
+///
+/// # Errors
+/// When there is none of that name.
+pub(crate) fn find_signal(knowledge: &KnowledgeBase, name: &str) -> anyhow::Result<SignalId> {
     let names = || knowledge.signals().iter().map(|signal| signal.name.as_str());
-    knowledge.signal(name).ok_or_else(|| unknown("signal", name, show::nearest(name, names())))
-}
-
-fn unknown(what: &str, name: &str, near: Option<&str>) -> anyhow::Error {
-    let help = near.map_or(String::new(), |near| format!("; did you mean '{near}'?"));
-    anyhow!("the model has no {what} '{name}'{help}")
+    knowledge.signal(name).ok_or_else(|| show::unknown("signal", name, names()))
 }
 
 fn to_json(
@@ -151,13 +157,15 @@ fn to_text(
     plan: &Plan,
     excluded: impl Fn(SignalId) -> bool,
 ) -> String {
+    let decisions = show::counted(usize::try_from(plan.expanded).unwrap_or(usize::MAX), "decision");
     if plan.substitutions.is_empty() {
-        return format!(
-            "nothing can provide {} ({} after {} decisions)",
-            arguments.variable, plan.stop, plan.expanded
-        );
+        let variable = &arguments.variable;
+        return match plan.stop {
+            StopReason::Complete => format!("nothing can provide {variable} (complete, {decisions})"),
+            stop => format!("nothing found for {variable} so far ({stop}, {decisions})"),
+        };
     }
-    let mut rows = vec![["utility", "relations", "from", "formula"].map(str::to_owned).to_vec()];
+    let mut rows = Vec::new();
     for (substitution, utility) in &plan.substitutions {
         let names = Names::of(knowledge, substitution, &excluded);
         let relations = if names.relations.is_empty() {
@@ -167,7 +175,9 @@ fn to_text(
         };
         rows.push(vec![format!("{utility:.6}"), relations, names.signals.join(", "), names.formula]);
     }
-    format!("{}\n\n{} ({} decisions)", show::table(&rows), plan.stop, plan.expanded)
+    let table = show::table(&["utility", "relations", "from", "formula (in SI units)"], rows);
+    let count = show::counted(plan.substitutions.len(), "substitution");
+    format!("{table}\n\n{count} ({}, {decisions})", plan.stop)
 }
 
 /// A substitution in names.

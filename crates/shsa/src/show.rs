@@ -1,10 +1,17 @@
 //! What is printed for people: loading a model with its problems told, colour, aligned tables, values in units.
 
 use crate::outcome::AlreadyTold;
+use shsa_core::diagnosis::Verdict;
 use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::monitor::Absence;
 use shsa_format::model;
-use std::io::{IsTerminal, stderr, stdout};
+use std::fmt;
+use std::io::{IsTerminal, Write, stderr, stdout};
+use std::num::NonZeroUsize;
 use std::path::Path;
+
+/// More names than these are not listed in an error.
+const MOST_NAMES: usize = 20;
 
 /// Loads a model; its problems go to standard error.
 ///
@@ -14,9 +21,24 @@ pub(crate) fn load_model(path: &Path) -> anyhow::Result<KnowledgeBase> {
     let loaded = model::load_file(path);
     let report = loaded.report.render(colour(stderr().is_terminal()));
     if !report.is_empty() {
-        eprintln!("{report}");
+        tell(report.trim_end());
     }
     if loaded.report.ok() { Ok(loaded.knowledge) } else { Err(AlreadyTold.into()) }
+}
+
+/// Writes a line to standard error; whoever has closed it does not want to know.
+pub(crate) fn tell(line: &str) {
+    let _ = writeln!(stderr().lock(), "{line}");
+}
+
+/// Tells what the user should know though it stops nothing.
+pub(crate) fn warn(message: impl fmt::Display) {
+    tell(&format!("{} {message}", coloured(Paint::Yellow, "warning:", stderr().is_terminal())));
+}
+
+/// Tells why there is no result.
+pub(crate) fn fail(message: impl fmt::Display) {
+    tell(&format!("{} {message}", coloured(Paint::Red, "error:", stderr().is_terminal())));
 }
 
 /// Whether to colour: only on a terminal, and not where the user does not want it (<https://no-color.org>).
@@ -30,34 +52,102 @@ pub(crate) enum Paint {
     Red,
     Green,
     Yellow,
+    Bold,
 }
 
 /// A text in a colour when standard output is a terminal.
 pub(crate) fn paint(paint: Paint, text: &str) -> String {
-    if !colour(stdout().is_terminal()) {
+    coloured(paint, text, stdout().is_terminal())
+}
+
+fn coloured(paint: Paint, text: &str, terminal: bool) -> String {
+    if !colour(terminal) {
         return text.to_owned();
     }
     let code = match paint {
         Paint::Red => 31,
         Paint::Green => 32,
         Paint::Yellow => 33,
+        Paint::Bold => 1,
     };
     format!("\x1b[{code}m{text}\x1b[0m")
 }
 
-/// Rows with aligned columns, two spaces between them; numbers are for the caller to format.
-pub(crate) fn table(rows: &[Vec<String>]) -> String {
+/// The verdict about a signal in a word; what gives nothing is told before what is believed of it.
+pub(crate) fn verdict(absence: Option<Absence>, verdict: Verdict) -> &'static str {
+    match (absence, verdict) {
+        (Some(Absence::Silent), _) => "silent",
+        (Some(Absence::Invalid), _) | (None, Verdict::Failed) => "failed",
+        (None, Verdict::Unknown) => "unknown",
+        (None, Verdict::Healthy) => "healthy",
+        (None, Verdict::Suspect) => "suspect",
+    }
+}
+
+/// A text about a signal in the colour of its verdict.
+pub(crate) fn paint_verdict(verdict: &str, text: &str) -> String {
+    match verdict {
+        "healthy" => paint(Paint::Green, text),
+        "failed" | "silent" => paint(Paint::Red, text),
+        "suspect" => paint(Paint::Yellow, text),
+        _ => text.to_owned(),
+    }
+}
+
+/// Rows with aligned columns, two spaces between them, below a head; numbers are for the caller to format.
+pub(crate) fn table(head: &[&str], mut rows: Vec<Vec<String>>) -> String {
+    rows.insert(0, head.iter().map(|cell| paint(Paint::Bold, cell)).collect());
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
-        rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0)
+        rows.iter().filter_map(|row| row.get(column)).map(|cell| shown_width(cell)).max().unwrap_or(0)
     };
     let widths: Vec<usize> = (0..columns).map(width).collect();
     let line = |row: &Vec<String>| {
+        let padding = |cell: &str, width: usize| " ".repeat(width.saturating_sub(shown_width(cell)));
         let cells: Vec<String> =
-            row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:<width$}")).collect();
+            row.iter().zip(&widths).map(|(cell, &width)| format!("{cell}{}", padding(cell, width))).collect();
         cells.join("  ").trim_end().to_owned()
     };
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// Characters of a text on the screen: without those that set its colour.
+fn shown_width(text: &str) -> usize {
+    let mut in_colour = false;
+    let shown = |character: &char| {
+        let hidden = in_colour || *character == '\x1b';
+        in_colour = hidden && *character != 'm';
+        !hidden
+    };
+    text.chars().filter(shown).count()
+}
+
+/// `1 need`, `2 needs`.
+pub(crate) fn counted(count: usize, one: &str) -> String {
+    format!("{count} {one}{}", if count == 1 { "" } else { "s" })
+}
+
+/// A text broken between words to the width of the terminal, each line indented; one line when there is none.
+pub(crate) fn wrapped(text: &str, indent: usize) -> String {
+    let width = terminal_size::terminal_size().map_or(usize::MAX, |(width, _)| usize::from(width.0));
+    let room = if stdout().is_terminal() { width.saturating_sub(indent).max(20) } else { usize::MAX };
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut().filter(|line| line.chars().count() + 1 + word.chars().count() <= room) {
+            Some(line) => *line = format!("{line} {word}"),
+            None => lines.push(word.to_owned()),
+        }
+    }
+    let indented: Vec<String> = lines.iter().map(|line| format!("{:indent$}{line}", "")).collect();
+    indented.join("\n")
+}
+
+/// Reads a number of things of which there must be some.
+///
+/// # Errors
+/// When it is no whole number from 1 on.
+pub(crate) fn at_least_one(text: &str) -> Result<NonZeroUsize, String> {
+    text.trim().parse().map_err(|_| "expected a whole number from 1 on".to_owned())
 }
 
 /// The known name nearest to what was written, for help; `None` when none is near.
@@ -67,6 +157,17 @@ pub(crate) fn nearest<'a>(written: &str, known: impl Iterator<Item = &'a str>) -
         .filter(|(distance, name)| *distance <= 1 + name.chars().count() / 3)
         .min()
         .map(|(_, name)| name)
+}
+
+/// The error that a model does not have this name, with the nearest one or all of the few that it has.
+pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> anyhow::Error {
+    let known: Vec<&str> = known.collect();
+    let help = match nearest(name, known.iter().copied()) {
+        Some(near) => format!("; did you mean '{near}'?"),
+        None if (1..=MOST_NAMES).contains(&known.len()) => format!("; it has {}", known.join(", ")),
+        None => String::new(),
+    };
+    anyhow::anyhow!("the model has no {what} '{name}'{help}")
 }
 
 /// Edit distance (Levenshtein 1966), in one row.

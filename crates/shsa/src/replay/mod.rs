@@ -2,8 +2,10 @@
 
 mod drive;
 mod report;
+mod written;
 
 use crate::outcome::Outcome;
+use crate::plan::find_signal;
 use crate::show;
 use anyhow::{Context, bail};
 use drive::drive;
@@ -24,8 +26,17 @@ use std::time::Instant;
 #[derive(clap::Args)]
 #[command(after_help = "Example: shsa replay models/car.yaml drive/ --inject bias=2:wheel_1@20s..
 
-Faults: KIND[=AMOUNT]:SIGNAL@FROM..TO with stuck, bias, drop, noise, drift, spike, scale, delay, spoof;
-times count from the first observation, amounts are in the signal's unit.")]
+Faults: KIND[=AMOUNT]:SIGNAL@FROM..TO
+  stuck, stuck=1.5  the value stays, or is this one
+  bias=2            this is added
+  drift=0.1         this is added for every second
+  noise=0.5         up to plus or minus this is added
+  spike=5           this is added to one value in ten
+  scale=1.3         multiplied by this
+  spoof=3           this comes instead
+  delay=600ms       comes later, with its old time stamp
+  drop              nothing comes
+Times count from the first observation; FROM and TO may be left out. Amounts are in the signal's unit.")]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,
@@ -59,14 +70,16 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let knowledge = show::load_model(&arguments.model)?;
     let source = read(arguments, &knowledge)?;
+    let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).collect();
+    let [journal, output] =
+        written::open([arguments.journal.as_deref(), arguments.output.as_deref()], &read)?;
     let began = Instant::now();
-    let run = play(arguments, &knowledge, &source)?;
+    let run = play(&knowledge, &source, journal)?;
     let elapsed = began.elapsed();
     let clean =
         source.clean.as_ref().map(|inputs| drive(&knowledge, inputs, source.end, |_| Ok(()))).transpose()?;
-    if let Some(path) = &arguments.output {
-        let file = File::create(path).with_context(|| format!("{} cannot be written", path.display()))?;
-        report::write_values(&knowledge, &run, BufWriter::new(file))?;
+    if let Some(output) = output {
+        report::write_values(&knowledge, &run, output)?;
     }
     let report = report::Report::new(&knowledge, &run, clean.as_ref(), &source);
     report.print(arguments.json, elapsed)?;
@@ -96,7 +109,13 @@ fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Sour
     }
 }
 
-fn is_journal(path: &Path) -> bool {
+/// What is looked for in recordings: every signal of the model.
+pub(crate) fn wanted(knowledge: &KnowledgeBase) -> Vec<Wanted> {
+    knowledge.signals().iter().map(|signal| Wanted::new(signal.name.clone(), signal.source.clone())).collect()
+}
+
+/// Whether a file is the journal of a run.
+pub(crate) fn is_journal(path: &Path) -> bool {
     let mut line = String::new();
     path.is_file()
         && File::open(path).is_ok_and(|file| {
@@ -113,23 +132,19 @@ fn read_journal(path: &Path, arguments: &Arguments, knowledge: &KnowledgeBase) -
     let journal = journal::read_journal(BufReader::new(file), knowledge)
         .with_context(|| format!("{} cannot be replayed", path.display()))?;
     if let Some((line, reason)) = &journal.damage {
-        eprintln!("warning: {}:{line}: {reason}; what comes before is replayed", path.display());
+        show::warn(format_args!("{}:{line}: {reason}; what comes before is replayed", path.display()));
     }
     let missing = vec![0; knowledge.signals().len()];
     Ok(Source { inputs: journal.inputs, clean: None, end: None, missing, degraded: journal.damage.is_some() })
 }
 
 fn read_recordings(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Source> {
-    let wanted: Vec<Wanted> = knowledge
-        .signals()
-        .iter()
-        .map(|signal| Wanted { signal: signal.name.clone(), source: signal.source.clone() })
-        .collect();
+    let wanted = wanted(knowledge);
     let options = ReadOptions { time_column: arguments.time_column.clone(), time_scale: arguments.time_unit };
     let targets: Vec<usize> =
         arguments.inject.iter().map(|fault| target(knowledge, fault)).collect::<anyhow::Result<_>>()?;
     let mut recording = recording::read(&arguments.recordings, &wanted, &options)?;
-    recording.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    recording.warnings.iter().for_each(show::warn);
     if recording.samples.is_empty() {
         bail!(
             "none of the model's signals is in the recording; `source` in the model says where each is found"
@@ -138,6 +153,12 @@ fn read_recordings(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::
     let end = recording.samples.last().map(|sample| sample.received);
     let clean = (!arguments.inject.is_empty()).then(|| inputs(&recording));
     for (number, (fault, &target)) in arguments.inject.iter().zip(&targets).enumerate() {
+        if !strikes(fault, &recording, target) {
+            show::warn(format_args!(
+                "the fault of {} changes nothing: no observation of it in that time",
+                fault.signal
+            ));
+        }
         fault.inject(&mut recording.samples, target, arguments.seed.wrapping_add(number as u64));
     }
     let missing = recording.found.iter().map(|found| found.missing).collect();
@@ -145,16 +166,18 @@ fn read_recordings(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::
 }
 
 fn target(knowledge: &KnowledgeBase, fault: &Fault) -> anyhow::Result<usize> {
-    if let Some(signal) = knowledge.signal(&fault.signal) {
-        return Ok(signal.index());
-    }
-    let names = knowledge.signals().iter().map(|signal| signal.name.as_str());
-    match show::nearest(&fault.signal, names) {
-        Some(near) => {
-            bail!("the model has no signal '{}' to inject a fault into; did you mean '{near}'?", fault.signal)
-        }
-        None => bail!("the model has no signal '{}' to inject a fault into", fault.signal),
-    }
+    let signal = find_signal(knowledge, &fault.signal).context("no fault can be injected")?;
+    Ok(signal.index())
+}
+
+/// Whether there is an observation that the fault can change.
+fn strikes(fault: &Fault, recording: &Recording, target: usize) -> bool {
+    let Some(first) = recording.first() else { return false };
+    let hit = |sample: &recording::Sample| {
+        let since = sample.received - first;
+        sample.wanted == target && since >= fault.from && fault.to.is_none_or(|to| since < to)
+    };
+    recording.samples.iter().any(hit)
 }
 
 fn inputs(recording: &Recording) -> Vec<Input> {
@@ -168,11 +191,10 @@ fn inputs(recording: &Recording) -> Vec<Input> {
     observations.into_iter().map(Input::Observation).collect()
 }
 
-fn play(arguments: &Arguments, knowledge: &KnowledgeBase, source: &Source) -> anyhow::Result<Run> {
+fn play(knowledge: &KnowledgeBase, source: &Source, journal: Option<BufWriter<File>>) -> anyhow::Result<Run> {
     let Source { inputs, end, .. } = source;
-    let Some(path) = &arguments.journal else { return drive(knowledge, inputs, *end, |_| Ok(())) };
-    let file = File::create(path).with_context(|| format!("{} cannot be written", path.display()))?;
-    let mut journal = JournalWriter::new(BufWriter::new(file), knowledge)?;
+    let Some(journal) = journal else { return drive(knowledge, inputs, *end, |_| Ok(())) };
+    let mut journal = JournalWriter::new(journal, knowledge)?;
     let run = drive(knowledge, inputs, *end, |input| Ok(journal.record(input)?))?;
     journal.flush()?;
     Ok(run)

@@ -3,11 +3,9 @@
 use super::Source;
 use crate::show::{self, Paint};
 use serde_json::{Map, Value, json};
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Event, EventKind, Publication, PublishedValue};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, Need, NeedId, SignalId, VariableId};
-use shsa_core::monitor::Absence;
 use shsa_core::time::{Span, Time};
 use shsa_format::drive::Run;
 use std::io::{Write, stdout};
@@ -41,7 +39,7 @@ impl<'a> Report<'a> {
         clean: Option<&Run>,
         source: &'a Source,
     ) -> Report<'a> {
-        let need = |(id, need): (NeedId, &Need)| need_report(run, clean, id, need, knowledge);
+        let need = |(id, need): (NeedId, &Need)| need_report(run, clean, id, need);
         Report { knowledge, run, source, needs: knowledge.needs().enumerate().map(need).collect() }
     }
 
@@ -127,19 +125,13 @@ impl<'a> Report<'a> {
     }
 
     fn verdict(&self, signal: SignalId) -> &'static str {
-        match (self.run.engine.absence(signal), self.run.engine.verdict(signal)) {
-            (Some(Absence::Silent), _) => "silent",
-            (Some(Absence::Invalid), _) | (None, Verdict::Failed) => "failed",
-            (None, Verdict::Unknown) => "unknown",
-            (None, Verdict::Healthy) => "healthy",
-            (None, Verdict::Suspect) => "suspect",
-        }
+        show::verdict(self.run.engine.absence(signal), self.run.engine.verdict(signal))
     }
 
     fn text(&self, elapsed: Duration) -> String {
         let mut parts = vec![format!(
-            "{} observations over {:.1} s, replayed in {:.3} s",
-            self.run.observations,
+            "{} over {:.1} s, replayed in {:.3} s",
+            show::counted(self.run.observations, "observation"),
             self.duration().seconds(),
             elapsed.as_secs_f64()
         )];
@@ -164,13 +156,13 @@ impl<'a> Report<'a> {
             };
             let kind = paint_kind(event.kind);
             let source = event.substitution.as_ref().map_or(String::new(), |source| format!(" <- {source}"));
-            format!("{time}  {kind} {subject}{source}\n{:13}{}", "", event.because)
+            format!("{time}  {kind} {subject}{source}\n{}", show::wrapped(&event.because, 13))
         });
         lines.collect::<Vec<_>>().join("\n")
     }
 
     fn needs_text(&self) -> String {
-        let mut rows = vec![row(&["need", "met", "published", "longest gap", "source at the end", "error"])];
+        let mut rows = Vec::new();
         for report in &self.needs {
             let need = &self.knowledge.needs()[report.id];
             let in_unit = |value: f64| difference_from_si(self.knowledge, need.variable, value);
@@ -184,35 +176,35 @@ impl<'a> Report<'a> {
             });
             rows.push(vec![
                 self.knowledge.variables()[need.variable].name.clone(),
-                if report.met { "yes".to_owned() } else { show::paint(Paint::Red, "no") },
+                if report.met { show::paint(Paint::Green, "yes") } else { show::paint(Paint::Red, "no") },
                 report.published.to_string(),
                 format!("{:.3} s", report.longest_gap.seconds()),
                 report.source.clone().unwrap_or_else(|| "nothing".to_owned()),
                 error,
             ]);
         }
-        show::table(&rows)
+        let mut head = vec!["need", "met", "published", "longest gap", "source at the end"];
+        if self.source.clean.is_some() {
+            head.push("error");
+        }
+        show::table(&head, rows)
     }
 
     fn signals_text(&self) -> String {
-        let mut rows = vec![row(&["signal", "verdict", "accepted", "reordered", "dropped", "invalid"])];
+        let mut rows = Vec::new();
         for signal in self.knowledge.signals().ids() {
             let counts = self.run.engine.monitor().ports()[signal].counts();
             rows.push(vec![
                 self.knowledge.signals()[signal].name.clone(),
-                self.verdict(signal).to_owned(),
+                show::paint_verdict(self.verdict(signal), self.verdict(signal)),
                 counts.accepted.to_string(),
                 counts.reordered.to_string(),
                 (counts.dropped + counts.duplicates).to_string(),
                 counts.invalid.to_string(),
             ]);
         }
-        show::table(&rows)
+        show::table(&["signal", "verdict", "accepted", "reordered", "dropped", "invalid"], rows)
     }
-}
-
-fn row(cells: &[&str]) -> Vec<String> {
-    cells.iter().map(|cell| (*cell).to_owned()).collect()
 }
 
 fn unit(knowledge: &KnowledgeBase, variable: VariableId) -> String {
@@ -232,16 +224,10 @@ fn paint_kind(kind: EventKind) -> String {
     }
 }
 
-fn need_report(
-    run: &Run,
-    clean: Option<&Run>,
-    id: NeedId,
-    need: &Need,
-    knowledge: &KnowledgeBase,
-) -> NeedReport {
+fn need_report(run: &Run, clean: Option<&Run>, id: NeedId, need: &Need) -> NeedReport {
     let status = run.engine.need_status(id);
     let to_end = status.last.map_or(run.last - run.first, |last| run.last - last);
-    let _ = knowledge;
+
     NeedReport {
         id,
         published: status.published,

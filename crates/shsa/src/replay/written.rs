@@ -1,0 +1,48 @@
+//! The files that a replay writes: opened before it begins, so that it fails before anything is done.
+
+use anyhow::{Context, bail};
+use std::fs::{File, OpenOptions};
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+/// Opens the files to write, all or none; what was in them is gone only when all are open.
+///
+/// # Errors
+/// When one cannot be written, is named twice or is among those that are `read`.
+pub(super) fn open<const N: usize>(
+    paths: [Option<&Path>; N],
+    read: &[&PathBuf],
+) -> anyhow::Result<[Option<BufWriter<File>>; N]> {
+    let mut taken: Vec<PathBuf> = read.iter().filter_map(|path| path.canonicalize().ok()).collect();
+    let mut made = Vec::new();
+    let mut files = [const { None }; N];
+    for (file, path) in files.iter_mut().zip(paths) {
+        let Some(path) = path else { continue };
+        let is_new = !path.exists();
+        let opened = open_one(path, &mut taken);
+        if is_new && opened.is_ok() {
+            made.push(path);
+        }
+        if opened.is_err() {
+            made.iter().for_each(|path| drop(std::fs::remove_file(path)));
+        }
+        *file = Some(opened?);
+    }
+    files.iter().flatten().try_for_each(empty)?;
+    Ok(files.map(|file| file.map(BufWriter::new)))
+}
+
+fn open_one(path: &Path, taken: &mut Vec<PathBuf>) -> anyhow::Result<File> {
+    if path.canonicalize().is_ok_and(|path| taken.contains(&path)) {
+        bail!("{} is in use by this run already; name another file to write to", path.display());
+    }
+    let options = OpenOptions::new().write(true).create(true).truncate(false).open(path);
+    let file = options.with_context(|| format!("{} cannot be written", path.display()))?;
+    taken.extend(path.canonicalize());
+    Ok(file)
+}
+
+/// Only ordinary files have a length to set: `/dev/stdout` has none.
+fn empty(file: &File) -> std::io::Result<()> {
+    if file.metadata()?.is_file() { file.set_len(0) } else { Ok(()) }
+}

@@ -1,0 +1,92 @@
+//! `shsa check`: problems with their places.
+
+use crate::folder::{Folder, keys};
+use crate::tank;
+
+const TYPOS: &str = "\
+shsa: 1
+variables:
+  level: { unti: m }
+signals:
+  /level: { variable: level }
+  /other: { variable: levl }
+";
+
+#[test]
+fn a_right_model_is_ok() {
+    let folder = tank::folder();
+    let told = folder.ends("check tank.yaml", 0);
+    assert_eq!(told.stdout, "tank.yaml: ok: 3 variables, 2 relations, 3 signals, 1 need\n");
+    assert_eq!(told.stderr, "");
+    let answer = folder.json("check tank.yaml", 0);
+    let expected = r#"{"ok":true,"variables":3,"relations":2,"signals":3,"needs":1,"diagnostics":[]}"#;
+    assert_eq!(answer.to_string(), expected);
+}
+
+#[test]
+fn problems_have_places_and_help() {
+    let folder = Folder::with(&[("bad.yaml", TYPOS.as_bytes())]);
+    let told = folder.ends("check bad.yaml", 2).stdout;
+    for words in ["bad.yaml:3:12", "did you mean `unit`?", "bad.yaml:6:23", "did you mean `level`?"] {
+        assert!(told.contains(words), "no '{words}' in {told}");
+    }
+    assert!(told.ends_with("\n\nbad.yaml: 2 errors\n"), "{told}");
+}
+
+#[test]
+fn problems_as_json() {
+    let folder = Folder::with(&[("bad.yaml", TYPOS.as_bytes())]);
+    let answer = folder.json("check bad.yaml", 2);
+    assert_eq!(keys(&answer), ["ok", "variables", "relations", "signals", "needs", "diagnostics"]);
+    assert_eq!(answer["ok"], false);
+    let first = &answer["diagnostics"][0];
+    assert_eq!(keys(first), ["severity", "message", "file", "line", "column", "help"]);
+    assert_eq!((&first["line"], &first["column"]), (&3.into(), &12.into()));
+    assert_eq!(answer["diagnostics"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn warnings_do_not_make_a_model_bad() {
+    let model =
+        tank::MODEL.replace("  volume:   { unit: l }", "  volume:   { unit: l }\n  spare:    { unit: m }");
+    let folder = Folder::with(&[("tank.yaml", model.as_bytes())]);
+    let told = folder.ends("check tank.yaml", 0).stdout;
+    assert!(told.contains("warning: nothing uses `spare`") && told.contains("tank.yaml: ok: 4"), "{told}");
+    let answer = folder.json("check tank.yaml", 0);
+    assert_eq!(answer["diagnostics"][0]["severity"], "warning");
+}
+
+#[test]
+fn json_models_windows_line_ends_and_byte_order_marks() {
+    let json = r#"{"shsa": 1, "variables": {"x": {"unit": "m"}}, "signals": {"/a": {"variable": "x"}}}"#;
+    let folder = Folder::with(&[
+        ("model.json", json.as_bytes()),
+        ("windows.yaml", tank::MODEL.replace('\n', "\r\n").as_bytes()),
+        ("marked.yaml", format!("\u{feff}{}", tank::MODEL).as_bytes()),
+    ]);
+    for model in ["model.json", "windows.yaml", "marked.yaml"] {
+        folder.ends(&format!("check {model}"), 0);
+    }
+}
+
+#[test]
+fn what_is_no_model_is_told() {
+    let folder = Folder::with(&[
+        ("empty.yaml", b""),
+        ("run.csv", b"t [s],/level\n0,1\n"),
+        ("binary.yaml", b"\x7fELF\xff\xfe\x00"),
+    ]);
+    std::fs::create_dir(folder.path("folder")).unwrap();
+    for (file, words) in [
+        ("empty.yaml", "the model is empty"),
+        ("run.csv", "expected a model"),
+        ("binary.yaml", "not UTF-8"),
+        ("folder", "cannot read the model"),
+        ("nothing.yaml", "cannot read the model"),
+    ] {
+        let told = folder.ends(&format!("check {file}"), 2).stdout;
+        assert!(told.contains(words) && told.ends_with(&format!("{file}: 1 error\n")), "{told}");
+        let answer = folder.json(&format!("check {file}"), 2);
+        assert_eq!(answer["diagnostics"].as_array().unwrap().len(), 1);
+    }
+}

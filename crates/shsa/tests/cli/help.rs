@@ -1,0 +1,74 @@
+//! Help with examples that work, versions, completions.
+
+use crate::folder::Folder;
+
+const COMMANDS: [&str; 7] = ["check", "plan", "monitor", "replay", "story", "demo", "completions"];
+
+/// The example that the help of a command gives.
+#[track_caller]
+fn example(command: &str) -> String {
+    let help = Folder::new().ends(&format!("{command} --help"), 0).stdout;
+    let line = help.lines().find(|line| line.starts_with("Example: shsa "));
+    line.unwrap_or_else(|| panic!("no example in: {help}")).trim_start_matches("Example: shsa ").to_owned()
+}
+
+#[test]
+fn help_of_every_command_has_an_example() {
+    let listed = Folder::new().ends("--help", 0).stdout;
+    let commands = listed.split("Commands:").nth(1).unwrap().split("Options:").next().unwrap();
+    let names: Vec<&str> = commands
+        .lines()
+        .filter_map(|line| line.strip_prefix("  "))
+        .filter(|line| !line.starts_with(' '))
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
+    assert_eq!(names, [&COMMANDS[..], &["help"]].concat());
+    for command in COMMANDS {
+        assert!(example(command).starts_with(command));
+    }
+    example("");
+}
+
+/// Those that need nothing but the models of the project.
+#[test]
+fn examples_of_the_help_work() {
+    let project = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    for command in ["check", "plan"] {
+        let mut run = Folder::new().command(&example(command));
+        let output = run.current_dir(project).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+#[test]
+fn help_fits_the_screen() {
+    for command in COMMANDS {
+        let help = Folder::new().ends(&format!("{command} --help"), 0).stdout;
+        let widest = help.lines().max_by_key(|line| line.chars().count()).unwrap();
+        assert!(widest.chars().count() <= 110, "{widest}");
+    }
+}
+
+#[test]
+fn the_version_is_told() {
+    let told = Folder::new().ends("--version", 0).stdout;
+    assert_eq!(told, concat!("shsa ", env!("CARGO_PKG_VERSION"), "\n"));
+}
+
+#[test]
+fn completions_for_the_common_shells() {
+    for (shell, sign) in [("bash", "_shsa()"), ("zsh", "#compdef shsa"), ("fish", "complete -c shsa")] {
+        let script = Folder::new().ends(&format!("completions {shell}"), 0).stdout;
+        assert!(script.contains(sign), "{shell}: {}", script.lines().next().unwrap_or_default());
+        COMMANDS.iter().for_each(|command| assert!(script.contains(command), "{shell}: {command}"));
+    }
+    Folder::new().refuses("completions tcsh", &["possible values", "bash"]);
+}
+
+#[test]
+fn usage_errors_have_status_2() {
+    Folder::new().refuses("", &["Usage: shsa <COMMAND>"]);
+    Folder::new().refuses("chek model.yaml", &["check"]);
+    Folder::new().refuses("plan tank.yaml", &["<VARIABLE>", "Usage"]);
+    Folder::new().refuses("demo rovr", &["rover"]);
+}

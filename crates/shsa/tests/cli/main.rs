@@ -1,0 +1,13 @@
+//! The command from outside: arguments and files in, output and exit status out.
+
+mod folder;
+mod tank;
+
+mod check;
+mod help;
+mod monitor;
+mod plan;
+mod replay;
+mod streams;
+mod thesis;
+mod wrong;

@@ -1,0 +1,121 @@
+//! `shsa plan`: substitutions, best first.
+
+use crate::folder::{Folder, keys};
+use crate::tank;
+
+#[test]
+fn all_substitutions_as_json() {
+    let answer = tank::folder().json("plan tank.yaml level --all", 0);
+    let found = ["variable", "engine", "stop", "expanded", "search_ns"];
+    // `bound`: what no substitution that was not found can exceed, when a limit ends the search.
+    assert_eq!(keys(&answer), [&found[..], &["bound", "substitutions"]].concat());
+    assert_eq!((&answer["variable"], &answer["engine"]), (&"level".into(), &"best-first".into()));
+    assert_eq!(answer["stop"], "complete");
+    assert!(answer["search_ns"].as_u64().unwrap() > 0);
+    let substitutions = answer["substitutions"].as_array().unwrap();
+    assert_eq!(substitutions.len(), 3);
+    for substitution in substitutions {
+        assert_eq!(keys(substitution), ["utility", "relations", "variables", "signals", "formula"]);
+    }
+    let utilities: Vec<f64> = substitutions.iter().map(|each| each["utility"].as_f64().unwrap()).collect();
+    assert!(utilities.is_sorted_by(|one, next| one >= next), "{utilities:?}");
+    let computed =
+        substitutions.iter().find(|each| each["relations"] == serde_json::json!(["hydrostatic"])).unwrap();
+    assert_eq!(computed["variables"], serde_json::json!(["level", "pressure"]));
+    assert_eq!(computed["signals"], serde_json::json!(["/pressure"]));
+    assert_eq!(computed["formula"], "pressure / 9810");
+}
+
+#[test]
+fn one_is_found_unless_more_are_asked_for() {
+    let folder = tank::folder();
+    let count = |arguments: &str| {
+        let answer = folder.json(&format!("plan tank.yaml level {arguments}"), 0);
+        answer["substitutions"].as_array().unwrap().len()
+    };
+    assert_eq!([count(""), count("--top 2"), count("--top 9"), count("--all")], [1, 2, 3, 3]);
+    folder.refuses("plan tank.yaml level --top 2 --all", &["cannot be used with"]);
+    folder.refuses("plan tank.yaml level --top 0", &["expected a whole number from 1 on"]);
+}
+
+#[test]
+fn engines_agree() {
+    let folder = tank::folder();
+    let found = |engine: &str| {
+        let answer = folder.json(&format!("plan tank.yaml level --all --engine {engine}"), 0);
+        assert_eq!(answer["engine"], engine);
+        let mut names: Vec<String> =
+            answer["substitutions"].as_array().unwrap().iter().map(|each| each.to_string()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(found("best-first"), found("exhaustive"));
+    for engine in ["orr", "sh-pgsa", "dfs"] {
+        folder.refuses(
+            &format!("plan tank.yaml level --engine {engine}"),
+            &[engine, "possible values", "best-first"],
+        );
+    }
+}
+
+#[test]
+fn text_is_a_table() {
+    let told = tank::folder().ends("plan tank.yaml level --all", 0).stdout;
+    let expected = "\
+utility   relations         from       formula (in SI units)
+1.000000  (its own signal)  /level     level
+1.000000  hydrostatic       /pressure  pressure / 9810
+";
+    assert!(told.starts_with(expected), "{told}");
+    assert!(told.contains("\n\n3 substitutions (complete, "), "{told}");
+}
+
+#[test]
+fn excluded_signals_are_not_used() {
+    let folder = tank::folder();
+    let answer = folder.json("plan tank.yaml level --exclude /level --exclude /pressure", 0);
+    assert_eq!(answer["substitutions"][0]["signals"], serde_json::json!(["/volume"]));
+}
+
+#[test]
+fn no_substitution_is_the_answer_no() {
+    let folder = tank::folder();
+    let told = folder.ends("plan tank.yaml volume --exclude /volume", 1).stdout;
+    assert!(told.starts_with("nothing can provide volume (complete, "), "{told}");
+    let answer = folder.json("plan tank.yaml volume --exclude /volume", 1);
+    assert_eq!(answer["substitutions"], serde_json::json!([]));
+    assert_eq!(answer["stop"], "complete");
+}
+
+#[test]
+fn a_limit_that_ends_the_search_is_told() {
+    let folder = tank::folder();
+    let told = folder.ends("plan tank.yaml level --all --limit 0", 0).stdout;
+    assert!(told.ends_with("1 substitution (limit of expansions, 0 decisions)\n"), "{told}");
+    let answer = folder.json("plan tank.yaml level --all --limit 0", 0);
+    assert_eq!((&answer["stop"], &answer["bound"]), (&"limit of expansions".into(), &1.0.into()));
+}
+
+#[test]
+fn names_that_are_not_there() {
+    let folder = tank::folder();
+    folder.refuses("plan tank.yaml levl", &["no variable 'levl'", "did you mean 'level'?"]);
+    folder.refuses("plan tank.yaml qqq", &["no variable 'qqq'", "it has level, pressure, volume"]);
+    folder.refuses("plan tank.yaml /level", &["'/level' is a signal", "'level'"]);
+    folder.refuses("plan tank.yaml level --exclude /levl", &["no signal '/levl'", "did you mean '/level'?"]);
+}
+
+#[test]
+fn structure_only_is_planned() {
+    let model = "\
+shsa: 1
+variables: { a: {}, b: {}, c: {} }
+relations:
+  opaque: { output: a, inputs: [b, c], properties: { cost: 3 } }
+signals: { s1: { variable: b }, s2: { variable: c } }
+";
+    let folder = Folder::with(&[("m.yaml", model.as_bytes())]);
+    let answer = folder.json("plan m.yaml a", 0);
+    assert_eq!(answer["substitutions"][0]["signals"], serde_json::json!(["s1", "s2"]));
+    assert_eq!(answer["substitutions"][0]["formula"], "opaque(b, c)");
+}

@@ -1,0 +1,223 @@
+//! `shsa replay`: the whole loop over recordings.
+
+use crate::folder::{Folder, keys};
+use crate::tank;
+use serde_json::Value;
+
+/// A report without the time that it took.
+fn without_elapsed(mut report: Value) -> Value {
+    report.as_object_mut().unwrap().remove("elapsed_s").unwrap();
+    report
+}
+
+/// Kind and subject of each event.
+fn kinds(report: &Value) -> Vec<(&str, &str)> {
+    fn kind(event: &Value) -> (&str, &str) {
+        let subject = event["signal"].as_str().or(event["variable"].as_str());
+        (event["kind"].as_str().unwrap(), subject.unwrap())
+    }
+    report["events"].as_array().unwrap().iter().map(kind).collect()
+}
+
+#[test]
+fn a_lie_is_found_and_healed() {
+    let report = tank::folder().json("replay tank.yaml run.csv", 0);
+    assert_eq!(keys(&report), ["observations", "duration_s", "elapsed_s", "events", "needs", "signals"]);
+    assert_eq!(report["observations"], 180);
+    assert!((report["duration_s"].as_f64().unwrap() - 59.0).abs() < 1e-9);
+    assert_eq!(kinds(&report), [("failed", "/level"), ("substituted", "level")]);
+    let failed = &report["events"][0];
+    assert_eq!(keys(failed), ["time_s", "kind", "signal", "variable", "because", "substitution"]);
+    let time = failed["time_s"].as_f64().unwrap();
+    assert!((30.0..35.0).contains(&time), "{time}");
+    assert_eq!(report["events"][1]["substitution"], "/pressure by hydrostatic");
+    let need = &report["needs"]["level"];
+    assert_eq!(need["met"], true);
+    assert_eq!(need["signal"], "/healed/level");
+    assert_eq!(report["signals"]["/level"]["verdict"], "failed");
+    assert_eq!(report["signals"]["/volume"]["verdict"], "healthy");
+}
+
+#[test]
+fn every_format_gives_the_same_events() {
+    let folder = tank::folder();
+    let events = |file: &str| folder.json(&format!("replay tank.yaml {file}"), 0)["events"].clone();
+    let strip = |events: Value| -> Vec<(f64, String)> {
+        let of = |event: &Value| (event["time_s"].as_f64().unwrap(), event["kind"].to_string());
+        events.as_array().unwrap().iter().map(of).collect()
+    };
+    let csv = strip(events("run.csv"));
+    assert_eq!(csv, strip(events("run.jsonl")));
+    assert_eq!(csv, strip(events("run.bag")));
+}
+
+#[test]
+fn windows_line_ends_marks_and_semicolons() {
+    let folder = tank::folder();
+    folder.write("windows.csv", tank::csv().replace('\n', "\r\n"));
+    folder.write("marked.csv", format!("\u{feff}{}", tank::csv()));
+    folder.write("semicolons.csv", tank::csv().replace(',', ";"));
+    folder.write("marked.jsonl", format!("\u{feff}{}", tank::json_lines().replace('\n', "\r\n")));
+    for file in ["windows.csv", "marked.csv", "semicolons.csv", "marked.jsonl"] {
+        let ended = folder.ends(&format!("replay tank.yaml {file}"), 0);
+        assert!(ended.stdout.starts_with("180 observations over 59.0 s"), "{file}: {}", ended.stdout);
+        assert_eq!(ended.stderr, "");
+    }
+}
+
+#[test]
+fn folders_are_read() {
+    let folder = tank::folder();
+    std::fs::create_dir(folder.path("drive")).unwrap();
+    folder.write("drive/part.csv", tank::csv());
+    folder.write("drive/notes.md", "not a recording");
+    assert_eq!(folder.json("replay tank.yaml drive", 0)["observations"], 180);
+    std::fs::create_dir(folder.path("empty")).unwrap();
+    folder.refuses("replay tank.yaml empty", &["empty: no recording in this folder"]);
+}
+
+#[test]
+fn a_run_repeats() {
+    let folder = tank::folder();
+    let arguments = "replay tank.yaml run.csv --inject noise=0.3:/pressure@5s.. --seed 7";
+    let (one, other) =
+        (folder.run(&format!("{arguments} --json")), folder.run(&format!("{arguments} --json")));
+    assert_eq!(one.status, other.status);
+    let report = |ended: &crate::folder::Ended| without_elapsed(serde_json::from_str(&ended.stdout).unwrap());
+    assert_eq!(report(&one).to_string(), report(&other).to_string());
+    let another_seed =
+        folder.run("replay tank.yaml run.csv --inject noise=0.3:/pressure@5s.. --seed 8 --json");
+    assert_ne!(report(&one)["needs"], report(&another_seed)["needs"]);
+}
+
+#[test]
+fn a_journal_repeats_its_run() {
+    let folder = tank::folder();
+    let run = "replay tank.yaml run.csv --inject drop:/pressure@40s..50s --journal run.journal.jsonl --output out.jsonl";
+    let first = folder.json(run, 0);
+    let journal = folder.read("run.journal.jsonl");
+    let again =
+        folder.json("replay tank.yaml run.journal.jsonl --journal again.jsonl --output out2.jsonl", 0);
+    assert_eq!(first["events"].to_string(), again["events"].to_string());
+    assert_eq!(folder.read("out.jsonl"), folder.read("out2.jsonl"));
+    assert_eq!(journal, folder.read("again.jsonl"));
+    folder.refuses("replay tank.yaml again.jsonl --inject drop:/level", &["a journal is replayed as it was"]);
+}
+
+#[test]
+fn what_is_served_is_written() {
+    let folder = tank::folder();
+    let report = folder.json("replay tank.yaml run.csv --output out.jsonl", 0);
+    let served = folder.read("out.jsonl");
+    assert_eq!(served.lines().count() as u64, report["needs"]["level"]["published"].as_u64().unwrap());
+    for line in served.lines() {
+        let value: Value = serde_json::from_str(line).unwrap();
+        assert_eq!(keys(&value), ["signal", "time_ns", "received_ns", "value", "quality"]);
+        assert_eq!(value["signal"], "/healed/level");
+        let (lo, hi) = (value["value"]["lo"].as_f64().unwrap(), value["value"]["hi"].as_f64().unwrap());
+        let level = 2.0 + 0.01 * value["time_ns"].as_f64().unwrap() * 1e-9;
+        let settled = value["time_ns"].as_i64().unwrap() > 35_000_000_000;
+        assert!(!settled || (lo <= level && level <= hi), "{line}");
+    }
+}
+
+#[test]
+fn injected_faults_are_compared_with_the_run_without() {
+    let report = tank::folder().json("replay tank.yaml run.csv --inject bias=1:/level@10s..20s", 0);
+    let need = &report["needs"]["level"];
+    assert!(need["max_error"].as_f64().unwrap() >= need["rmse"].as_f64().unwrap(), "{need}");
+    assert_eq!(kinds(&report)[0], ("failed", "/level"));
+    assert!(report["events"][0]["time_s"].as_f64().unwrap() < 15.0);
+}
+
+#[test]
+fn an_unmet_need_is_the_answer_no() {
+    let folder = tank::folder();
+    let drops = "--inject drop:/level@5s.. --inject drop:/pressure@5s.. --inject drop:/volume@5s..";
+    let report = folder.json(&format!("replay tank.yaml run.csv {drops}"), 1);
+    assert_eq!(report["needs"]["level"]["met"], false);
+    assert!(kinds(&report).contains(&("unhealable", "level")), "{report}");
+    let told = folder.ends(&format!("replay tank.yaml run.csv {drops}"), 1).stdout;
+    assert!(told.contains("\nlevel  no "), "{told}");
+}
+
+#[test]
+fn wrong_faults_are_refused() {
+    let folder = tank::folder();
+    for (fault, words) in [
+        ("drop:/levl", &["no signal '/levl'", "did you mean '/level'?"][..]),
+        ("drop:/level@10s", &["no '..'"]),
+        ("stuk:/level", &["unknown kind 'stuk'", "stuck"]),
+        ("bias:/level", &["bias needs an amount"]),
+        ("delay=1:/level", &["no unit of time"]),
+        ("drop:/level@20s..10s", &["ends before it starts"]),
+        ("bias=1", &["KIND[=AMOUNT]:SIGNAL@FROM..TO"]),
+    ] {
+        folder.refuses(&format!("replay tank.yaml run.csv --inject {fault}"), words);
+    }
+    let late = folder.ends("replay tank.yaml run.csv --inject drop:/level@100s..", 0);
+    assert!(late.stderr.contains("the fault of /level changes nothing"), "{}", late.stderr);
+}
+
+#[test]
+fn cut_recordings_give_what_they_hold() {
+    let folder = tank::folder();
+    let cut = |name: &str| {
+        let bytes = std::fs::read(folder.path(name)).unwrap();
+        let middle = bytes.len() * 9 / 20;
+        // within a row, line or record, whatever its length
+        let start =
+            bytes[middle..].iter().position(|byte| *byte == b'\n').map_or(middle, |at| middle + at + 1);
+        folder.write(&name.replace("run", "cut"), &bytes[..start + 9]);
+    };
+    for (name, place) in
+        [("run.csv", "cut.csv:"), ("run.jsonl", "cut.jsonl:"), ("run.bag", "cut.bag: at byte ")]
+    {
+        cut(name);
+        let file = place.split(':').next().unwrap();
+        let ended = folder.ends(&format!("replay tank.yaml {file} --json"), 3);
+        assert!(ended.stderr.contains(&format!("warning: {place}")), "{}", ended.stderr);
+        let place: String =
+            ended.stderr.split(place).nth(1).unwrap().chars().take_while(char::is_ascii_digit).collect();
+        assert!(place.parse::<u64>().unwrap() > 20, "{}", ended.stderr);
+        let report: Value = serde_json::from_str(&ended.stdout).unwrap();
+        let observations = report["observations"].as_u64().unwrap();
+        assert!((75..=90).contains(&observations), "{file}: {observations}");
+        folder.ends(&format!("monitor tank.yaml level --observations {file}"), 3);
+    }
+    let cut_journal = |lines: usize| {
+        let journal = folder.read("j.jsonl");
+        let kept: String = journal.split_inclusive('\n').take(lines).collect();
+        folder.write("cut.journal", &kept[..kept.len() - 9]);
+    };
+    folder.ends("replay tank.yaml run.csv --journal j.jsonl", 0);
+    cut_journal(80);
+    let ended = folder.ends("replay tank.yaml cut.journal", 3);
+    assert!(ended.stderr.contains("warning: cut.journal:80: "), "{}", ended.stderr);
+}
+
+#[test]
+fn text_tells_events_needs_and_signals() {
+    let told = tank::folder().ends("replay tank.yaml run.csv", 0).stdout;
+    let blocks: Vec<&str> = told.trim_end().split("\n\n").collect();
+    let [sum, events, needs, signals] = blocks[..] else { panic!("{told}") };
+    assert!(sum.starts_with("180 observations over 59.0 s, replayed in "), "{sum}");
+    assert!(events.contains("  failed      /level\n             /pressure by hydrostatic says "), "{events}");
+    assert!(events.contains("  substituted level <- /pressure by hydrostatic\n"), "{events}");
+    assert!(
+        needs.starts_with("need   met  published  longest gap  source at the end\nlevel  yes  "),
+        "{needs}"
+    );
+    assert!(signals.contains("\n/level     failed   60        0          0        0"), "{signals}");
+    let quiet = tank::folder().ends("replay tank.yaml run.csv --inject bias=-0.5:/level@30s..", 0).stdout;
+    assert!(quiet.contains("No events: nothing failed, nothing was substituted."), "{quiet}");
+}
+
+#[test]
+fn a_model_without_needs_is_replayed() {
+    let model = tank::MODEL.split("needs:").next().unwrap().to_owned();
+    let folder = Folder::with(&[("m.yaml", model.as_bytes()), ("run.csv", tank::csv().as_bytes())]);
+    let report = folder.json("replay m.yaml run.csv", 0);
+    assert_eq!(report["needs"], serde_json::json!({}));
+    assert_eq!(kinds(&report), [("failed", "/level")]);
+}
