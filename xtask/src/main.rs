@@ -6,6 +6,7 @@ mod workspace;
 mod licences;
 mod tidy;
 mod testing;
+mod results;
 
 use anyhow::{Context, Result, bail};
 use std::env;
@@ -18,7 +19,8 @@ usage: cargo xtask COMMAND
   test       installs what the tests need, then runs every check and all tests: all of CI
   ci         the same
   tidy       only the rules of the house: layers, file heads, lengths, words, crates
-  licences   only the licences of what is shipped, against deny.toml";
+  licences   only the licences of what is shipped, against deny.toml
+  results    replays the recordings with faults injected, and writes docs/results.md";
 
 fn main() -> ExitCode {
     let command = env::args().nth(1);
@@ -37,6 +39,7 @@ fn run(command: Option<&str>) -> Result<()> {
         Some("test" | "ci") => test(),
         Some("tidy") => tidy::check(),
         Some("licences") => licences::check(),
+        Some("results") => results::write(),
         Some(other) => bail!("no command `{other}`\n{USAGE}"),
         None => bail!("no command\n{USAGE}"),
     }

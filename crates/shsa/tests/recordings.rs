@@ -1,0 +1,391 @@
+//! The command over real recordings: clean ones stay silent, injected faults are named, nothing healthy is.
+//!
+//! Recordings of others are not part of this project; without them these tests say that they were skipped.
+
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+const WHEELS: [&str; 4] = ["wheel_1", "wheel_2", "wheel_3", "wheel_4"];
+const GNSS: &str = "gnss_ublox";
+
+/// Kinds of events that accuse a signal for certain.
+const NAMING: [&str; 2] = ["failed", "silent"];
+
+/// A model with the recording that it is about.
+struct Case {
+    model: PathBuf,
+    recording: PathBuf,
+}
+
+/// The case of a model, or `None`, told loudly, where its recording is not there.
+fn case(model: &str, recording: &str) -> Option<Case> {
+    let recording = Path::new(WORKSPACE).join("../shared/data").join(recording);
+    if !recording.exists() {
+        // Written past the test harness, which would keep it to itself.
+        let _ = writeln!(std::io::stderr(), "SKIPPED: {model}: no recording at {}", recording.display());
+        return None;
+    }
+    Some(Case { model: Path::new(WORKSPACE).join("models").join(model), recording })
+}
+
+fn car() -> Option<Case> {
+    case("car.yaml", "comma2k19")
+}
+
+fn quad() -> Option<Case> {
+    case("quad.yaml", "quad")
+}
+
+fn husky() -> Option<Case> {
+    case("husky.yaml", "husky")
+}
+
+/// What a replay told about one signal or need.
+#[derive(Debug)]
+struct Event {
+    time_s: f64,
+    kind: String,
+    signal: Option<String>,
+}
+
+/// The JSON object that a replay prints.
+struct Report(Value);
+
+impl Case {
+    fn replay(&self, faults: &[&str]) -> Report {
+        self.replay_with(faults, &[])
+    }
+
+    fn replay_with(&self, faults: &[&str], more: &[&str]) -> Report {
+        let injected = faults.iter().flat_map(|fault| ["--inject", fault]);
+        report(
+            Command::new(env!("CARGO_BIN_EXE_shsa"))
+                .arg("replay")
+                .arg(&self.model)
+                .arg(&self.recording)
+                .args(injected)
+                .args(more),
+        )
+    }
+}
+
+/// Runs a replay with `--json`; a need that was unmet (status 1) is an answer, too.
+fn report(command: &mut Command) -> Report {
+    let output = command.arg("--json").output().unwrap();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{command:?}: {}\n{told}", output.status);
+    Report(serde_json::from_slice(&output.stdout).unwrap())
+}
+
+impl Report {
+    fn events(&self) -> Vec<Event> {
+        let text = |value: &Value| value.as_str().map(str::to_owned);
+        let event = |event: &Value| Event {
+            time_s: event["time_s"].as_f64().unwrap(),
+            kind: text(&event["kind"]).unwrap(),
+            signal: text(&event["signal"]),
+        };
+        self.0["events"].as_array().unwrap().iter().map(event).collect()
+    }
+
+    /// Signals with an event of one of these kinds.
+    fn signals(&self, kinds: &[&str]) -> BTreeSet<String> {
+        let told = self.events().into_iter().filter(|event| kinds.contains(&&*event.kind));
+        told.filter_map(|event| event.signal).collect()
+    }
+
+    /// Seconds from a moment to the first event that names the signal for certain.
+    fn named_after(&self, signal: &str, start_s: f64) -> Option<f64> {
+        let names =
+            |event: &&Event| NAMING.contains(&&*event.kind) && event.signal.as_deref() == Some(signal);
+        self.events().iter().find(names).map(|event| event.time_s - start_s)
+    }
+
+    fn need(&self, variable: &str, figure: &str) -> f64 {
+        self.0["needs"][variable][figure].as_f64().unwrap_or(f64::INFINITY)
+    }
+
+    /// The report but for the time that it took.
+    fn timeless(mut self) -> Value {
+        self.0.as_object_mut().unwrap().remove("elapsed_s").unwrap();
+        self.0
+    }
+}
+
+fn set(signals: &[&str]) -> BTreeSet<String> {
+    signals.iter().map(|&signal| signal.to_owned()).collect()
+}
+
+#[track_caller]
+fn check_silent(case: Option<Case>) {
+    let Some(case) = case else { return };
+    let events = case.replay(&[]).events();
+    let loud = |event: &&Event| ["failed", "silent", "substituted"].contains(&&*event.kind);
+    assert_eq!(events.iter().filter(loud).count(), 0, "{events:?}");
+}
+
+#[test]
+fn a_clean_drive_gives_no_alarm() {
+    check_silent(car());
+}
+
+#[test]
+fn a_clean_flight_gives_no_alarm() {
+    check_silent(quad());
+}
+
+#[test]
+fn a_clean_rover_gives_no_alarm() {
+    check_silent(husky());
+}
+
+/// A labelled event: the readings in which something was introduced at a mote, the motes of its room, the others.
+struct Introduced {
+    readings: std::ops::RangeInclusive<u64>,
+    mote: &'static str,
+    neighbour: &'static str,
+}
+
+const INTRODUCED: [Introduced; 2] = [
+    Introduced { readings: 2344..=2460, mote: "mote_1", neighbour: "mote_2" },
+    Introduced { readings: 2362..=2393, mote: "mote_4", neighbour: "mote_3" },
+];
+
+/// The number of the reading at a time: one every 5 s, the first one is number 1.
+fn reading(event: &Event) -> u64 {
+    (event.time_s / 5.0).round() as u64 + 1
+}
+
+#[test]
+fn both_labelled_events_of_the_motes_are_found_and_nothing_else() {
+    let Some(case) = case("motes.yaml", "suthaharan") else { return };
+    let events = case.replay(&[]).events();
+    for Introduced { readings, mote, neighbour } in &INTRODUCED {
+        let of = |event: &&Event, mote: &str| {
+            event.signal.as_deref().is_some_and(|signal| signal.starts_with(mote))
+        };
+        let accused = |event: &&Event| {
+            ["suspected", "failed"].contains(&&*event.kind) && (of(event, mote) || of(event, neighbour))
+        };
+        let first = events.iter().find(accused).map(reading).unwrap();
+        assert!(
+            (*readings.start()..readings.start() + 3).contains(&first),
+            "{mote} found at reading {first}"
+        );
+        let blamed = events.iter().find(|event| event.kind == "failed" && of(event, neighbour));
+        assert!(blamed.is_none(), "{blamed:?}");
+    }
+    for event in &events {
+        let belongs = |introduced: &Introduced| {
+            (*introduced.readings.start()..=introduced.readings.end() + 10).contains(&reading(event))
+        };
+        assert!(INTRODUCED.iter().any(belongs), "reading {}: {event:?}", reading(event));
+    }
+}
+
+/// The signal is named, no other is even suspected, and the speed stays available and right.
+#[track_caller]
+fn check_car(case: &Case, kind: &str, signal: &str, seed: u32, start_s: f64, within_s: f64) {
+    let fault = format!("{kind}:{signal}@{start_s}s..");
+    let report = case.replay_with(&[&fault], &["--seed", &seed.to_string()]);
+    let accused = report.signals(&["failed", "silent", "suspected"]);
+    assert_eq!(accused, set(&[signal]), "{fault}, seed {seed}: {:?}", report.events());
+    let after = report.named_after(signal, start_s);
+    assert!(after.is_some_and(|after| (0.0..=within_s).contains(&after)), "{fault}, seed {seed}: {after:?}");
+    let (gap_s, rmse) = (report.need("speed", "longest_gap_s"), report.need("speed", "rmse"));
+    assert!(gap_s <= 0.2, "{fault}, seed {seed}: a gap of {gap_s} s");
+    assert!(rmse < 0.25, "{fault}, seed {seed}: rmse {rmse} m/s");
+}
+
+#[track_caller]
+fn check_all_faults_of(signal: &str) {
+    let Some(case) = car() else { return };
+    for kind in ["bias=2", "spoof=0", "drop", "noise=3", "scale=1.3"] {
+        check_car(&case, kind, signal, 1, 20.0, 1.0);
+    }
+    // The car brakes at 30 s: before, standing still is what a healthy wheel may do.
+    check_car(&case, "stuck", signal, 1, 30.0, 3.0);
+}
+
+#[test]
+fn each_fault_of_wheel_1_is_named_and_healed() {
+    check_all_faults_of("wheel_1");
+}
+
+#[test]
+fn each_fault_of_wheel_2_is_named_and_healed() {
+    check_all_faults_of("wheel_2");
+}
+
+#[test]
+fn each_fault_of_wheel_3_is_named_and_healed() {
+    check_all_faults_of("wheel_3");
+}
+
+#[test]
+fn each_fault_of_wheel_4_is_named_and_healed() {
+    check_all_faults_of("wheel_4");
+}
+
+#[test]
+fn each_fault_of_the_gnss_is_named_and_healed() {
+    check_all_faults_of(GNSS);
+}
+
+#[test]
+fn noise_is_named_whatever_its_seed() {
+    let Some(case) = car() else { return };
+    for seed in 2..8 {
+        for signal in ["wheel_1", "wheel_4", GNSS] {
+            check_car(&case, "noise=3", signal, seed, 20.0, 1.0);
+        }
+    }
+}
+
+/// Both faulty signals are named or suspected, and no healthy one is called failed or silent.
+#[track_caller]
+fn check_two(case: &Case, faults: [(&str, &str, f64); 2]) {
+    let texts = faults.map(|(kind, signal, start_s)| format!("{kind}:{signal}@{start_s}s.."));
+    let report = case.replay(&[&texts[0], &texts[1]]);
+    let faulty = set(&faults.map(|(_, signal, _)| signal));
+    let named = report.signals(&NAMING);
+    assert!(named.is_subset(&faulty), "{texts:?}: {named:?} named\n{:?}", report.events());
+    let accused = report.signals(&["failed", "silent", "suspected"]);
+    assert!(faulty.is_subset(&accused), "{texts:?}: only {accused:?} accused\n{:?}", report.events());
+}
+
+/// All pairs of wheels, each with these two kinds of fault, the second one this much later.
+fn check_wheels(one: &str, other: &str, later_s: f64) {
+    let Some(case) = car() else { return };
+    for (at, first) in WHEELS.iter().enumerate() {
+        for second in WHEELS.iter().skip(at + 1) {
+            check_two(&case, [(one, first, 20.0), (other, second, 20.0 + later_s)]);
+        }
+    }
+}
+
+#[test]
+fn two_wheels_with_the_same_bias() {
+    check_wheels("bias=2", "bias=2", 0.0);
+}
+
+#[test]
+fn two_wheels_with_different_biases() {
+    check_wheels("bias=2", "bias=3", 0.0);
+    check_wheels("bias=2", "bias=-2", 0.0);
+}
+
+#[test]
+fn two_wheels_one_soon_after_the_other() {
+    check_wheels("bias=2", "bias=2", 0.1);
+}
+
+#[test]
+fn a_wheel_and_the_gnss() {
+    let Some(case) = car() else { return };
+    for wheel in WHEELS {
+        check_two(&case, [("bias=2", wheel, 20.0), ("bias=2", GNSS, 20.0)]);
+        check_two(&case, [("bias=2", wheel, 20.0), ("bias=-3", GNSS, 20.0)]);
+        check_two(&case, [("stuck", wheel, 25.0), ("drop", GNSS, 20.0)]);
+        check_two(&case, [("spoof=0", wheel, 30.0), ("noise=3", GNSS, 20.0)]);
+    }
+}
+
+#[test]
+fn no_healthy_signal_is_called_failed_whatever_two_faults_there_are() {
+    let Some(case) = car() else { return };
+    let kinds =
+        ["bias=2", "bias=-2", "spoof=0", "scale=1.3", "noise=3", "stuck", "drop", "drift=0.2", "bias=1.2"];
+    let pairs = [("wheel_1", "wheel_2"), ("wheel_3", "wheel_1"), ("wheel_4", GNSS), (GNSS, "wheel_2")];
+    for (number, one) in kinds.iter().enumerate() {
+        for (other_number, other) in kinds.iter().enumerate() {
+            // Every combination of kinds on one of the pairs, with one of the differences in time.
+            let (first, second) = pairs[(number + other_number) % pairs.len()];
+            let later_s = [0.0, 0.1, 0.5, 10.0][(number + 2 * other_number) % 4];
+            check_two(&case, [(one, first, 20.0), (other, second, 20.0 + later_s)]);
+        }
+    }
+}
+
+/// The signal is named or suspected, and no healthy one is called failed or silent.
+#[track_caller]
+fn check_honest(case: &Case, kind: &str, signal: &str, start_s: f64) {
+    let fault = format!("{kind}:{signal}@{start_s}s..");
+    let report = case.replay(&[&fault]);
+    assert!(report.signals(&NAMING).is_subset(&set(&[signal])), "{fault}: {:?}", report.events());
+    assert!(
+        report.signals(&["failed", "silent", "suspected"]).contains(signal),
+        "{fault}: {:?}",
+        report.events()
+    );
+}
+
+#[test]
+fn faults_of_a_flight_are_named_or_suspected() {
+    let Some(case) = quad() else { return };
+    for (kind, signal) in
+        [("bias=2", "xSpeed"), ("bias=0.2", "cell_2"), ("bias=5", "height"), ("bias=2", "voltage")]
+    {
+        check_honest(&case, kind, signal, 200.0);
+    }
+}
+
+#[test]
+fn faults_of_a_rover_are_named_or_suspected() {
+    let Some(case) = husky() else { return };
+    for (kind, signal) in [
+        ("bias=0.5", "imu"),
+        ("noise=1", "imu"),
+        ("drop", "imu"),
+        ("bias=1", "odom_yaw_rate"),
+        ("bias=1", "odom_speed"),
+        ("drop", "odom_speed"),
+        ("stuck", "odom_x"),
+        ("drift=2e-5", "gps_latitude"),
+    ] {
+        check_honest(&case, kind, signal, 100.0);
+    }
+}
+
+#[track_caller]
+fn check_repeats(case: &Case, faults: &[&str]) {
+    let once = case.replay(faults).timeless();
+    assert_eq!(once.to_string(), case.replay(faults).timeless().to_string());
+}
+
+#[test]
+fn a_replay_repeats_byte_for_byte() {
+    if let Some(case) = car() {
+        check_repeats(&case, &["noise=3:wheel_1@20s..", "spike=5:gnss_ublox@30s.."]);
+    }
+    if let Some(case) = husky() {
+        check_repeats(&case, &["noise=1:imu@100s.."]);
+    }
+}
+
+/// A journal holds all that went in, injected faults included, so its replay gives the same events.
+#[track_caller]
+fn check_journal(case: &Case, faults: &[&str], name: &str) {
+    let journal = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let written = case.replay_with(faults, &["--journal", &journal.to_string_lossy()]);
+    let replayed =
+        report(Command::new(env!("CARGO_BIN_EXE_shsa")).arg("replay").arg(&case.model).arg(&journal));
+    assert!(!written.events().is_empty());
+    assert_eq!(written.0["events"].to_string(), replayed.0["events"].to_string());
+    assert_eq!(written.0["observations"], replayed.0["observations"]);
+}
+
+#[test]
+fn a_journal_replays_to_the_same_events() {
+    if let Some(case) = car() {
+        check_journal(&case, &["noise=3:wheel_1@20s..", "drop:gnss_ublox@30s.."], "car.journal");
+    }
+    if let Some(case) = husky() {
+        check_journal(&case, &["drop:imu@100s.."], "husky.journal");
+    }
+}
