@@ -135,10 +135,11 @@ impl Fault {
         match self.kind {
             FaultKind::Drop => samples.retain(|sample| !hit(sample)),
             FaultKind::Delay(delay) => {
-                samples
-                    .iter_mut()
-                    .filter(|sample| hit(sample))
-                    .for_each(|sample| sample.received = sample.received + delay);
+                let end = samples.last().map_or(first, |sample| sample.received);
+                let late = samples.iter_mut().filter(|sample| hit(sample));
+                late.for_each(|sample| sample.received = sample.received + delay);
+                // What would come after the recording's end is not in it.
+                samples.retain(|sample| sample.received <= end);
                 samples.sort_by_key(|sample| sample.received);
             }
             FaultKind::Stuck(None) => freeze(samples, wanted, hit),
