@@ -535,6 +535,31 @@ fn a_relation_whose_constraint_does_not_hold_gives_nothing() {
     check(&draft, ThesisOptions::default(), input, expected);
 }
 
+#[test]
+fn too_many_combinations_are_told() {
+    let mut draft = own_model();
+    draft.variables.push(variable("b"));
+    draft.relations.push(relation("sum", "x = a + b", "x"));
+    draft.signals.push(signal("other wheel", "b"));
+    let knowledge = checked(&draft);
+    let (x, sum) = (knowledge.variable("x").unwrap(), knowledge.relations().ids().next_back().unwrap());
+    let substitution = Substitution::from_choice(&knowledge, x, &BTreeMap::from([(x, sum)])).unwrap();
+    let ways = Way::choices(&knowledge, &substitution, |_| true, 9);
+    let mut run = ThesisRun::new(&knowledge, ways, ThesisOptions::default());
+    let mut step = |count: usize| {
+        for name in ["wheel", "other wheel"].repeat(count) {
+            let (signal, stamp) = (knowledge.signal(name).unwrap(), Time(0));
+            run.observe(
+                &knowledge,
+                &Observation { signal, stamp, received: stamp, value: RawValue::Number(1.0) },
+            );
+        }
+        let step = run.step(Time(0));
+        (step.outputs.len(), step.truncated)
+    };
+    assert_eq!([step(2), step(100), step(101)], [(4, false), (10_000, false), (10_000, true)]);
+}
+
 /// The published program puts both values into one place there, and compares one of them with itself.
 #[test]
 fn one_variable_read_from_two_signals_is_two_ways() {

@@ -196,6 +196,8 @@ struct Step {
     outputs: Vec<Output>,
     errors: Vec<f64>,
     failed: Option<usize>,
+    /// Not all combinations of inputs were formed.
+    truncated: bool,
     /// Signals that are not healthy, in words.
     verdicts: Vec<(String, &'static str)>,
 }
@@ -240,7 +242,14 @@ impl Method for Thesis<'_> {
             validity: output.validity,
         };
         let outputs = step.outputs.iter().map(output).collect();
-        Step { time, outputs, errors: step.errors, failed: step.failed, verdicts: Vec::new() }
+        Step {
+            time,
+            outputs,
+            errors: step.errors,
+            failed: step.failed,
+            truncated: step.truncated,
+            verdicts: Vec::new(),
+        }
     }
 }
 
@@ -323,6 +332,7 @@ impl Method for Watching<'_> {
             outputs: std::mem::take(&mut self.outputs),
             errors,
             failed: failed_ways.first().copied().filter(|_| failed_ways.len() == 1),
+            truncated: false,
             verdicts: verdicts.iter().map(shown).collect(),
         }
     }
@@ -341,6 +351,8 @@ struct Printer<'a> {
     /// What times in text count from.
     start: Time,
     steps: usize,
+    /// Whether it was told that combinations were left out.
+    truncated: bool,
     /// In how many steps each way was the one that had failed.
     failures: BTreeMap<usize, usize>,
 }
@@ -353,7 +365,16 @@ impl<'a> Printer<'a> {
         start: Option<Time>,
     ) -> Printer<'a> {
         let (mode, json, start) = (arguments.mode, arguments.json, start.unwrap_or_default());
-        Printer { knowledge, variable, mode, json, start, steps: 0, failures: BTreeMap::new() }
+        Printer {
+            knowledge,
+            variable,
+            mode,
+            json,
+            start,
+            steps: 0,
+            truncated: false,
+            failures: BTreeMap::new(),
+        }
     }
 
     fn head(&self, ways: &[Way]) -> anyhow::Result<()> {
@@ -404,6 +425,11 @@ impl<'a> Printer<'a> {
 
     fn step(&mut self, step: &Step) -> anyhow::Result<()> {
         self.steps += 1;
+        if step.truncated && !std::mem::replace(&mut self.truncated, true) {
+            show::warn(
+                "too many combinations of observations: errors are of a part of them; a smaller --buffer or --period helps",
+            );
+        }
         if let Some(failed) = step.failed {
             *self.failures.entry(failed).or_default() += 1;
         }

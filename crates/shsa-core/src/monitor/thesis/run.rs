@@ -9,7 +9,7 @@ use crate::substitution::Way;
 use crate::time::{Time, Validity};
 use alloc::vec::Vec;
 
-/// Combinations of one substitution in one step; more are not formed.
+/// Combinations of one substitution in one step; more are not formed, and the step says so.
 const MOST_COMBINATIONS: usize = 10_000;
 
 /// An observation in the buffer.
@@ -62,9 +62,9 @@ impl ThesisRun {
 
     /// A step at the end of a period. Complexity: O(c^2) for c combinations.
     pub fn step(&mut self, time: Time) -> ThesisStep {
-        let mut outputs = Vec::new();
+        let (mut outputs, mut truncated) = (Vec::new(), false);
         for (substitution, computation) in self.computations.iter_mut().enumerate() {
-            for (items, validity) in combinations(computation.way(), &self.buffers) {
+            for (items, validity) in combinations(computation.way(), &self.buffers, &mut truncated) {
                 let Some(value) = value_of(computation, &items, validity) else { continue };
                 outputs.push(ThesisOutput { substitution, value, validity: Some(validity) });
             }
@@ -72,7 +72,7 @@ impl ThesisRun {
         self.steps += 1;
         let oldest = (self.steps + 1).saturating_sub(self.options.buffer.max(1));
         self.buffers.iter_mut().for_each(|buffer| buffer.retain(|buffered| buffered.step >= oldest));
-        self.monitor.step(time, outputs)
+        ThesisStep { truncated, ..self.monitor.step(time, outputs) }
     }
 }
 
@@ -86,10 +86,12 @@ fn value_of(computation: &mut Computation, items: &[Option<&Item>], validity: Va
     }
 }
 
-/// Every choice of one buffered observation for each source whose times all overlap, with the time they share.
+/// Every choice of one buffered observation for each source whose times all overlap, with the time they share;
+/// `truncated` becomes true when there are too many.
 fn combinations<'a>(
     way: &Way,
     buffers: &'a IdVec<SignalId, Vec<Buffered>>,
+    truncated: &mut bool,
 ) -> Vec<(Vec<Option<&'a Item>>, Validity)> {
     let mut chosen = Vec::from([(Vec::new(), Validity::always())]);
     for signal in &way.signals {
@@ -101,11 +103,13 @@ fn combinations<'a>(
         for (items, validity) in &chosen {
             for buffered in &buffers[*signal] {
                 let Some(shared) = validity.intersection(buffered.item.validity) else { continue };
-                if longer.len() < MOST_COMBINATIONS {
-                    let mut items: Vec<Option<&Item>> = items.clone();
-                    items.push(Some(&buffered.item));
-                    longer.push((items, shared));
+                if longer.len() == MOST_COMBINATIONS {
+                    *truncated = true;
+                    break;
                 }
+                let mut items: Vec<Option<&Item>> = items.clone();
+                items.push(Some(&buffered.item));
+                longer.push((items, shared));
             }
         }
         chosen = longer;

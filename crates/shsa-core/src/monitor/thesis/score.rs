@@ -51,6 +51,8 @@ pub struct ThesisStep {
     pub errors: Vec<f64>,
     /// The substitution with the highest error, when it is above zero and no other's is as high.
     pub failed: Option<usize>,
+    /// Whether there were more combinations of inputs than are formed: the errors are from a part of them.
+    pub truncated: bool,
 }
 
 /// The errors of the substitutions over time.
@@ -72,7 +74,7 @@ impl ThesisMonitor {
         let errors: Vec<f64> =
             self.filters.iter_mut().zip(sums).map(|(filter, sum)| filter.pass(sum)).collect();
         let failed = sole_highest(&errors);
-        ThesisStep { time, outputs, errors, failed }
+        ThesisStep { time, outputs, errors, failed, truncated: false }
     }
 }
 
