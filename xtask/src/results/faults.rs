@@ -19,8 +19,11 @@ pub(super) const CAR_KINDS: [&str; 5] = ["bias=2", "spoof=0", "drop", "noise=3",
 pub(super) const PAIR_KINDS: [&str; 9] =
     ["bias=2", "bias=-2", "spoof=0", "scale=1.3", "noise=3", "stuck", "drop", "drift=0.2", "bias=1.2"];
 
-/// When the faults of the flight and of the rover begin.
-pub(super) const LATER_MS: u32 = 200_000;
+/// When the faults of the flight begin: it cruises.
+pub(super) const FLIGHT_MS: u32 = 200_000;
+
+/// When the faults of the rover begin: it stands, drives off at once, and its heading can be compared for a while.
+pub(super) const ROVER_MS: u32 = 100_000;
 
 const VELOCITY: &[&str] =
     &["bias=1", "bias=2", "spoof=0", "stuck", "drop", "noise=3", "scale=1.3", "drift=0.1"];

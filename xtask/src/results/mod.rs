@@ -11,7 +11,7 @@ mod notes;
 
 use crate::command;
 use anyhow::{Context, Result};
-use faults::{GNSS, LATER_MS, Row, WHEELS};
+use faults::{FLIGHT_MS, GNSS, ROVER_MS, Row, WHEELS};
 use markdown::{code, names, served, table};
 use replay::{Fault, Subject};
 use std::path::{Path, PathBuf};
@@ -104,15 +104,15 @@ fn car(program: &Path) -> Result<String> {
 }
 
 fn quad(program: &Path) -> Result<String> {
-    Ok(singles(program, QUAD, &of_rows(faults::QUAD), "")? + notes::QUAD)
+    Ok(singles(program, QUAD, &of_rows(faults::QUAD, FLIGHT_MS), "")? + notes::QUAD)
 }
 
 fn husky(program: &Path) -> Result<String> {
-    Ok(singles(program, HUSKY, &of_rows(faults::HUSKY), "")? + notes::HUSKY)
+    Ok(singles(program, HUSKY, &of_rows(faults::HUSKY, ROVER_MS), "")? + notes::HUSKY)
 }
 
-fn of_rows(rows: &'static [Row]) -> Vec<(Fault, Option<&'static str>)> {
-    rows.iter().flat_map(|row| row.faults(LATER_MS).map(|fault| (fault, row.need))).collect()
+fn of_rows(rows: &'static [Row], start_ms: u32) -> Vec<(Fault, Option<&'static str>)> {
+    rows.iter().flat_map(|row| row.faults(start_ms).map(|fault| (fault, row.need))).collect()
 }
 
 fn seeds(program: &Path) -> Result<String> {
