@@ -132,7 +132,14 @@ impl Computation {
         lateness(knowledge, one) < lateness(knowledge, other)
     }
 
-    /// Makes a way ready; `None` when one of its relations is structure only.
+    /// Whether a way can be made ready: none of its relations is structure only, and none but the last goes on from
+    /// its own last value.
+    #[must_use]
+    pub fn can_run(knowledge: &KnowledgeBase, way: &Way) -> bool {
+        way.direct().is_some() || program(knowledge, way).is_some()
+    }
+
+    /// Makes a way ready; `None` when it cannot run.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase, way: Way, goes_before: Precedence) -> Option<Computation> {
         let trigger =
@@ -255,8 +262,17 @@ fn lateness(knowledge: &KnowledgeBase, signal: SignalId) -> Span {
     period(knowledge, signal).unwrap_or(Span::ZERO) + knowledge.signals()[signal].delay
 }
 
-/// The program of a way with the sources of its inputs, and its longest window.
+/// The program of a way with its memory and the sources of its inputs, and its longest window.
 fn computed(knowledge: &KnowledgeBase, way: &Way, trigger: Option<SignalId>) -> Option<(Body, Span)> {
+    let (program, inputs) = program(knowledge, way)?;
+    let rate_hz = trigger.and_then(|signal| knowledge.signals()[signal].rate_hz).unwrap_or(USUAL_RATE_HZ);
+    let state = program.new_state(longest_vector(knowledge, way), rate_hz);
+    let window = program.longest_window();
+    Some((Body::Computed { program, state, inputs }, window))
+}
+
+/// The program of a way with the sources of its inputs.
+fn program(knowledge: &KnowledgeBase, way: &Way) -> Option<(Program, Vec<Source>)> {
     let steps = &way.substitution.steps;
     let assignment = |step: &crate::substitution::Step| {
         let relation = &knowledge.relations()[step.relation];
@@ -270,10 +286,7 @@ fn computed(knowledge: &KnowledgeBase, way: &Way, trigger: Option<SignalId>) -> 
     let program = Program::compile(&assignments).ok()?;
     let source = |input: &crate::expression::Input| source(knowledge, way, input);
     let inputs = program.inputs().iter().map(source).collect::<Option<Vec<_>>>()?;
-    let rate_hz = trigger.and_then(|signal| knowledge.signals()[signal].rate_hz).unwrap_or(USUAL_RATE_HZ);
-    let state = program.new_state(longest_vector(knowledge, way), rate_hz);
-    let window = program.longest_window();
-    Some((Body::Computed { program, state, inputs }, window))
+    Some((program, inputs))
 }
 
 /// Vectors are as long as their observations; without any, no room is kept for them.

@@ -195,7 +195,8 @@ impl Engine {
             until_now.map(|at| self.returning.swap_remove(at));
             match change.absence {
                 None => self.returning.push((change.signal, now)),
-                Some(_) if until_now.is_some() => {}
+                // Told already, but what has trusted it meanwhile for want of better must let it go.
+                Some(_) if until_now.is_some() => changed = true,
                 // It has failed already: that its values became impossible, too, is no news.
                 Some(Absence::Invalid) if self.judge.has_failed(change.signal) => changed = true,
                 Some(absence) => {
