@@ -97,7 +97,8 @@ impl Engine {
         self.outputs.pop_front()
     }
 
-    /// When a tick is due: at once when observations wait, else when a timeout may run out.
+    /// When a tick is due: at once when observations wait, else when a timeout may run out. After a tick at that time
+    /// the next one is later, so ticking until none is due ends.
     #[must_use]
     pub fn next_deadline(&self) -> Option<Time> {
         if self.waiting {
@@ -105,7 +106,8 @@ impl Engine {
         }
         let needs = self.providers.iter().filter_map(Provider::next_deadline);
         let returns = self.returning.iter().map(|(_, since)| *since + self.probation);
-        needs.chain(returns).chain(self.monitor.watch().next_deadline()).chain(self.judge.next_review()).min()
+        let stages = self.monitor.watch().next_deadline().into_iter().chain(self.judge.next_review());
+        needs.chain(returns).chain(stages).min().filter(|due| *due < Time::MAX)
     }
 
     /// The knowledge base that it works with.
