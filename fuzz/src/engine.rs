@@ -22,13 +22,13 @@ variables:
   w: { shape: vector }
 constants: { k: [0.9, 1.1] }
 relations:
-  dark: { output: a, inputs: [c], properties: { cost: 0 } }
+  dark: { output: a, inputs: [c], properties: { cost: 1 } }
   both: { equation: a = b + k, error: 1 }
-  change: { equation: c = derivative(a, 50 ms) / 1 Hz, for: [c], error: 2 }
-  sum: { equation: c = integral(b) / 1 s + delay(b, 20 ms) - previous(b), for: [c] }
+  change: { equation: 'c = derivative(a, 50 ms) / 1 Hz', for: [c], error: 2 }
+  sum: { equation: 'c = integral(b) / 1 s + delay(b, 20 ms) - previous(b)', for: [c] }
   go: { equation: a = previous(a) + c * dt / 1 s, for: [a], error: 0.1 }
   near: { equation: b = min(v) + median(w), for: [b] }
-  part: { equation: w = v[1..] * 2, for: [w] }
+  part: { equation: 'w = v[1..100] * 2', for: [w] }
 signals:
   a1: { variable: a, rate: 100 Hz, value_error: 0.5, timeout: 50 ms }
   a2: { variable: a, rate: 80 Hz, value_error: 10 %, delay: 30 ms }
@@ -42,7 +42,7 @@ needs:
   b: { signal: /b, hold: 1 h, probation: 30 ms }
   c: { signal: /c, max_age: 1 ms }
   v: { signal: /v }
-  w: { signal: /w, max_age: 5000000 h }
+  w: { signal: /w, max_age: 800000 h }
 ";
 
 static MODELS: LazyLock<Vec<KnowledgeBase>> = LazyLock::new(|| {

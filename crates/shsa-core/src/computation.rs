@@ -11,9 +11,6 @@ use alloc::vec::Vec;
 /// More inputs than this are read into memory allocated for the evaluation.
 const USUAL_INPUTS: usize = 16;
 
-/// The longest vector that a formula takes.
-const LONGEST_VECTOR: usize = 16_384;
-
 /// Evaluations a second of a way whose rate is not declared, for the room of its time operators.
 const USUAL_RATE_HZ: f64 = 100.0;
 
@@ -132,7 +129,14 @@ impl Computation {
         lateness(knowledge, one) < lateness(knowledge, other)
     }
 
-    /// Makes a way ready; `None` when one of its relations is structure only.
+    /// Whether a way can be made ready: none of its relations is structure only, and none but the last goes on from
+    /// its own last value.
+    #[must_use]
+    pub fn can_run(knowledge: &KnowledgeBase, way: &Way) -> bool {
+        way.direct().is_some() || program(knowledge, way).is_some()
+    }
+
+    /// Makes a way ready; `None` when it cannot run.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase, way: Way, goes_before: Precedence) -> Option<Computation> {
         let trigger =
@@ -175,7 +179,8 @@ impl Computation {
 
     /// Evaluates at a moment; `None` when an input is missing there or the result has no value.
     ///
-    /// `last` is the last value of the variable that is computed. No allocation for up to 16 inputs.
+    /// `last` is the last value of the variable that is computed. No allocation for up to 16 inputs whose vectors
+    /// are no longer than before.
     pub fn evaluate<'a>(
         &'a mut self,
         ports: &'a IdVec<SignalId, Port>,
@@ -201,6 +206,7 @@ impl Computation {
                         Source::Last => Value::Scalar(last?.value),
                     };
                 }
+                make_room(state, values);
                 let outcome = program.evaluate(state, values, moment, last.map(|last| last.validity));
                 (outcome.value, outcome.valid)
             }
@@ -232,6 +238,7 @@ impl Computation {
                 Source::Last => return None,
             });
         }
+        make_room(state, &values);
         let value = program.evaluate(state, &values, moment, None).value.scalar();
         (!value.is_empty()).then_some(value)
     }
@@ -255,8 +262,17 @@ fn lateness(knowledge: &KnowledgeBase, signal: SignalId) -> Span {
     period(knowledge, signal).unwrap_or(Span::ZERO) + knowledge.signals()[signal].delay
 }
 
-/// The program of a way with the sources of its inputs, and its longest window.
+/// The program of a way with its memory and the sources of its inputs, and its longest window.
 fn computed(knowledge: &KnowledgeBase, way: &Way, trigger: Option<SignalId>) -> Option<(Body, Span)> {
+    let (program, inputs) = program(knowledge, way)?;
+    let rate_hz = trigger.and_then(|signal| knowledge.signals()[signal].rate_hz).unwrap_or(USUAL_RATE_HZ);
+    let state = program.new_state(0, rate_hz);
+    let window = program.longest_window();
+    Some((Body::Computed { program, state, inputs }, window))
+}
+
+/// The program of a way with the sources of its inputs.
+fn program(knowledge: &KnowledgeBase, way: &Way) -> Option<(Program, Vec<Source>)> {
     let steps = &way.substitution.steps;
     let assignment = |step: &crate::substitution::Step| {
         let relation = &knowledge.relations()[step.relation];
@@ -270,18 +286,16 @@ fn computed(knowledge: &KnowledgeBase, way: &Way, trigger: Option<SignalId>) -> 
     let program = Program::compile(&assignments).ok()?;
     let source = |input: &crate::expression::Input| source(knowledge, way, input);
     let inputs = program.inputs().iter().map(source).collect::<Option<Vec<_>>>()?;
-    let rate_hz = trigger.and_then(|signal| knowledge.signals()[signal].rate_hz).unwrap_or(USUAL_RATE_HZ);
-    let state = program.new_state(longest_vector(knowledge, way), rate_hz);
-    let window = program.longest_window();
-    Some((Body::Computed { program, state, inputs }, window))
+    Some((program, inputs))
 }
 
-/// Vectors are as long as their observations; without any, no room is kept for them.
-fn longest_vector(knowledge: &KnowledgeBase, way: &Way) -> usize {
-    let is_vector = |variable: &VariableId| knowledge.variables()[*variable].shape == Shape::Vector;
-    let outputs = way.substitution.steps.iter().map(|step| step.output);
-    let any = way.substitution.sources.iter().copied().chain(outputs).any(|variable| is_vector(&variable));
-    if any { LONGEST_VECTOR } else { 0 }
+/// Vectors are as long as their observations: room is made when the first ones come, and whenever they are longer.
+fn make_room(state: &mut State<Interval>, values: &[Value<'_, Interval>]) {
+    let length = |value: &Value<'_, Interval>| match value {
+        Value::Vector(elements) => elements.len(),
+        Value::Scalar(_) => 0,
+    };
+    state.make_room(values.iter().map(length).max().unwrap_or(0));
 }
 
 fn source(knowledge: &KnowledgeBase, way: &Way, input: &crate::expression::Input) -> Option<Source> {

@@ -9,4 +9,4 @@ mod history;
 mod port;
 
 pub use history::{Acceptance, History, Reach, Reading, Sample};
-pub use port::{Counts, Port};
+pub use port::{Counts, LONGEST_VECTOR, Port};

@@ -10,6 +10,9 @@ use alloc::vec::Vec;
 /// A stamp further than this beyond the time of reception is no time of this system.
 const MOST_AHEAD: Span = Span::from_millis(10_000);
 
+/// The longest vector that is taken in: a depth image of 640 times 480 has fewer elements. A longer one is no value.
+pub const LONGEST_VECTOR: usize = 1 << 19;
+
 /// How many vectors of a signal are kept.
 const VECTORS: usize = 4;
 
@@ -107,7 +110,7 @@ impl Port {
     }
 
     fn keep_scan(&mut self, signal: &Signal, elements: &[f64], validity: Validity) -> Option<Acceptance> {
-        if elements.is_empty() {
+        if elements.is_empty() || elements.len() > LONGEST_VECTOR {
             return None;
         }
         match self.scans.last().map(|newest| newest.validity.to) {

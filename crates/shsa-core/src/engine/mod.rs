@@ -97,7 +97,8 @@ impl Engine {
         self.outputs.pop_front()
     }
 
-    /// When a tick is due: at once when observations wait, else when a timeout may run out.
+    /// When a tick is due: at once when observations wait, else when a timeout may run out. After a tick at that time
+    /// the next one is later, so ticking until none is due ends.
     #[must_use]
     pub fn next_deadline(&self) -> Option<Time> {
         if self.waiting {
@@ -105,10 +106,10 @@ impl Engine {
         }
         let needs = self.providers.iter().filter_map(Provider::next_deadline);
         let returns = self.returning.iter().map(|(_, since)| *since + self.probation);
-        let deadlines =
-            needs.chain(returns).chain(self.monitor.watch().next_deadline()).chain(self.judge.next_review());
+        let stages = self.monitor.watch().next_deadline().into_iter().chain(self.judge.next_review());
         // What was due until now has been done: a driver that obeys never waits in vain.
-        deadlines.filter(|due| self.now.is_none_or(|now| *due > now)).min()
+        let lies_ahead = |due: &Time| self.now.is_none_or(|now| *due > now) && *due < Time::MAX;
+        needs.chain(returns).chain(stages).filter(lies_ahead).min()
     }
 
     /// The knowledge base that it works with.
@@ -198,7 +199,8 @@ impl Engine {
             until_now.map(|at| self.returning.swap_remove(at));
             match change.absence {
                 None => self.returning.push((change.signal, now)),
-                Some(_) if until_now.is_some() => {}
+                // Told already, but what has trusted it meanwhile for want of better must let it go.
+                Some(_) if until_now.is_some() => changed = true,
                 // It has failed already: that its values became impossible, too, is no news.
                 Some(Absence::Invalid) if self.judge.has_failed(change.signal) => changed = true,
                 Some(absence) => {

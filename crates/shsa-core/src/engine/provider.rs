@@ -351,7 +351,7 @@ impl Provider {
     }
 
     /// The value to publish: while a blend lasts, moved towards the last value and grown so that it still holds
-    /// the new one.
+    /// the new one, unless it were too wide then.
     fn blended(&mut self, sample: Sample, server: Server, now: Time) -> Sample {
         if self.server.replace(server) != Some(server) {
             let from = self.last.map(|(_, last)| last.value.midpoint() - sample.value.midpoint());
@@ -365,7 +365,9 @@ impl Provider {
         }
         let shift = amount * left;
         let moved = Interval::new(sample.value.lo() + shift, sample.value.hi() + shift);
-        Sample { value: moved.widened(shift.abs()), ..sample }
+        let value = moved.widened(shift.abs());
+        let is_fit = value.is_bounded() && value.width() <= self.max_width;
+        if is_fit { Sample { value, ..sample } } else { sample }
     }
 
     fn publish(

@@ -1,5 +1,6 @@
 //! Which ways of knowing are watched, and which can serve a need.
 
+use crate::computation::Computation;
 use crate::knowledge::{Id, KnowledgeBase, Shape, SignalId, SignalSet, VariableId};
 use crate::plan::{self, Graph, Limits, Options};
 use crate::substitution::{Substitution, Way};
@@ -52,7 +53,7 @@ fn witnesses(knowledge: &KnowledgeBase, graph: &Graph, variable: VariableId) -> 
         .collect()
 }
 
-/// The ways of knowing a variable from usable signals, best utility first, then in file order; last those that
+/// The ways of knowing a variable from usable signals that can run, best utility first, then in file order; last those that
 /// only go on from the variable's own last value.
 pub(super) fn ways(
     knowledge: &KnowledgeBase,
@@ -68,7 +69,11 @@ pub(super) fn ways(
         .substitutions
         .iter()
         .flat_map(|(substitution, utility)| {
-            let choices = Way::choices(knowledge, substitution, may_use, MOST);
+            let mut choices = Way::choices(knowledge, substitution, may_use, MOST);
+            // The choices differ in their signals only: one can run when all can.
+            if !choices.first().is_some_and(|way| Computation::can_run(knowledge, way)) {
+                choices.clear();
+            }
             choices.into_iter().map(move |way| Source { way, utility: *utility })
         })
         .take(MOST)

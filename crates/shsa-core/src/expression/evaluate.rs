@@ -62,6 +62,19 @@ pub struct State<N> {
 }
 
 impl<N> State<N> {
+    /// Makes room for vectors of this length, and keeps what is there. Allocates only when they are longer than all
+    /// before, for the next power of two then.
+    pub fn make_room(&mut self, vector_len: usize)
+    where
+        N: Number,
+    {
+        if vector_len > self.max_vector_len {
+            self.max_vector_len = vector_len.checked_next_power_of_two().unwrap_or(vector_len);
+            self.vectors.widen(self.max_vector_len);
+            self.scratch.resize(self.vectors.stride.saturating_mul(2), 0.0);
+        }
+    }
+
     /// Forgets everything that was evaluated before, as a new state.
     pub fn reset(&mut self, program: &Program)
     where
@@ -118,6 +131,17 @@ impl<N: Number> Vectors<N> {
         let start = place as usize * self.stride;
         let length = self.lengths.get(place as usize).copied().unwrap_or(0);
         self.elements.get(start..start + length).unwrap_or(&[])
+    }
+
+    fn widen(&mut self, stride: usize) {
+        if self.lengths.is_empty() || stride <= self.stride {
+            return;
+        }
+        let mut elements = vec![N::MISSING; stride.saturating_mul(self.lengths.len())];
+        for (place, wider) in (0..).zip(elements.chunks_mut(stride)) {
+            wider.iter_mut().zip(self.get(place)).for_each(|(to, from)| *to = *from);
+        }
+        (self.elements, self.stride) = (elements, stride);
     }
 
     fn set_length(&mut self, place: u32, length: usize) {

@@ -74,15 +74,11 @@ pub struct Monitor {
 
 impl Monitor {
     /// Takes an observation in; what it completes is compared by [`Monitor::settle`].
-    ///
     pub fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation, now: Time) -> Observed {
         let signal = observation.signal;
         let description = &knowledge.signals()[signal];
         let acceptance = self.ports[signal].accept(description, observation, now);
         let change = self.watch.hear(signal, acceptance.is_some(), now);
-        if change.is_some() {
-            self.watch.rewatch();
-        }
         let kept = acceptance.is_some_and(Acceptance::is_kept);
         if kept {
             let validity = description.validity(observation.stamp);

@@ -56,14 +56,20 @@ impl Watch {
 
     /// A signal has delivered something. Gives the change when it was absent until now.
     pub fn hear(&mut self, signal: SignalId, valid: bool, now: Time) -> Option<Change> {
-        self.start.get_or_insert(now);
+        if self.start.is_none() {
+            self.start = Some(now);
+            self.quiet_until = self.voices.iter().map(|voice| voice.deadline(now)).min().unwrap_or(Time::MAX);
+        }
         let voice = &mut self.voices[signal];
         voice.heard = Some(now);
         if !valid {
             return None;
         }
         voice.valid = Some(now);
-        voice.absence.take().map(|_| Change { signal, absence: None, last_valid: Some(now) })
+        voice.absence.take()?;
+        // It may fall silent again before the bound that was computed without it.
+        self.quiet_until = self.quiet_until.min(voice.deadline(now));
+        Some(Change { signal, absence: None, last_valid: Some(now) })
     }
 
     /// Whether a signal says nothing usable now.
@@ -87,26 +93,29 @@ impl Watch {
         let mut next = Time::MAX;
         for signal in self.voices.ids() {
             let voice = &mut self.voices[signal];
-            let (Some(timeout), None) = (voice.timeout, voice.absence) else { continue };
-            let due = voice.valid.unwrap_or(start) + timeout;
-            if now <= due {
-                next = next.min(due + Span(1));
+            if voice.absence.is_some() {
                 continue;
             }
-            let absence = if voice.spoke_since(due - timeout) { Absence::Invalid } else { Absence::Silent };
+            let last = voice.valid.unwrap_or(start);
+            let deadline = voice.deadline(last);
+            if now < deadline || deadline == Time::MAX {
+                next = next.min(deadline);
+                continue;
+            }
+            let absence = if voice.spoke_since(last) { Absence::Invalid } else { Absence::Silent };
             voice.absence = Some(absence);
             report(Change { signal, absence: Some(absence), last_valid: voice.valid });
         }
         self.quiet_until = next;
     }
-
-    /// A signal that came back may fall silent before the bound that was computed without it.
-    pub fn rewatch(&mut self) {
-        self.quiet_until = Time::MIN;
-    }
 }
 
 impl Voice {
+    /// The first moment at which it has been silent for too long since `last`; `Time::MAX` when it never is.
+    fn deadline(&self, last: Time) -> Time {
+        self.timeout.map_or(Time::MAX, |timeout| last + timeout + Span(1))
+    }
+
     fn spoke_since(&self, moment: Time) -> bool {
         self.heard.is_some_and(|heard| heard > moment && self.valid != Some(heard))
     }
