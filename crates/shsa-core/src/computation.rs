@@ -3,7 +3,7 @@
 use crate::alignment::{Port, Reach, Sample};
 use crate::expression::{Assignment, InputKind, Program, State, Value};
 use crate::interval::Interval;
-use crate::knowledge::{IdVec, KnowledgeBase, Shape, SignalId, VariableId};
+use crate::knowledge::{IdVec, KnowledgeBase, Shape, SignalId};
 use crate::substitution::Way;
 use crate::time::{Span, Validity};
 use alloc::vec::Vec;
