@@ -1,4 +1,5 @@
 //! The command from outside: arguments and files in, output and exit status out.
+#![cfg(test)]
 
 mod folder;
 mod tank;
