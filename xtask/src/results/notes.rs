@@ -25,7 +25,7 @@ more than the tolerances. A signal is silent after its time-out, 0.4 s for a whe
 ways fill in after half the time that the need allows, so the need does not wait for the verdict. What remains as rmse is
 the difference between two healthy wheels.
 
-Not detected: a bias below about 1.2 m/s at a wheel or 0.9 m/s at the GNSS, a scale error that stays below these at the
+Not detected: a bias below about 1.2 m/s at a wheel or 0.8 m/s at the GNSS, a scale error that stays below these at the
 present speed, any fault that says the truth (`spoof=0` at a standstill). These are the tolerances that bumps, curves and
 the delay of the receiver need.
 ";
@@ -65,7 +65,8 @@ Not detected, late, or not isolated:
   contradicts. The latitude enters the eastward speed, too, hence the third suspect.
 - A cell that sticks or drifts is found when it has left the others by 0.14 V; the discharge takes two minutes for that. With
   two cells at opposite ends of the spread, both are suspected first. The pack's voltage against four cells: 1 V and more.
-- Current and charge have only each other, over 120 s: both are suspected, and noise averages out.
+- Current and charge have only each other, over 120 s and within 3 A and 5 %: both are suspected, noise averages out, and a
+  current that sticks at what the flight needs on average is not seen.
 ";
 
 pub(super) const HUSKY: &str = "
