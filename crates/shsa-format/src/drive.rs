@@ -22,8 +22,8 @@ pub struct Run {
 }
 
 impl Run {
-    /// Drives a new engine over all inputs, which are in the order of their reception, and on to `end`; `record`
-    /// sees everything that goes in, ticks included.
+    /// Drives a new engine over all inputs, which are in the order of their reception; `record` sees everything that
+    /// goes in, ticks included. `span` is when the recording begins and ends, where its inputs do not tell.
     ///
     /// Ticks that the inputs hold already (a journal) are the only ones; else they come when they are due.
     ///
@@ -32,11 +32,16 @@ impl Run {
     pub fn of<E>(
         knowledge: &KnowledgeBase,
         inputs: &[Input],
-        end: Option<Time>,
+        span: Option<(Time, Time)>,
         mut record: impl FnMut(&Input) -> Result<(), E>,
     ) -> Result<Run, E> {
         let has_ticks = inputs.iter().any(|input| matches!(input, Input::Tick(_)));
-        let mut run = Run::new(knowledge, inputs.first().map_or(Time(0), time));
+        let begins = inputs.first().map_or(Time(0), time);
+        let (first, end) = span.unwrap_or((begins, begins));
+        let mut run = Run::new(knowledge, first.min(begins));
+        if !has_ticks && first < begins {
+            run.take(&Input::Tick(first), &mut record)?;
+        }
         for input in inputs {
             if !has_ticks {
                 run.pass_until(time(input), &mut record)?;
@@ -44,7 +49,7 @@ impl Run {
             run.take(input, &mut record)?;
         }
         if !has_ticks && !inputs.is_empty() {
-            let end = end.unwrap_or(run.last).max(run.last);
+            let end = end.max(run.last);
             run.pass_until(end, &mut record)?;
             run.take(&Input::Tick(end), &mut record)?;
         }

@@ -123,11 +123,11 @@ fn parse_kind(kind: &str, amount: Option<&str>) -> Result<FaultKind, String> {
 }
 
 impl Fault {
-    /// Injects this fault into the samples of signal number `wanted`, which stay sorted by reception.
+    /// Injects this fault into the samples of signal number `wanted`, which stay sorted by reception; `first` is when
+    /// the recording begins, from which the fault's times count.
     ///
     /// Complexity: O(samples), for a delay O(samples log samples).
-    pub fn inject(&self, samples: &mut Vec<Sample>, wanted: usize, seed: u64) {
-        let Some(first) = samples.first().map(|sample| sample.received) else { return };
+    pub fn inject(&self, samples: &mut Vec<Sample>, wanted: usize, first: Time, seed: u64) {
         let span = (first + self.from, self.to.map_or(Time::MAX, |to| first + to));
         let hit = |sample: &Sample| {
             sample.wanted == wanted && span.0 <= sample.received && sample.received < span.1
@@ -223,7 +223,8 @@ mod tests {
     fn check(fault: &str, expected: &str) {
         let fault: Fault = fault.parse().unwrap();
         let mut samples = samples();
-        fault.inject(&mut samples, 0, 7);
+        let first = samples[0].received;
+        fault.inject(&mut samples, 0, first, 7);
         let shown: Vec<String> = samples
             .iter()
             .filter(|sample| sample.wanted == 0)
@@ -250,7 +251,7 @@ mod tests {
     fn noise_and_spikes_repeat_with_their_seed() {
         let run = |seed| {
             let mut samples = samples();
-            "noise=3:/a".parse::<Fault>().unwrap().inject(&mut samples, 0, seed);
+            "noise=3:/a".parse::<Fault>().unwrap().inject(&mut samples, 0, Time(0), seed);
             samples
         };
         assert_eq!(run(1), run(1));

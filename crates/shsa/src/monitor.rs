@@ -7,12 +7,13 @@ use crate::show::{self, Paint};
 use anyhow::bail;
 use serde_json::{Value, json};
 use shsa_core::diagnosis::{Judge, JudgeOptions, Verdict};
+use shsa_core::engine::witnesses;
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{Id, KnowledgeBase, Shape, SignalId, VariableId};
 use shsa_core::monitor::thesis::{ThesisOptions, ThesisRun};
 use shsa_core::monitor::{Debounce, Monitor, WayIndex};
 use shsa_core::observation::Observation;
-use shsa_core::plan::{self, Graph, Limits, Options, Utility};
+use shsa_core::plan::{Graph, Utility};
 use shsa_core::substitution::Way;
 use shsa_core::time::{Span, Time, Validity};
 use shsa_format::recording::{self, ReadOptions, Recording, parse_span};
@@ -20,9 +21,6 @@ use std::collections::BTreeMap;
 use std::io::{Write, stdout};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-
-/// How many ways of knowing are compared at most.
-const MOST_WAYS: usize = 64;
 
 /// How many steps are made at most: more are a wrong period, or a wrong time stamp.
 const MOST_STEPS: i64 = 10_000_000;
@@ -78,7 +76,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     refuse_vector(&knowledge, variable)?;
     let recording = read(arguments, &knowledge)?;
     let steps = Steps::of(&recording, arguments.period)?;
-    let ways = ways(&knowledge, variable);
+    let ways = witnesses(&knowledge, &Graph::new(&knowledge, Utility::Norm), variable);
     let mut method: Box<dyn Method> = match arguments.mode {
         Mode::Thesis => Box::new(Thesis::new(&knowledge, ways, arguments)),
         Mode::Default => Box::new(Watching::new(&knowledge, ways)),
@@ -125,16 +123,6 @@ fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Reco
         );
     }
     Ok(recording)
-}
-
-fn ways(knowledge: &KnowledgeBase, variable: VariableId) -> Vec<Way> {
-    let graph = Graph::new(knowledge, Utility::Norm);
-    let plan = plan::best(&graph, variable, &Options::default(), MOST_WAYS, Limits::default());
-    plan.substitutions
-        .iter()
-        .flat_map(|(substitution, _)| Way::choices(knowledge, substitution, |_| true, MOST_WAYS))
-        .take(MOST_WAYS)
-        .collect()
 }
 
 /// The moments at which steps are made: every multiple of the period that is followed by an observation.

@@ -28,7 +28,7 @@ fn load(path: &Path) -> anyhow::Result<Story> {
     let loaded = story::load_file(path);
     let report = loaded.report.render(show::colour(stderr().is_terminal()));
     if !report.is_empty() {
-        eprintln!("{report}");
+        show::tell(report.trim_end());
     }
     loaded.story.ok_or_else(|| AlreadyTold.into())
 }

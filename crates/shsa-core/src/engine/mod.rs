@@ -11,6 +11,7 @@ mod provider;
 
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality};
 pub use provider::NeedStatus;
+pub use ways::witnesses;
 
 use crate::diagnosis::{Judge, JudgeOptions, Verdict};
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId, SignalSet};
@@ -198,7 +199,11 @@ impl Engine {
             let until_now = self.returning.iter().position(|(signal, _)| *signal == change.signal);
             until_now.map(|at| self.returning.swap_remove(at));
             match change.absence {
-                None => self.returning.push((change.signal, now)),
+                None => {
+                    self.returning.push((change.signal, now));
+                    // A need that nothing serves takes it at once.
+                    changed = true;
+                }
                 // Told already, but what has trusted it meanwhile for want of better must let it go.
                 Some(_) if until_now.is_some() => changed = true,
                 // It has failed already: that its values became impossible, too, is no news.

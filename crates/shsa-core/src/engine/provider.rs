@@ -221,8 +221,11 @@ impl Provider {
             .take(MOST_NAMED)
             .map(named)
             .collect();
-        let others = if others.is_empty() { "nothing".to_string() } else { others.join(", then ") };
-        format!("{} takes over; next would be {others}", chosen.unwrap_or_default())
+        let others = match others.is_empty() {
+            true => "nothing else is left".to_string(),
+            false => format!("next would be {}", others.join(", then ")),
+        };
+        format!("{} takes over; {others}", chosen.unwrap_or_default())
     }
 
     /// Leaves a source whose values have been too old or too wide for longer than a value may be old.

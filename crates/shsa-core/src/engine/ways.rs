@@ -34,8 +34,9 @@ pub(super) fn to_watch(knowledge: &KnowledgeBase, graph: &Graph) -> Vec<Way> {
 /// The ways of knowing a variable that say something which its other comparisons do not.
 ///
 /// A provided number is not looked behind: it is compared in its own right. A provided vector is, as vectors are
-/// compared only in the numbers that follow from them.
-fn witnesses(knowledge: &KnowledgeBase, graph: &Graph, variable: VariableId) -> Vec<Way> {
+/// compared only in the numbers that follow from them. At most 32.
+#[must_use]
+pub fn witnesses(knowledge: &KnowledgeBase, graph: &Graph, variable: VariableId) -> Vec<Way> {
     let is_vector = |variable: VariableId| knowledge.variables()[variable].shape == Shape::Vector;
     let options = Options { substitute_provided: true, ..Options::default() };
     let found = plan::best(graph, variable, &options, MOST_SEARCHED, LIMITS);

@@ -86,7 +86,7 @@ impl Watch {
 
     /// Looks for timeouts that have run out. O(1) while none can have, else O(signals).
     pub fn pass(&mut self, now: Time, mut report: impl FnMut(Change)) {
-        let Some(start) = self.start else { return };
+        let start = *self.start.get_or_insert(now);
         if now < self.quiet_until {
             return;
         }

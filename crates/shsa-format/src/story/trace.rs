@@ -57,12 +57,8 @@ impl Trace {
         let mut samples: Vec<Sample> = self.sources.iter().enumerate().flat_map(sampled).collect();
         samples.extend(self.rows.iter().cloned());
         samples.sort_by_key(|sample| sample.received);
-        // Faults count from the first sample of a recording; in a story all times count from its beginning.
-        let first = samples.first().map_or(Span::ZERO, |sample| sample.received - Time(0));
         for (number, (fault, signal)) in self.faults.iter().enumerate() {
-            let shifted =
-                Fault { from: fault.from - first, to: fault.to.map(|to| to - first), ..fault.clone() };
-            shifted.inject(&mut samples, signal.index(), self.seed.wrapping_add(number as u64));
+            fault.inject(&mut samples, signal.index(), Time(0), self.seed.wrapping_add(number as u64));
         }
         let end = Time(0) + self.duration;
         samples.into_iter().filter(|sample| sample.received <= end).map(input).collect()

@@ -14,12 +14,12 @@ const PROGRESS_STEP: u64 = 4_096;
 pub(super) fn drive(
     knowledge: &KnowledgeBase,
     inputs: &[Input],
-    end: Option<Time>,
+    span: Option<(Time, Time)>,
     mut record: impl FnMut(&Input) -> anyhow::Result<()>,
 ) -> anyhow::Result<Run> {
     let progress = progress(inputs.len());
     let mut observations = 0;
-    let run = Run::of(knowledge, inputs, end, |input| {
+    let run = Run::of(knowledge, inputs, span, |input| {
         observations += u64::from(matches!(input, Input::Observation(_)));
         if observations % PROGRESS_STEP == 0 {
             progress.set_position(observations);

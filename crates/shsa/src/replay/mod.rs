@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let run = play(&knowledge, &source, journal)?;
     let elapsed = began.elapsed();
     let clean =
-        source.clean.as_ref().map(|inputs| drive(&knowledge, inputs, source.end, |_| Ok(()))).transpose()?;
+        source.clean.as_ref().map(|inputs| drive(&knowledge, inputs, source.span, |_| Ok(()))).transpose()?;
     if let Some(output) = output {
         report::write_values(&knowledge, &run, output)?;
     }
@@ -95,8 +95,8 @@ struct Source {
     inputs: Vec<Input>,
     /// The same without the injected faults, to compare with.
     clean: Option<Vec<Input>>,
-    /// When the recording ends, even if a fault has taken its last observations away.
-    end: Option<Time>,
+    /// When the recording begins and ends, even if a fault has taken its first or last observations away.
+    span: Option<(Time, Time)>,
     /// Rows without a value, for each signal.
     missing: Vec<usize>,
     degraded: bool,
@@ -135,7 +135,13 @@ fn read_journal(path: &Path, arguments: &Arguments, knowledge: &KnowledgeBase) -
         show::warn(format_args!("{}:{line}: {reason}; what comes before is replayed", path.display()));
     }
     let missing = vec![0; knowledge.signals().len()];
-    Ok(Source { inputs: journal.inputs, clean: None, end: None, missing, degraded: journal.damage.is_some() })
+    Ok(Source {
+        inputs: journal.inputs,
+        clean: None,
+        span: None,
+        missing,
+        degraded: journal.damage.is_some(),
+    })
 }
 
 fn read_recordings(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Source> {
@@ -150,19 +156,21 @@ fn read_recordings(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::
             "none of the model's signals is in the recording; `source` in the model says where each is found"
         );
     }
-    let end = recording.samples.last().map(|sample| sample.received);
+    let received = |sample: &recording::Sample| sample.received;
+    let span = recording.samples.first().map(received).zip(recording.samples.last().map(received));
+    let first = span.map_or(Time(0), |(first, _)| first);
     let clean = (!arguments.inject.is_empty()).then(|| inputs(&recording));
     for (number, (fault, &target)) in arguments.inject.iter().zip(&targets).enumerate() {
-        if !strikes(fault, &recording, target) {
+        if !strikes(fault, &recording, target, first) {
             show::warn(format_args!(
                 "the fault of {} changes nothing: no observation of it in that time",
                 fault.signal
             ));
         }
-        fault.inject(&mut recording.samples, target, arguments.seed.wrapping_add(number as u64));
+        fault.inject(&mut recording.samples, target, first, arguments.seed.wrapping_add(number as u64));
     }
     let missing = recording.found.iter().map(|found| found.missing).collect();
-    Ok(Source { inputs: inputs(&recording), clean, end, missing, degraded: recording.degraded })
+    Ok(Source { inputs: inputs(&recording), clean, span, missing, degraded: recording.degraded })
 }
 
 fn target(knowledge: &KnowledgeBase, fault: &Fault) -> anyhow::Result<usize> {
@@ -171,8 +179,7 @@ fn target(knowledge: &KnowledgeBase, fault: &Fault) -> anyhow::Result<usize> {
 }
 
 /// Whether there is an observation that the fault can change.
-fn strikes(fault: &Fault, recording: &Recording, target: usize) -> bool {
-    let Some(first) = recording.first() else { return false };
+fn strikes(fault: &Fault, recording: &Recording, target: usize, first: Time) -> bool {
     let hit = |sample: &recording::Sample| {
         let since = sample.received - first;
         sample.wanted == target && since >= fault.from && fault.to.is_none_or(|to| since < to)
@@ -192,10 +199,10 @@ fn inputs(recording: &Recording) -> Vec<Input> {
 }
 
 fn play(knowledge: &KnowledgeBase, source: &Source, journal: Option<BufWriter<File>>) -> anyhow::Result<Run> {
-    let Source { inputs, end, .. } = source;
-    let Some(journal) = journal else { return drive(knowledge, inputs, *end, |_| Ok(())) };
+    let Source { inputs, span, .. } = source;
+    let Some(journal) = journal else { return drive(knowledge, inputs, *span, |_| Ok(())) };
     let mut journal = JournalWriter::new(journal, knowledge)?;
-    let run = drive(knowledge, inputs, *end, |input| Ok(journal.record(input)?))?;
+    let run = drive(knowledge, inputs, *span, |input| Ok(journal.record(input)?))?;
     journal.flush()?;
     Ok(run)
 }
