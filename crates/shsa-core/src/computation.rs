@@ -116,7 +116,7 @@ impl Item {
 }
 
 /// Which of two inputs makes a way compute: whether the first goes before the second.
-type Precedence = fn(&KnowledgeBase, SignalId, SignalId) -> bool;
+pub type Precedence = fn(&KnowledgeBase, SignalId, SignalId) -> bool;
 
 impl Computation {
     /// Computes when its slowest input delivers: every output is from inputs that are all new.
@@ -136,18 +136,23 @@ impl Computation {
         way.direct().is_some() || program(knowledge, way).is_some()
     }
 
+    /// How old the outputs of a way are when they come.
+    #[must_use]
+    pub fn lag(knowledge: &KnowledgeBase, way: &Way, goes_before: Precedence) -> Span {
+        trigger(knowledge, way, goes_before).map_or(Span::ZERO, |signal| knowledge.signals()[signal].delay)
+    }
+
     /// Makes a way ready; `None` when it cannot run.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase, way: Way, goes_before: Precedence) -> Option<Computation> {
-        let trigger =
-            way.inputs().reduce(|best, next| if goes_before(knowledge, next, best) { next } else { best });
+        let trigger = trigger(knowledge, &way, goes_before);
         let (body, window) = match way.direct() {
             Some(signal) => (Body::Direct(Input::new(knowledge, signal)), Span::ZERO),
             None => computed(knowledge, &way, trigger)?,
         };
         let timing = Timing {
             period: trigger.and_then(|signal| period(knowledge, signal)),
-            lag: trigger.map_or(Span::ZERO, |signal| knowledge.signals()[signal].delay),
+            lag: Computation::lag(knowledge, &way, goes_before),
             window,
         };
         Some(Computation { way, trigger, timing, body })
@@ -250,6 +255,10 @@ impl Computation {
             (Computed::Vector(_), _) => None,
         }
     }
+}
+
+fn trigger(knowledge: &KnowledgeBase, way: &Way, goes_before: Precedence) -> Option<SignalId> {
+    way.inputs().reduce(|best, next| if goes_before(knowledge, next, best) { next } else { best })
 }
 
 /// Time between the observations of a signal, as declared.

@@ -32,10 +32,10 @@ impl Service {
         Some(Service { computation, pending: None })
     }
 
-    /// How old its outputs are when they come.
+    /// How old the outputs of a way are when its service gives them.
     #[must_use]
-    pub fn lag(&self) -> Span {
-        self.computation.timing().lag
+    pub fn lag(knowledge: &KnowledgeBase, way: &Way) -> Span {
+        Computation::lag(knowledge, way, Computation::fastest_input)
     }
 
     /// What it computes.

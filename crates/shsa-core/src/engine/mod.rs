@@ -102,10 +102,11 @@ impl Engine {
     /// the next one is later, so ticking until none is due ends.
     #[must_use]
     pub fn next_deadline(&self) -> Option<Time> {
+        let now = self.now?;
         if self.waiting {
-            return self.now;
+            return Some(now);
         }
-        let needs = self.providers.iter().filter_map(Provider::next_deadline);
+        let needs = self.providers.iter().filter_map(|provider| provider.next_deadline(now));
         let returns = self.returning.iter().map(|(_, since)| *since + self.probation);
         let stages = self.monitor.watch().next_deadline().into_iter().chain(self.judge.next_review());
         // What was due until now has been done: a driver that obeys never waits in vain.
@@ -149,18 +150,13 @@ impl Engine {
             Some(_) if self.waiting => self.settle(),
             _ => {}
         }
+        let is_due = self.next_deadline().is_some_and(|due| due <= time);
         self.now = Some(time);
         let changes = &mut self.changes;
         self.monitor.pass(time, |change| changes.push(change));
-        if !self.changes.is_empty() || self.is_due(time) {
+        if !self.changes.is_empty() || is_due {
             self.settle();
         }
-    }
-
-    fn is_due(&self, now: Time) -> bool {
-        self.judge.next_review().is_some_and(|due| due <= now)
-            || self.returning.iter().any(|(_, since)| *since + self.probation <= now)
-            || self.providers.iter().any(|provider| provider.next_deadline().is_some_and(|due| due <= now))
     }
 
     fn observe(&mut self, observation: &Observation) {

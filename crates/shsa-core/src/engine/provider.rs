@@ -90,14 +90,13 @@ impl Provider {
     ) -> Provider {
         let need = &knowledge.needs()[id];
         let all: SignalSet = knowledge.signals().ids().collect();
-        let sources = ways(knowledge, graph, need.variable, &all);
         let mut provider = Provider {
             need: id,
             variable: need.variable,
             switching: need.switching,
             max_age: need.max_age,
             max_width: need.max_width.unwrap_or(f64::INFINITY),
-            sources,
+            sources: Vec::new(),
             preferred: None,
             active: None,
             active_rests_on: SignalSet::new(),
@@ -112,6 +111,7 @@ impl Provider {
             longest_gap: Span::ZERO,
             widest: 0.0,
         };
+        provider.sources = provider.sources(knowledge, graph, &all);
         provider.start_best(knowledge, ports);
         provider.preferred = provider.active.as_ref().map(|service| service.way().clone());
         provider
@@ -127,12 +127,13 @@ impl Provider {
         }
     }
 
-    /// When the need becomes overdue, or the hold time of a better source is over.
-    pub(super) fn next_deadline(&self) -> Option<Time> {
+    /// When the need becomes overdue, or the hold time of a better source is over; after that, only what comes can
+    /// make the better source fit.
+    pub(super) fn next_deadline(&self, now: Time) -> Option<Time> {
         let overdue =
             (!self.unserved).then(|| self.last_served().map(|last| last + self.max_age + Span(1))).flatten();
-        let better = self.better_waits().then(|| self.switched.map(|at| at + self.switching.hold)).flatten();
-        overdue.into_iter().chain(better).min()
+        let held = self.switched.map(|at| at + self.switching.hold).filter(|until| *until > now);
+        overdue.into_iter().chain(held.filter(|_| self.better_waits())).min()
     }
 
     pub(super) fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {
@@ -145,11 +146,17 @@ impl Provider {
         self.last.map(|(time, _)| time).or(self.started)
     }
 
-    /// Starts the best source that can be run and is not too old when it comes; whether there is one.
+    /// What can run on these signals, and is not too old when it comes.
+    fn sources(&self, knowledge: &KnowledgeBase, graph: &Graph, signals: &SignalSet) -> Vec<Source> {
+        let mut sources = ways(knowledge, graph, self.variable, signals);
+        sources.retain(|source| Service::lag(knowledge, &source.way) <= self.max_age);
+        sources
+    }
+
+    /// Starts the best source; whether there is one.
     fn start_best(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>) -> bool {
-        let start = |source: &Source| Service::start(knowledge, source.way.clone(), ports);
-        let in_time = |service: &Service| service.lag() <= self.max_age;
-        let service = self.sources.iter().find_map(|source| start(source).filter(in_time));
+        let best = self.sources.first().map(|source| source.way.clone());
+        let service = best.and_then(|way| Service::start(knowledge, way, ports));
         self.take_over(knowledge, service);
         self.active.is_some()
     }
@@ -171,7 +178,7 @@ impl Provider {
         usable: &[&SignalSet],
         now: Time,
     ) -> Option<Event> {
-        let found = usable.iter().map(|signals| ways(knowledge, graph, self.variable, signals));
+        let found = usable.iter().map(|signals| self.sources(knowledge, graph, signals));
         self.sources = found.into_iter().find(|sources| !sources.is_empty()).unwrap_or_default();
         let current = self.active.as_ref().map(|service| service.way().clone());
         if current.as_ref().is_some_and(|way| self.sources.iter().any(|source| source.way == *way)) {
