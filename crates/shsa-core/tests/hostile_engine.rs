@@ -77,7 +77,8 @@ fn mess(system: &System, round: u32) -> Vec<Input> {
     let from_ns = i64::from(round) * 10_000_000_000;
     let one = |step: i64| {
         let received = from_ns + step * 1_000_000;
-        let number = [14.0, 14.0, -3.0, f64::NAN, 1e300][step as usize / 700 % 5];
+        let phases = [14.0, 14.0, -3.0, f64::NAN, 1e300];
+        let number = phases.get(step as usize / 700 % 5).copied().unwrap_or(14.0);
         let value = match step % 7 {
             0 => RawValue::Vector(vec![number; 40 + step as usize % 50]),
             1 => RawValue::Interval { lo: number, hi: 15.0 },

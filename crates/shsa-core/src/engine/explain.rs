@@ -56,11 +56,11 @@ pub(super) fn decision(
             event(knowledge, EventKind::Failed, *signal, because, now)
         }
         Decision::Suspected(signal, choice) => {
-            let because = format!(
-                "{}; it may be any of {}",
-                disagreements(knowledge, monitor, *signal, now),
-                names(knowledge, choice)
-            );
+            let blamed = match choice.len() {
+                1 => "it explains most, but some comparisons are undecided".to_string(),
+                _ => format!("it may be any of {}", names(knowledge, choice)),
+            };
+            let because = format!("{}; {blamed}", disagreements(knowledge, monitor, *signal, now));
             event(knowledge, EventKind::Suspected, *signal, because, now)
         }
         Decision::Cleared(signal) => {
