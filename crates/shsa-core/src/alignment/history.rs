@@ -96,7 +96,8 @@ impl History {
 
     /// All samples, newest first.
     pub fn newest_first(&self) -> impl Iterator<Item = &Sample> {
-        (0..self.samples.len()).filter_map(|back| self.newest(back))
+        let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
+        newer.iter().rev().chain(older.iter().rev())
     }
 
     /// Keeps a sample in the order of time; the oldest gives way when the ring is full.
@@ -168,7 +169,8 @@ impl History {
     }
 
     fn place(&self, from_oldest: usize) -> usize {
-        (self.start + from_oldest) % self.capacity
+        let place = self.start + from_oldest;
+        if place < self.capacity { place } else { place - self.capacity }
     }
 
     fn append(&mut self, sample: Sample) {

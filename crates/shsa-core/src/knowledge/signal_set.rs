@@ -77,9 +77,9 @@ impl SignalSet {
     /// Its signals, ascending.
     pub fn iter(&self) -> impl Iterator<Item = SignalId> + '_ {
         self.words.iter().enumerate().flat_map(|(word, &bits)| {
-            (0..64)
-                .filter(move |bit| bits >> bit & 1 == 1)
-                .map(move |bit| SignalId::from_index(word * 64 + bit))
+            let rest = core::iter::successors(Some(bits), |bits| Some(bits & bits.wrapping_sub(1)));
+            rest.take_while(|bits| *bits != 0)
+                .map(move |bits| SignalId::from_index(word * 64 + bits.trailing_zeros() as usize))
         })
     }
 }
