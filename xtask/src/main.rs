@@ -53,9 +53,8 @@ fn test() -> Result<()> {
     step("tidy", tidy::check)?;
     step("licences", licences::check)?;
     step("clippy", clippy)?;
-    step("tests", testing::run)?;
-    println!("all checks and tests passed in {} s", start.elapsed().as_secs());
-    Ok(())
+    println!("all checks passed in {} s", start.elapsed().as_secs());
+    step("tests", testing::run)
 }
 
 fn clippy() -> Result<()> {

@@ -19,7 +19,7 @@ pub(crate) fn run() -> Result<()> {
     let mut total = Total::default();
     let line = ["cargo", "test", "--workspace", "--locked", "--no-fail-fast"];
     let outcome = command::relay(&line, |line| total.add(line));
-    println!("tests in all: {} passed; {} failed; {} ignored", total.passed, total.failed, total.ignored);
+    println!("tests: {} passed, {} failed, {} skipped", total.passed, total.failed, total.ignored);
     outcome
 }
 
