@@ -133,3 +133,23 @@ fn memory_is_as_large_as_the_vectors() {
     });
     assert!(counted.bytes_max < 1 << 20, "{counted:?}");
 }
+
+#[test]
+fn a_source_that_falls_silent_again_in_its_probation_is_left() {
+    let system = models::car();
+    let mut engine = Engine::new(system.knowledge.clone(), Options::default());
+    let mut source = |inputs: Vec<Input>| {
+        inputs.into_iter().for_each(|input| engine.handle(input));
+        system.knowledge.needs().ids().find_map(|need| engine.need_status(need).source)
+    };
+    let tick = |seconds| vec![Input::Tick(Time::from_seconds(seconds))];
+    let is_first = |input: &Input| match input {
+        Input::Observation(observation) => observation.signal.index() == 0,
+        Input::Tick(_) => false,
+    };
+    assert!(source(system.inputs(0, 2)).is_some());
+    assert_eq!(source(tick(4.0)), None);
+    let again = system.inputs(4, 1).into_iter().filter(is_first);
+    assert_eq!(source(again.chain(tick(5.0)).collect()).as_deref(), Some("wheel_1"));
+    assert_eq!(source(tick(7.0)), None);
+}
