@@ -4,6 +4,7 @@ use crate::outcome::AlreadyTold;
 use shsa_core::diagnosis::Verdict;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::monitor::Absence;
+use shsa_core::unit::nearest;
 use shsa_format::model;
 use std::fmt;
 use std::io::{IsTerminal, Write, stderr, stdout};
@@ -150,15 +151,6 @@ pub(crate) fn at_least_one(text: &str) -> Result<NonZeroUsize, String> {
     text.trim().parse().map_err(|_| "expected a whole number from 1 on".to_owned())
 }
 
-/// The known name nearest to what was written, for help; `None` when none is near.
-pub(crate) fn nearest<'a>(written: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    known
-        .map(|name| (distance(written, name), name))
-        .filter(|(distance, name)| *distance <= 1 + name.chars().count() / 3)
-        .min()
-        .map(|(_, name)| name)
-}
-
 /// The error that a model does not have this name, with the nearest one or all of the few that it has.
 pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> anyhow::Error {
     let known: Vec<&str> = known.collect();
@@ -168,19 +160,4 @@ pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'
         None => String::new(),
     };
     anyhow::anyhow!("the model has no {what} '{name}'{help}")
-}
-
-/// Edit distance (Levenshtein 1966), in one row.
-fn distance(one: &str, other: &str) -> usize {
-    let other: Vec<char> = other.chars().collect();
-    let mut row: Vec<usize> = (0..=other.len()).collect();
-    for (i, a) in one.chars().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, &b) in other.iter().enumerate() {
-            let replaced = diagonal + usize::from(a != b);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(row[j + 1] + 1);
-        }
-    }
-    row.last().copied().unwrap_or(0)
 }

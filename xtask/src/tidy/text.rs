@@ -82,7 +82,7 @@ fn forbidden(line: &str) -> Option<&'static str> {
     unfinished.or_else(|| MACHINE.into_iter().find(|folder| starts_a_path(line, folder)))
 }
 
-/// Whether a path begins with this folder: in `../work/x` or `example.org/home/` it is only a part.
+/// Whether a path begins with this folder: in `../home/x` or `example.org/home/` it is only a part.
 fn starts_a_path(line: &str, folder: &str) -> bool {
     let is_part = |before: &str| before.ends_with(|c: char| c.is_alphanumeric() || "._~-}".contains(c));
     line.match_indices(folder).any(|(at, _)| !line.get(..at).is_some_and(is_part))
