@@ -2,6 +2,10 @@
 
 use crate::command;
 use anyhow::Result;
+use std::path::Path;
+
+/// What some tests look at, beside the project; without it they say `SKIPPED` and look at nothing.
+const BESIDE: [&str; 2] = ["data", "reference"];
 
 /// What the closing lines of the test programs add up to.
 #[derive(Debug, Default, PartialEq)]
@@ -19,8 +23,18 @@ pub(crate) fn run() -> Result<()> {
     let mut total = Total::default();
     let line = ["cargo", "test", "--workspace", "--locked", "--no-fail-fast"];
     let outcome = command::relay(&line, |line| total.add(line));
+    for absent in absent(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared")) {
+        println!(
+            "not shown: tests that need ../shared/{absent} skipped (see SKIPPED above), and count as passed"
+        );
+    }
     println!("tests: {} passed, {} failed, {} skipped", total.passed, total.failed, total.ignored);
     outcome
+}
+
+/// Which of the folders beside the project are not there.
+fn absent(shared: &Path) -> impl Iterator<Item = &'static str> + '_ {
+    BESIDE.into_iter().filter(move |folder| !shared.join(folder).is_dir())
 }
 
 impl Total {
@@ -45,6 +59,12 @@ impl Total {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_not_beside_the_project_is_told() {
+        let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+        assert_eq!(absent(&here.join("src")).collect::<Vec<_>>(), BESIDE);
+    }
 
     #[test]
     fn closing_lines_add_up() {
