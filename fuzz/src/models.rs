@@ -1,6 +1,6 @@
 //! Models: any text becomes a knowledge base or a report, in bounded time, and what is right can be planned.
 
-use shsa_core::plan::{Graph, Limits, Options, Utility, best};
+use shsa_core::plan::{Graph, Limits, Options, best};
 use shsa_format::model::load;
 
 /// Model files, as they are shipped.
@@ -45,7 +45,7 @@ pub fn run(bytes: &[u8]) {
     let shown = loaded.report.render(false);
     assert!(!shown.contains('\u{1b}'), "a control character for the terminal: {shown:?}");
     let knowledge = &loaded.knowledge;
-    let graph = Graph::new(knowledge, Utility::Norm);
+    let graph = Graph::new(knowledge);
     for need in knowledge.needs().iter() {
         let plan = best(&graph, need.variable, &Options::default(), 4, LIMITS);
         assert!(

@@ -7,7 +7,7 @@ mod plan_support;
 use criterion::{Criterion, criterion_group, criterion_main};
 use plan_support::{drivetrain, first, reference, reference_tree, tree};
 use shsa_core::knowledge::{Id, KnowledgeBase, VariableId};
-use shsa_core::plan::{BestFirst, Graph, Limits, Marks, Options, Utility};
+use shsa_core::plan::{BestFirst, Graph, Limits, Marks, Options};
 use std::hint::black_box;
 
 /// What a search has to beat: a breadth-first visit of the variables that it can reach.
@@ -47,7 +47,7 @@ impl Visit {
 }
 
 fn bench_model(c: &mut Criterion, name: &str, knowledge: &KnowledgeBase, root: VariableId, count: usize) {
-    let graph = Graph::new(knowledge, Utility::Norm);
+    let graph = Graph::new(knowledge);
     let options = Options::default();
     let mut marks = Marks::default();
     let what = if count == usize::MAX { "all".to_owned() } else { format!("first {count}") };

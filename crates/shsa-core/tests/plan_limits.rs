@@ -5,14 +5,12 @@ mod plan_support;
 
 use plan_support::{Builder, first, knowledge, tree};
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
-use shsa_core::plan::{
-    BestFirst, Graph, Limits, Options, Plan, StopReason, Utility, best, exhaustive, utility,
-};
+use shsa_core::plan::{BestFirst, Graph, Limits, Options, Plan, StopReason, best, exhaustive, utility};
 
 fn all(knowledge: &KnowledgeBase, options: &Options) -> Plan {
-    let graph = Graph::new(knowledge, Utility::Norm);
+    let graph = Graph::new(knowledge);
     let plan = best(&graph, first(knowledge), options, usize::MAX, Limits::default());
-    let oracle = exhaustive(knowledge, first(knowledge), Utility::Norm, options, Limits::default());
+    let oracle = exhaustive(knowledge, first(knowledge), options, Limits::default());
     assert_eq!(plan.substitutions, oracle.substitutions);
     assert_eq!(plan.stop, oracle.stop);
     plan
@@ -107,7 +105,7 @@ fn a_utility_that_may_rise_is_refused() {
 #[test]
 fn a_limit_stops_at_the_same_place_and_leaves_a_true_bound() {
     let knowledge = tree(2, 6, Some(0.1), 3);
-    let graph = Graph::new(&knowledge, Utility::Norm);
+    let graph = Graph::new(&knowledge);
     let complete = all(&knowledge, &Options::default());
     for expansions in 0..complete.expanded {
         let limits = Limits { expansions, ..Limits::default() };
@@ -124,7 +122,7 @@ fn a_limit_stops_at_the_same_place_and_leaves_a_true_bound() {
 fn a_limit_before_the_first_answer_leaves_a_valid_one() {
     let knowledge =
         knowledge(&["x = r(a b)", "a = s(c) 2", "a = t(d)", "b = u(d)", "d = v(e) 3", "!c", "!e"]);
-    let graph = Graph::new(&knowledge, Utility::Norm);
+    let graph = Graph::new(&knowledge);
     let limits = Limits { expansions: 1, ..Limits::default() };
     let plan = best(&graph, first(&knowledge), &Options::default(), 3, limits);
     assert_eq!(text(&knowledge, &plan), "0.5101 [a=s d=v b=u x=r] from c e");
@@ -134,7 +132,7 @@ fn a_limit_before_the_first_answer_leaves_a_valid_one() {
 
 /// How many substitutions are found within limits that a second is enough for.
 fn within_limits(knowledge: &KnowledgeBase, count: usize) -> (usize, StopReason) {
-    let graph = Graph::new(knowledge, Utility::Norm);
+    let graph = Graph::new(knowledge);
     let limits = Limits { expansions: 400_000, states: 400_000 };
     let mut search = BestFirst::new(&graph, first(knowledge), &Options::default(), limits);
     let found = search.by_ref().take(count).count();

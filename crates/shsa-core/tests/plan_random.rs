@@ -10,7 +10,7 @@ mod plan_support;
 
 use plan_support::{KINDS, Kind, Random, random};
 use shsa_core::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
-use shsa_core::plan::{BestFirst, Graph, Limits, Options, StopReason, Utility, best, exhaustive};
+use shsa_core::plan::{BestFirst, Graph, Limits, Options, StopReason, best, exhaustive};
 use shsa_core::substitution::Substitution;
 use std::collections::BTreeSet;
 
@@ -65,9 +65,9 @@ fn check(seed: u64) -> usize {
     let at = if numbers.chance(0.5) { 0 } else { numbers.below(size) };
     let root = knowledge.variables().ids().nth(at).unwrap();
 
-    let oracle = exhaustive(&knowledge, root, Utility::Norm, &options, LIMITS);
+    let oracle = exhaustive(&knowledge, root, &options, LIMITS);
     assert_eq!(oracle.stop, StopReason::Complete, "seed {seed} {kind:?}: too big");
-    let graph = Graph::new(&knowledge, Utility::Norm);
+    let graph = Graph::new(&knowledge);
     let mut search = BestFirst::new(&graph, root, &options, LIMITS);
     let mut found = Vec::new();
     loop {
@@ -88,7 +88,7 @@ fn check(seed: u64) -> usize {
 
 /// Without a single decision there is an answer, if there is one at all.
 fn check_any(knowledge: &KnowledgeBase, root: VariableId, options: &Options, found: &[(Substitution, f64)]) {
-    let graph = Graph::new(knowledge, Utility::Norm);
+    let graph = Graph::new(knowledge);
     let limits = Limits { expansions: 0, ..LIMITS };
     let mut search = BestFirst::new(&graph, root, options, limits);
     assert!(search.next().is_none());

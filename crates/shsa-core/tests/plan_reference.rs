@@ -11,7 +11,7 @@ mod plan_support;
 use plan_support::{Builder, first, reference, reference_tree};
 use serde_json::Value;
 use shsa_core::knowledge::KnowledgeBase;
-use shsa_core::plan::{BestFirst, Graph, Limits, Options, Plan, StopReason, Utility, best, exhaustive};
+use shsa_core::plan::{BestFirst, Graph, Limits, Options, Plan, StopReason, best, exhaustive};
 use std::collections::BTreeMap;
 
 fn names(list: &Value) -> Vec<String> {
@@ -66,11 +66,11 @@ fn all_roots_of_all_models_as_recorded() {
     let mut roots = 0;
     for (file, recordings) in golden["models"].as_object().unwrap() {
         let knowledge = model(&recordings["graph"]);
-        let graph = Graph::new(&knowledge, Utility::Norm);
+        let graph = Graph::new(&knowledge);
         for (root, recording) in recordings["roots"].as_object().unwrap() {
             let id = knowledge.variable(root).unwrap();
             let all = best(&graph, id, &Options::default(), usize::MAX, Limits::default());
-            let oracle = exhaustive(&knowledge, id, Utility::Norm, &Options::default(), Limits::default());
+            let oracle = exhaustive(&knowledge, id, &Options::default(), Limits::default());
             assert_eq!(all.stop, StopReason::Complete);
             assert_eq!(all.substitutions, oracle.substitutions, "{file} {root}");
             check_same(&format!("{file} {root}"), &found(&knowledge, &all), &recorded(&recording["dfs"]));
@@ -84,7 +84,7 @@ fn check_tree(label: &str, model: &Value) {
     /// More answers than this are not counted one by one.
     const COUNTED: u64 = 20_000;
     let knowledge = reference_tree(model);
-    let graph = Graph::new(&knowledge, Utility::Norm);
+    let graph = Graph::new(&knowledge);
     let root = first(&knowledge);
     let (count, utility) =
         (model["expected"]["count"].as_u64().unwrap(), model["expected"]["best_utility"].as_f64().unwrap());
@@ -95,7 +95,7 @@ fn check_tree(label: &str, model: &Value) {
         assert_eq!(1 + search.count() as u64, count, "{label}");
     }
     if count <= 300 {
-        let oracle = exhaustive(&knowledge, root, Utility::Norm, &Options::default(), Limits::default());
+        let oracle = exhaustive(&knowledge, root, &Options::default(), Limits::default());
         let all = best(&graph, root, &Options::default(), usize::MAX, Limits::default());
         assert_eq!(all.substitutions, oracle.substitutions, "{label}");
     }

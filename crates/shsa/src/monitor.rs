@@ -13,7 +13,7 @@ use shsa_core::knowledge::{Id, KnowledgeBase, Shape, SignalId, VariableId};
 use shsa_core::monitor::thesis::{ThesisOptions, ThesisRun};
 use shsa_core::monitor::{Debounce, Monitor, WayIndex};
 use shsa_core::observation::Observation;
-use shsa_core::plan::{Graph, Utility};
+use shsa_core::plan::Graph;
 use shsa_core::substitution::Way;
 use shsa_core::time::{Span, Time, Validity};
 use shsa_format::recording::{self, ReadOptions, Recording, parse_span};
@@ -76,7 +76,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     refuse_vector(&knowledge, variable)?;
     let recording = read(arguments, &knowledge)?;
     let steps = Steps::of(&recording, arguments.period)?;
-    let ways = witnesses(&knowledge, &Graph::new(&knowledge, Utility::Norm), variable);
+    let ways = witnesses(&knowledge, &Graph::new(&knowledge), variable);
     let mut method: Box<dyn Method> = match arguments.mode {
         Mode::Thesis => Box::new(Thesis::new(&knowledge, ways, arguments)),
         Mode::Default => Box::new(Watching::new(&knowledge, ways)),

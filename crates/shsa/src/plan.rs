@@ -6,7 +6,7 @@ use anyhow::anyhow;
 use serde_json::{Value, json};
 use shsa_core::expression::Formula;
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId, VariableId};
-use shsa_core::plan::{self, Graph, Limits, Options, Plan, StopReason, Utility};
+use shsa_core::plan::{self, Graph, Limits, Options, Plan, StopReason};
 use shsa_core::substitution::{Substitution, Way};
 use std::io::{Write, stdout};
 use std::num::NonZeroUsize;
@@ -65,7 +65,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let forbidden_signals =
         arguments.exclude.iter().map(|name| find_signal(&knowledge, name)).collect::<anyhow::Result<_>>()?;
     let options = Options { forbidden_signals, ..Options::default() };
-    let graph = Graph::new(&knowledge, Utility::Norm);
+    let graph = Graph::new(&knowledge);
     let began = Instant::now();
     let plan = search(arguments, &knowledge, &graph, variable, &options);
     let elapsed = began.elapsed();
@@ -92,7 +92,7 @@ fn search(
     match arguments.engine {
         Engine::BestFirst => plan::best(graph, variable, options, count, limits),
         Engine::Exhaustive => {
-            let mut plan = plan::exhaustive(knowledge, variable, Utility::Norm, options, limits);
+            let mut plan = plan::exhaustive(knowledge, variable, options, limits);
             plan.substitutions.truncate(count);
             plan
         }

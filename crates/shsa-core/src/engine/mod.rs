@@ -57,7 +57,7 @@ impl Engine {
     pub fn new(knowledge: KnowledgeBase, mut options: Options) -> Engine {
         let probations = knowledge.needs().iter().map(|need| need.switching.probation);
         options.judge.probation = probations.max().unwrap_or(options.judge.probation);
-        let graph = plan::Graph::new(&knowledge, plan::Utility::Norm);
+        let graph = plan::Graph::new(&knowledge);
         let ways = ways::to_watch(&knowledge, &graph);
         let monitor = Monitor::new(&knowledge, ways, options.debounce);
         let judge = Judge::new(&knowledge, options.judge);

@@ -5,6 +5,7 @@
 
 mod ids;
 mod signal_set;
+mod utility;
 mod draft;
 mod build;
 
@@ -15,6 +16,7 @@ pub use draft::{
 };
 pub use ids::{Id, IdVec, NeedId, RelationId, SignalId, VariableId};
 pub use signal_set::SignalSet;
+pub use utility::Utility;
 
 use crate::expression::Formula;
 use crate::interval::Interval;
@@ -174,6 +176,7 @@ pub struct KnowledgeBase {
     relations: IdVec<RelationId, Relation>,
     signals: IdVec<SignalId, Signal>,
     needs: IdVec<NeedId, Need>,
+    utility: Utility,
     available: IdVec<SignalId, bool>,
     /// Relations that can produce each variable, ascending.
     producers: IdVec<VariableId, Vec<RelationId>>,
@@ -205,6 +208,18 @@ impl KnowledgeBase {
     #[must_use]
     pub fn needs(&self) -> &IdVec<NeedId, Need> {
         &self.needs
+    }
+
+    /// How substitutions are rated.
+    #[must_use]
+    pub fn utility(&self) -> &Utility {
+        &self.utility
+    }
+
+    /// The same with substitutions rated by `utility`.
+    #[must_use]
+    pub fn with_utility(self, utility: Utility) -> KnowledgeBase {
+        KnowledgeBase { utility, ..self }
     }
 
     /// Grows by one with every change.
@@ -297,6 +312,16 @@ impl KnowledgeBase {
             carriers[signal.variable].push(id);
         }
         let available = IdVec::filled(signals.len(), |_| true);
-        KnowledgeBase { variables, relations, signals, needs, available, producers, carriers, version: 0 }
+        KnowledgeBase {
+            variables,
+            relations,
+            signals,
+            needs,
+            utility: Utility::default(),
+            available,
+            producers,
+            carriers,
+            version: 0,
+        }
     }
 }

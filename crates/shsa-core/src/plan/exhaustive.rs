@@ -3,7 +3,7 @@
 use super::Plan;
 use super::graph::Options;
 use super::limits::{Limits, StopReason};
-use super::utility::{Facts, Utility, Weight, check};
+use super::utility::{Facts, Weight, check, factor};
 use crate::knowledge::{KnowledgeBase, RelationId, VariableId};
 use crate::substitution::Substitution;
 use alloc::collections::{BTreeMap, BTreeSet};
@@ -16,17 +16,11 @@ type Decisions = BTreeMap<VariableId, Option<RelationId>>;
 ///
 /// With a limit it gives those that were found so far. Complexity: exponential.
 #[must_use]
-pub fn exhaustive(
-    knowledge: &KnowledgeBase,
-    root: VariableId,
-    utility: Utility,
-    options: &Options,
-    limits: Limits,
-) -> Plan {
+pub fn exhaustive(knowledge: &KnowledgeBase, root: VariableId, options: &Options, limits: Limits) -> Plan {
     if !check(knowledge).is_empty() {
         return Plan { substitutions: Vec::new(), stop: StopReason::NotMonotone, expanded: 0, bound: 1.0 };
     }
-    let search = Search { knowledge, root, utility, options };
+    let search = Search { knowledge, root, options };
     let mut answers = Vec::new();
     let mut open = Vec::from([Decisions::new()]);
     let mut expanded = 0;
@@ -74,7 +68,6 @@ fn in_order(mut answers: Vec<Answer>) -> Vec<(Substitution, f64)> {
 struct Search<'a> {
     knowledge: &'a KnowledgeBase,
     root: VariableId,
-    utility: Utility,
     options: &'a Options,
 }
 
@@ -117,12 +110,15 @@ impl Search<'_> {
 
     fn factor(&self, output: VariableId, relation: RelationId) -> f64 {
         let relation = &self.knowledge.relations()[relation];
-        self.utility.factor(&Facts {
-            inputs: relation.needs(output).count(),
-            unprovided: relation.needs(output).filter(|&input| !self.is_provided(input)).count(),
-            cost: relation.properties.get("cost").copied().unwrap_or(1.0),
-            accuracy: relation.needs(output).filter_map(|input| self.accuracy(input)).product(),
-        })
+        factor(
+            self.knowledge.utility(),
+            &Facts {
+                inputs: relation.needs(output).count(),
+                unprovided: relation.needs(output).filter(|&input| !self.is_provided(input)).count(),
+                cost: relation.properties.get("cost").copied().unwrap_or(1.0),
+                accuracy: relation.needs(output).filter_map(|input| self.accuracy(input)).product(),
+            },
+        )
     }
 
     fn answer(&self, decisions: &Decisions, substitution: Substitution) -> Answer {

@@ -1,7 +1,7 @@
 //! A knowledge base as the searches read it: flat arrays, built once, and a view of it without what is forbidden.
 
-use super::utility::{Facts, Utility, Weight, check};
-use crate::knowledge::{Id, IdVec, KnowledgeBase, RelationId, SignalId, VariableId};
+use super::utility::{Facts, Weight, check, factor};
+use crate::knowledge::{Id, IdVec, KnowledgeBase, RelationId, SignalId, Utility, VariableId};
 use alloc::vec::Vec;
 use core::marker::PhantomData;
 
@@ -89,11 +89,11 @@ pub struct Graph {
 impl Graph {
     /// Prepares a knowledge base. Complexity: O(model).
     #[must_use]
-    pub fn new(knowledge: &KnowledgeBase, utility: Utility) -> Graph {
+    pub fn new(knowledge: &KnowledgeBase) -> Graph {
         let mut graph = Graph {
             version: knowledge.version(),
             monotone: check(knowledge).is_empty(),
-            utility,
+            utility: knowledge.utility().clone(),
             variables: IdVec::new(),
             relations: IdVec::new(),
             carried: IdVec::new(),
@@ -192,7 +192,7 @@ impl Graph {
             facts.unprovided += usize::from(!status.provided);
             facts.accuracy *= status.accuracy.unwrap_or(1.0);
         }
-        Weight::of_factor(self.utility.factor(&facts))
+        Weight::of_factor(factor(&self.utility, &facts))
     }
 
     /// All that `relation` reads, ascending, for whichever output.

@@ -18,7 +18,6 @@ pub use exhaustive::exhaustive;
 pub use graph::{Graph, Options};
 pub use limits::{Limits, StopReason};
 pub use scope::Marks;
-pub use utility::Utility;
 
 use crate::knowledge::VariableId;
 use crate::substitution::Substitution;

@@ -1,18 +1,9 @@
 //! What a substitution is worth: a factor for each relation, added up as exact weights.
 
-use crate::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
+use crate::knowledge::{KnowledgeBase, RelationId, SignalId, Utility, VariableId};
 use alloc::vec::Vec;
 use core::fmt;
 use core::ops::{Add, Sub};
-
-/// How a relation is rated; the utility of a substitution is the product over its relations, 1 without any.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Utility {
-    /// `(0.3/n + 0.5/cost + 0.1/(u+1) + 0.5*A) / 1.4`: few inputs, low cost, few inputs that must be substituted
-    /// themselves, exact inputs (Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, chapter 6).
-    #[default]
-    Norm,
-}
 
 /// What a utility may know about a relation that is used for one output.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,13 +18,10 @@ pub struct Facts {
     pub accuracy: f64,
 }
 
-impl Utility {
-    /// The factor of a relation, in (0, 1] for a model without [`check`]ed problems.
-    #[must_use]
-    pub fn factor(self, facts: &Facts) -> f64 {
-        match self {
-            Utility::Norm => norm(facts),
-        }
+/// The factor of a relation, in (0, 1] for a model without [`check`]ed problems.
+pub(super) fn factor(utility: &Utility, facts: &Facts) -> f64 {
+    match utility {
+        Utility::Norm => norm(facts),
     }
 }
 
@@ -159,7 +147,7 @@ mod tests {
 
     #[track_caller]
     fn check_norm(inputs: usize, unprovided: usize, cost: f64, accuracy: f64, expected: f64) {
-        let factor = Utility::Norm.factor(&Facts { inputs, unprovided, cost, accuracy });
+        let factor = factor(&Utility::Norm, &Facts { inputs, unprovided, cost, accuracy });
         assert!((factor - expected).abs() < 1e-12, "{factor}");
     }
 
