@@ -5,7 +5,7 @@ mod plan_support;
 
 use plan_support::{Builder, first, knowledge, tree};
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
-use shsa_core::plan::{BestFirst, Graph, Limits, Options, Plan, StopReason, best, exhaustive, utility};
+use shsa_core::plan::{BestFirst, Graph, Limits, Options, Plan, StopReason, best, exhaustive};
 
 fn all(knowledge: &KnowledgeBase, options: &Options) -> Plan {
     let graph = Graph::new(knowledge);
@@ -95,9 +95,9 @@ fn a_cycle_is_no_substitution() {
 #[test]
 fn a_utility_that_may_rise_is_refused() {
     let knowledge = knowledge(&["x = r(a) 0.5", "!a"]);
-    let problems = utility::check(&knowledge);
+    let problems = knowledge.utility().check(&knowledge);
     assert_eq!(problems.len(), 1);
-    assert_eq!(problems[0].to_string(), "the cost 0.5 is below 1");
+    assert_eq!(problems[0].message, "the cost 0.5 of relation `r` is below 1");
     let plan = all(&knowledge, &Options::default());
     assert_eq!((plan.stop, plan.bound, plan.substitutions.len()), (StopReason::NotMonotone, 1.0, 0));
 }

@@ -8,7 +8,7 @@
 
 mod plan_support;
 
-use plan_support::{KINDS, Kind, Random, random};
+use plan_support::{KINDS, Kind, NORM, Random, random, random_utility, utility};
 use shsa_core::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
 use shsa_core::plan::{BestFirst, Graph, Limits, Options, StopReason, best, exhaustive};
 use shsa_core::substitution::Substitution;
@@ -60,7 +60,7 @@ fn check(seed: u64) -> usize {
         Kind::Cyclic | Kind::Equations | Kind::Mixed => 3 + numbers.below(9),
     };
     let ties = numbers.chance(0.4);
-    let knowledge = random(&mut numbers, kind, size, ties);
+    let knowledge = random(&mut numbers, kind, size, ties).with_utility(random_utility(&mut numbers));
     let options = options(&mut numbers, &knowledge);
     let at = if numbers.chance(0.5) { 0 } else { numbers.below(size) };
     let root = knowledge.variables().ids().nth(at).unwrap();
@@ -104,4 +104,18 @@ fn best_first_equals_exhaustive_on_10_000_random_knowledge_bases() {
     let answers: Vec<usize> = (0..10_000).map(check).collect();
     let several = answers.iter().filter(|&&count| count > 1).count();
     assert!(several > 3_000, "the knowledge bases are too simple: {several} have several substitutions");
+}
+
+#[test]
+fn the_norm_written_out_is_the_norm() {
+    for seed in 0..200 {
+        let mut numbers = Random(seed);
+        let norm = random(&mut numbers, Kind::Mixed, 8, false);
+        let written = norm.clone().with_utility(utility("product", NORM, ""));
+        let all = |knowledge: &KnowledgeBase| {
+            let root = knowledge.variables().ids().next().unwrap();
+            best(&Graph::new(knowledge), root, &Options::default(), usize::MAX, LIMITS).substitutions
+        };
+        assert_eq!(all(&norm), all(&written), "seed {seed}");
+    }
 }

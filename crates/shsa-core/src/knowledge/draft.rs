@@ -53,8 +53,28 @@ pub struct Draft {
     pub signals: Vec<SignalDraft>,
     /// What must stay available.
     pub needs: Vec<NeedDraft>,
-    /// The name of the figure of merit; `norm` when absent.
-    pub utility: Option<Text>,
+    /// The figure of merit; `norm` when absent.
+    pub utility: Option<UtilityDraft>,
+}
+
+/// How substitutions are rated.
+#[derive(Clone, Debug)]
+pub enum UtilityDraft {
+    /// One that is known by name.
+    Named(Text),
+    /// Formulas of the model's own.
+    Own {
+        /// The key, for what is wrong with all of it.
+        at: Text,
+        /// `product` (when absent), `sum` or `minimum`.
+        aggregate: Option<Text>,
+        /// A formula over the properties of a relation, and `inputs`, `unprovided`, `input_accuracy`.
+        relation: Option<Text>,
+        /// A formula over the properties of a signal, and `rate` and `delay` in SI.
+        signal: Option<Text>,
+        /// Values of properties where they are not given.
+        defaults: PropertyDrafts,
+    },
 }
 
 /// A physical quantity.

@@ -12,11 +12,11 @@ mod build;
 pub use build::build;
 pub use draft::{
     BodyDraft, Bounds, Diagnostic, Draft, NeedDraft, Place, PropertyDrafts, RelationDraft, Severity,
-    SignalDraft, Text, VariableDraft,
+    SignalDraft, Text, UtilityDraft, VariableDraft,
 };
 pub use ids::{Id, IdVec, NeedId, RelationId, SignalId, VariableId};
 pub use signal_set::SignalSet;
-pub use utility::Utility;
+pub use utility::{Aggregate, Element, Fact, Inputs, OwnUtility, Rating, Utility, UtilityProblem};
 
 use crate::expression::Formula;
 use crate::interval::Interval;

@@ -1,11 +1,389 @@
 //! How a model rates substitutions: what stands under `utility:`.
+//!
+//! A formula rates each relation (and each signal) from its properties, and an aggregate makes one number of the
+//! ratings of a substitution. The aggregates can only get worse as relations are added, provided that every rating
+//! lies in the aggregate's range, which [`Utility::check`] proves with intervals: only then are the searches right.
+
+use super::ids::{RelationId, SignalId, VariableId};
+use super::{KnowledgeBase, Properties, Signal};
+use crate::expression::{Number, Program, Value};
+use crate::interval::Interval;
+use crate::time::{Time, Validity};
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
 
 /// How substitutions are rated; higher is better.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub enum Utility {
     /// `(0.3/n + 0.5/cost + 0.1/(u+1) + 0.5*A) / 1.4` for each relation, multiplied: few inputs, low cost, few inputs
     /// that must be substituted themselves, exact inputs (Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien
     /// 2019, chapter 6).
     #[default]
     Norm,
+    /// The model's own formulas.
+    Own(OwnUtility),
+}
+
+/// Formulas of a model that rate relations and signals.
+#[derive(Clone, Debug)]
+pub struct OwnUtility {
+    /// How ratings make the utility of a substitution.
+    pub aggregate: Aggregate,
+    /// Rates a relation that is used for an output; all are rated best without it.
+    pub relation: Option<Rating>,
+    /// Rates a signal that a substitution starts from; all are rated best without it.
+    pub signal: Option<Rating>,
+}
+
+/// How the ratings of a substitution's relations and signals make its utility.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Aggregate {
+    /// The product of ratings in [0, 1].
+    #[default]
+    Product,
+    /// Minus the sum of ratings, which are costs from 0 to 1e9, counted to 1e-9.
+    Sum,
+    /// The least of ratings in [0, 1].
+    Minimum,
+}
+
+impl Aggregate {
+    /// All, with their names in models.
+    pub const NAMES: [(&'static str, Aggregate); 3] =
+        [("product", Aggregate::Product), ("sum", Aggregate::Sum), ("minimum", Aggregate::Minimum)];
+
+    /// The best rating.
+    #[must_use]
+    pub fn best(self) -> f64 {
+        match self {
+            Aggregate::Product | Aggregate::Minimum => 1.0,
+            Aggregate::Sum => 0.0,
+        }
+    }
+
+    /// What ratings may be.
+    #[must_use]
+    pub fn range(self) -> Interval {
+        match self {
+            Aggregate::Product | Aggregate::Minimum => Interval::new(0.0, 1.0),
+            Aggregate::Sum => Interval::new(0.0, 1e9),
+        }
+    }
+}
+
+/// A formula over facts of a relation or signal.
+#[derive(Clone, Debug)]
+pub struct Rating {
+    /// As written in the model.
+    pub text: String,
+    /// What [`Rating::facts`] go into.
+    pub(super) program: Program,
+    /// What the formula reads, in the order of the program's inputs.
+    pub(super) facts: Vec<Fact>,
+}
+
+/// Something that a formula of a utility may read.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Fact {
+    /// How many variables a relation needs.
+    Inputs,
+    /// How many of them are not provided.
+    Unprovided,
+    /// The product of the accuracies of those inputs that have one.
+    InputAccuracy,
+    /// Observations a second of a signal.
+    Rate,
+    /// How old a signal's content is at its time stamp, in seconds.
+    Delay,
+    /// A property, and what it is where it is not given.
+    Property(String, Option<f64>),
+}
+
+impl Fact {
+    /// Facts of relations by their names in formulas.
+    pub(super) const OF_RELATIONS: [(&'static str, Fact); 3] =
+        [("inputs", Fact::Inputs), ("unprovided", Fact::Unprovided), ("input_accuracy", Fact::InputAccuracy)];
+    /// Facts of signals by their names in formulas.
+    pub(super) const OF_SIGNALS: [(&'static str, Fact); 2] = [("rate", Fact::Rate), ("delay", Fact::Delay)];
+}
+
+/// What a utility may know about a relation that is used for one output, beside its properties.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inputs<N = f64> {
+    /// How many variables it needs.
+    pub count: N,
+    /// How many of them are not provided.
+    pub unprovided: N,
+    /// The product of the accuracies of those that have one.
+    pub accuracy: N,
+}
+
+impl Rating {
+    /// Missing where a fact is, or where the formula has no value.
+    fn value<N: Number>(&self, fact: impl FnMut(&Fact) -> N) -> N {
+        let facts: Vec<Value<N>> = self.facts.iter().map(fact).map(Value::Scalar).collect();
+        let now = Validity { from: Time::default(), to: Time::default() };
+        self.program.evaluate(&mut self.program.new_state(0, 0.0), &facts, now, None).value.scalar()
+    }
+
+    fn properties(&self) -> impl Iterator<Item = (&str, Option<f64>)> {
+        self.facts.iter().filter_map(|fact| match fact {
+            Fact::Property(name, otherwise) => Some((name.as_str(), *otherwise)),
+            _ => None,
+        })
+    }
+
+    fn of_relation<N: Number>(&self, properties: &[f64], inputs: &Inputs<N>, number: impl Fn(f64) -> N) -> N {
+        let mut properties = properties.iter();
+        self.value(|fact| match fact {
+            Fact::Inputs => inputs.count,
+            Fact::Unprovided => inputs.unprovided,
+            Fact::InputAccuracy => inputs.accuracy,
+            _ => properties.next().map_or(N::MISSING, |&property| number(property)),
+        })
+    }
+
+    fn of_signal(&self, signal: &Signal) -> f64 {
+        self.value(|fact| match fact {
+            Fact::Rate => signal.rate_hz.unwrap_or(f64::NAN),
+            Fact::Delay => signal.delay.seconds(),
+            Fact::Property(name, otherwise) => property(&signal.properties, name, *otherwise),
+            _ => f64::NAN,
+        })
+    }
+}
+
+fn property(properties: &Properties, name: &str, otherwise: Option<f64>) -> f64 {
+    properties.get(name).copied().or(otherwise).unwrap_or(f64::NAN)
+}
+
+impl Utility {
+    /// How ratings make the utility of a substitution.
+    #[must_use]
+    pub fn aggregate(&self) -> Aggregate {
+        match self {
+            Utility::Norm => Aggregate::Product,
+            Utility::Own(own) => own.aggregate,
+        }
+    }
+
+    /// Whether signals are rated, too.
+    #[must_use]
+    pub fn rates_signals(&self) -> bool {
+        matches!(self, Utility::Own(OwnUtility { signal: Some(_), .. }))
+    }
+
+    /// The numbers that the rating of a relation reads from its properties: [`f64::NAN`] for one that is missing.
+    #[must_use]
+    pub fn properties_of(&self, properties: &Properties) -> Vec<f64> {
+        match self {
+            Utility::Norm => Vec::from([property(properties, "cost", Some(1.0))]),
+            Utility::Own(OwnUtility { relation: None, .. }) => Vec::new(),
+            Utility::Own(OwnUtility { relation: Some(rating), .. }) => {
+                rating.properties().map(|(name, otherwise)| property(properties, name, otherwise)).collect()
+            }
+        }
+    }
+
+    /// Rates a relation with these numbers ([`Utility::properties_of`]) for an output. Where a formula has no value it
+    /// is [`f64::NAN`].
+    #[must_use]
+    pub fn of_relation(&self, properties: &[f64], inputs: &Inputs) -> f64 {
+        match self {
+            Utility::Norm => norm(properties.first().copied().unwrap_or(1.0), inputs),
+            Utility::Own(OwnUtility { relation: None, aggregate, .. }) => aggregate.best(),
+            Utility::Own(OwnUtility { relation: Some(rating), .. }) => {
+                rating.of_relation(properties, inputs, |value| value)
+            }
+        }
+    }
+
+    /// Rates a signal that a substitution starts from.
+    #[must_use]
+    pub fn of_signal(&self, signal: &Signal) -> f64 {
+        match self {
+            Utility::Own(OwnUtility { signal: Some(rating), .. }) => rating.of_signal(signal),
+            _ => self.aggregate().best(),
+        }
+    }
+}
+
+fn norm(cost: f64, inputs: &Inputs) -> f64 {
+    let few_inputs = 0.3 / inputs.count.max(1.0);
+    let few_unprovided = 0.1 / (inputs.unprovided + 1.0);
+    (few_inputs + 0.5 / cost + few_unprovided + 0.5 * inputs.accuracy) / 1.4
+}
+
+/// By how much a rating may leave its range through rounding.
+const SLACK: f64 = 1e-9;
+
+/// A rating that would let the utility rise with more relations, or that has no value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UtilityProblem {
+    /// Where.
+    pub element: Element,
+    /// What is wrong.
+    pub message: String,
+    /// What to do.
+    pub help: String,
+}
+
+/// An element of a knowledge base that has properties.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Element {
+    /// A variable.
+    Variable(VariableId),
+    /// A relation.
+    Relation(RelationId),
+    /// A signal.
+    Signal(SignalId),
+}
+
+impl Utility {
+    /// Everything for which more relations could raise the utility, whichever signals are available. Complexity:
+    /// O(model).
+    ///
+    /// The searches refuse a knowledge base with such problems.
+    #[must_use]
+    pub fn check(&self, knowledge: &KnowledgeBase) -> Vec<UtilityProblem> {
+        let accuracies = inaccurate(knowledge);
+        let relations = knowledge.relations().ids().filter_map(|id| self.check_relation(knowledge, id));
+        let signals = knowledge.signals().ids().filter_map(|id| self.check_signal(knowledge, id));
+        accuracies.chain(relations).chain(signals).collect()
+    }
+
+    fn check_relation(&self, knowledge: &KnowledgeBase, id: RelationId) -> Option<UtilityProblem> {
+        let relation = &knowledge.relations()[id];
+        let wrong = |message, help: &str| {
+            Some(UtilityProblem { element: Element::Relation(id), message, help: help.into() })
+        };
+        let own = match self {
+            Utility::Norm => {
+                let cost = property(&relation.properties, "cost", Some(1.0));
+                let message = format!("the cost {cost} of relation `{}` is below 1", relation.name);
+                return if cost >= 1.0 { None } else { wrong(message, "a cost is at least 1") };
+            }
+            Utility::Own(own) => own,
+        };
+        let rating = own.relation.as_ref()?;
+        let missing = |(name, otherwise): &(&str, Option<f64>)| {
+            otherwise.is_none() && !relation.properties.contains_key(*name)
+        };
+        if let Some((name, _)) = rating.properties().find(missing) {
+            let message = format!("relation `{}` has no `{name}`, which the utility reads", relation.name);
+            return wrong(message, "give it one, or name a value for all without it under `defaults`");
+        }
+        let properties = self.properties_of(&relation.properties);
+        let outputs = relation.outputs.iter();
+        let outside = |&output: &VariableId| {
+            let inputs: Vec<VariableId> = relation.needs(output).collect();
+            outside(own.aggregate, rating, &properties, &inputs, knowledge)
+        };
+        let value = outputs.filter_map(outside).next()?;
+        let message = format!("the utility of relation `{}` may be {value}", relation.name);
+        wrong(message, out_of_range(own.aggregate))
+    }
+
+    fn check_signal(&self, knowledge: &KnowledgeBase, id: SignalId) -> Option<UtilityProblem> {
+        let Utility::Own(OwnUtility { signal: Some(_), aggregate, .. }) = self else { return None };
+        let signal = &knowledge.signals()[id];
+        let value = self.of_signal(signal);
+        if aggregate.range().contains(value) {
+            return None;
+        }
+        let message = match value.is_nan() {
+            true => format!("the utility of signal `{}` has no value", signal.name),
+            false => format!("the utility of signal `{}` is {value}", signal.name),
+        };
+        let help = match value.is_nan() {
+            true => "give it every property that the formula reads, or name values under `defaults`",
+            false => out_of_range(*aggregate),
+        };
+        Some(UtilityProblem { element: Element::Signal(id), message, help: help.into() })
+    }
+}
+
+fn out_of_range(aggregate: Aggregate) -> &'static str {
+    match aggregate {
+        Aggregate::Sum => "costs lie between 0 and 1e9, so that no relation makes a substitution better",
+        _ => {
+            "it must lie between 0 and 1 whichever inputs are provided, so that no relation makes a substitution better"
+        }
+    }
+}
+
+/// What the rating of a relation may be that it must not, over all numbers of provided inputs.
+fn outside(
+    aggregate: Aggregate,
+    rating: &Rating,
+    properties: &[f64],
+    inputs: &[VariableId],
+    knowledge: &KnowledgeBase,
+) -> Option<String> {
+    let count = Interval::point(inputs.len() as f64);
+    let accuracy = inputs.iter().fold(Interval::point(1.0), |all, &input| all * accuracies(knowledge, input));
+    let all = Interval::new(0.0, inputs.len() as f64);
+    let rate = |unprovided| {
+        let value = rating.of_relation(properties, &Inputs { count, unprovided, accuracy }, Interval::point);
+        let range = aggregate.range();
+        let is_right =
+            !value.is_empty() && value.lo() >= range.lo() - SLACK && value.hi() <= range.hi() + SLACK;
+        (!is_right).then_some(value)
+    };
+    rate(all)?;
+    // Over all at once the bounds may be too wide where the formula reads the number more than once.
+    let value = (0..=inputs.len()).find_map(|unprovided| rate(Interval::point(unprovided as f64)))?;
+    Some(if value.is_empty() {
+        "without a value".into()
+    } else {
+        format!("{} to {}", value.lo(), value.hi())
+    })
+}
+
+/// What the accuracy of an input may count, whichever of its signals are available.
+fn accuracies(knowledge: &KnowledgeBase, variable: VariableId) -> Interval {
+    let of_signal = |&signal: &SignalId| knowledge.signals()[signal].properties.get("accuracy").copied();
+    match knowledge.variables()[variable].properties.get("accuracy") {
+        Some(&own) => Interval::point(own),
+        None => {
+            let signals = knowledge.carriers(variable).iter().filter_map(of_signal);
+            signals.fold(Interval::point(1.0), |all, accuracy| all.hull(Interval::point(accuracy)))
+        }
+    }
+}
+
+/// Accuracies that are no share: a product of them could rise.
+fn inaccurate(knowledge: &KnowledgeBase) -> impl Iterator<Item = UtilityProblem> + '_ {
+    let variables =
+        knowledge.variables().enumerate().map(|(id, v)| (Element::Variable(id), &v.name, &v.properties));
+    let signals =
+        knowledge.signals().enumerate().map(|(id, s)| (Element::Signal(id), &s.name, &s.properties));
+    variables.chain(signals).filter_map(|(element, name, properties)| {
+        let accuracy = properties.get("accuracy").copied()?;
+        let message = format!("the accuracy {accuracy} of `{name}` is outside 0 to 1");
+        let help = String::from("an accuracy is a share");
+        (!(0.0..=1.0).contains(&accuracy)).then_some(UtilityProblem { element, message, help })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check_norm(count: u32, unprovided: u32, cost: f64, accuracy: f64, expected: f64) {
+        let inputs = Inputs { count: f64::from(count), unprovided: f64::from(unprovided), accuracy };
+        let value = Utility::Norm.of_relation(&[cost], &inputs);
+        assert!((value - expected).abs() < 1e-12, "{value}");
+    }
+
+    #[test]
+    fn norm_as_in_the_thesis() {
+        check_norm(1, 0, 1.0, 1.0, 1.0);
+        check_norm(0, 0, 1.0, 1.0, 1.0);
+        check_norm(2, 1, 1.0, 1.0, 1.2 / 1.4);
+        check_norm(3, 0, 2.0, 0.5, 0.7 / 1.4);
+        check_norm(1, 0, f64::INFINITY, 0.0, 0.4 / 1.4);
+    }
 }

@@ -3,7 +3,7 @@
 //! A* over partial substitutions (Hart, Nilsson, Raphael 1968, doi:10.1109/TSSC.1968.300136). The variables that
 //! a partial substitution needs are decided breadth first, so each substitution is built in exactly one way; the
 //! bound is what the decided relations weigh plus what the undecided places must weigh at least
-//! ([`Scope`] says why). On trees the bound is exact, and the first answer is found without a detour. On graphs
+//! ([`Scope`] says why). On trees the bound is exact, and the first answer is read off it. On graphs
 //! with shared variables the best substitution is NP-hard to find (it is the delete relaxation of planning:
 //! Bylander 1994, doi:10.1016/0004-3702(94)90081-7), hence the limits.
 
@@ -12,7 +12,7 @@ use super::graph::{Graph, Options, View};
 use super::greedy;
 use super::limits::{Limits, StopReason};
 use super::scope::{Marks, Place, Rules, Scope};
-use super::trail::Trail;
+use super::trail::{self, Trail};
 use crate::knowledge::{RelationId, VariableId};
 use crate::substitution::Substitution;
 use alloc::collections::BTreeSet;
@@ -24,26 +24,34 @@ use alloc::vec::Vec;
 /// that two substitutions know in different ways, the one whose relation stands earlier in the model is first
 /// (and a variable's own signals are before its relations).
 #[derive(Debug)]
-pub struct BestFirst {
+pub struct BestFirst<'a> {
+    graph: &'a Graph,
     root: VariableId,
     scope: Scope,
-    trail: Trail,
-    frontier: Frontier,
+    /// Made when the first answer cannot be read off the scope, or a second one is wanted.
+    open: Option<Open>,
     limits: Limits,
     expanded: u64,
     found: usize,
     stop: Option<StopReason>,
     /// Sets of relations that were given and could appear again with other outputs.
     given: BTreeSet<Vec<RelationId>>,
+}
+
+/// Where the search stands.
+#[derive(Debug)]
+struct Open {
+    trail: Trail,
+    frontier: Frontier,
     /// The states that the trail stands on, from depth 1 on.
     line: Vec<StateId>,
     path: Vec<StateId>,
 }
 
-impl BestFirst {
+impl<'a> BestFirst<'a> {
     /// Starts a search for ways of knowing `root`. Complexity: O(part of the graph that can be reached).
     #[must_use]
-    pub fn new(graph: &Graph, root: VariableId, options: &Options, limits: Limits) -> BestFirst {
+    pub fn new(graph: &'a Graph, root: VariableId, options: &Options, limits: Limits) -> BestFirst<'a> {
         BestFirst::with_marks(&mut Marks::default(), graph, root, options, limits)
     }
 
@@ -51,28 +59,24 @@ impl BestFirst {
     #[must_use]
     pub fn with_marks(
         marks: &mut Marks,
-        graph: &Graph,
+        graph: &'a Graph,
         root: VariableId,
         options: &Options,
         limits: Limits,
-    ) -> BestFirst {
+    ) -> BestFirst<'a> {
         marks.fit(graph.variables(), graph.relations());
         let rules =
             Rules { substitute_provided: options.substitute_provided, without_empty: options.without_empty };
         let scope = Scope::new(&View::new(graph, options), root, rules, marks);
-        let trail = Trail::new(&scope);
-        let frontier = Frontier::new(trail.bound());
         BestFirst {
+            graph,
             root,
-            trail,
-            frontier,
+            open: None,
             limits,
             expanded: 0,
             found: 0,
             stop: BestFirst::refusal(graph, &scope),
             given: BTreeSet::new(),
-            line: Vec::new(),
-            path: Vec::new(),
             scope,
         }
     }
@@ -96,13 +100,16 @@ impl BestFirst {
         self.expanded
     }
 
-    /// No substitution that is still to come has a higher utility; 0 when none can come.
+    /// No substitution that is still to come has a higher utility; the lowest of all when none can come.
     #[must_use]
     pub fn bound(&self) -> f64 {
+        let scale = self.graph.scale();
+        let hope = || self.scope.root().map(|root| self.scope.hope(root));
+        let open = || self.open.as_ref().map_or_else(hope, |open| open.frontier.open_bound());
         match self.stop {
-            Some(StopReason::Complete) => 0.0,
-            Some(StopReason::NotMonotone) => 1.0,
-            _ => self.frontier.open_bound().map_or(0.0, |bound| bound.utility()),
+            Some(StopReason::Complete) => scale.worst(),
+            Some(StopReason::NotMonotone) => scale.best(),
+            _ => open().map_or(scale.worst(), |bound| scale.utility(bound)),
         }
     }
 
@@ -110,105 +117,149 @@ impl BestFirst {
     ///
     /// It is the best one on trees. Complexity: O(n log n) for n inputs that can be reached.
     #[must_use]
-    pub fn any(&mut self) -> Option<(Substitution, f64)> {
+    pub fn any(&self) -> Option<(Substitution, f64)> {
         if self.stop == Some(StopReason::NotMonotone) {
             return None;
         }
-        self.back_to(0);
         let choices = greedy::choices(&self.scope);
+        let mut trail = Trail::new(&self.scope);
+        while let Some(choice) = trail.next().and_then(|place| choices[place]) {
+            trail.take(&self.scope, choice);
+        }
+        let complete = self.scope.root().is_some() && trail.next().is_none();
+        complete.then(|| self.answer(&trail))
+    }
+
+    fn answer(&self, trail: &Trail) -> (Substitution, f64) {
+        let substitution = self.graph.substitution(self.root, trail.steps(&self.scope));
+        (substitution, self.graph.scale().utility(trail.bound()))
+    }
+
+    /// The best substitution of a scope that tells it at once.
+    fn read_off(&mut self) -> Option<(Substitution, f64)> {
+        let scope = &self.scope;
+        let root = scope.root()?;
         let mut decisions = 0;
-        while let Some(choice) = self.trail.next().and_then(|place| choices[place]) {
-            self.trail.take(&self.scope, choice);
+        let steps = trail::steps(scope, 16, |place| {
             decisions += 1;
+            scope.best(place)
+        });
+        if decisions > self.limits.expansions {
+            self.stop = Some(StopReason::LimitExpansions);
+            return None;
         }
-        let complete = decisions > 0 && self.trail.next().is_none();
-        let answer = complete.then(|| self.answer());
-        for _ in 0..decisions {
-            self.trail.back(&self.scope);
-        }
-        answer
+        self.expanded = decisions;
+        Some((self.graph.substitution(self.root, steps), scope.scale().utility(scope.hope(root))))
     }
 
-    fn answer(&self) -> (Substitution, f64) {
-        (self.trail.substitution(&self.scope, self.root), self.trail.bound().utility())
+    /// The next best substitution, by search.
+    fn search(&mut self) -> Option<(Substitution, f64)> {
+        let mut open = self.open.take().unwrap_or_else(|| Open::new(&self.scope));
+        let mut found = None;
+        while self.stop.is_none() && found.is_none() {
+            let Some(state) = open.frontier.pop() else {
+                self.stop = Some(StopReason::Complete);
+                break;
+            };
+            if let Some(limit) = self.limit(&open) {
+                open.frontier.put_back(state);
+                self.stop = Some(limit);
+                break;
+            }
+            self.expanded += open.go_to(&self.scope, state);
+            match open.trail.next() {
+                Some(place) => {
+                    self.expanded += 1;
+                    open.expand(&self.scope, state, place);
+                }
+                None if self.is_new(&open.trail) => found = Some(self.answer(&open.trail)),
+                None => {}
+            }
+        }
+        self.open = Some(open);
+        found
     }
 
-    /// Moves the trail to a state, over the last state that both have in common.
-    fn go_to(&mut self, target: StateId) {
+    fn limit(&self, open: &Open) -> Option<StopReason> {
+        if self.expanded >= self.limits.expansions {
+            return Some(StopReason::LimitExpansions);
+        }
+        (open.frontier.len() >= self.limits.states).then_some(StopReason::LimitStates)
+    }
+
+    /// Whether the substitution that the trail stands at was not given before, with other outputs.
+    fn is_new(&mut self, trail: &Trail) -> bool {
+        trail.ambiguous_relations(&self.scope).is_none_or(|relations| self.given.insert(relations))
+    }
+}
+
+impl Open {
+    fn new(scope: &Scope) -> Open {
+        let trail = Trail::new(scope);
+        let frontier = Frontier::new(trail.bound());
+        Open { trail, frontier, line: Vec::new(), path: Vec::new() }
+    }
+
+    /// Moves the trail to a state, over the last state that both have in common; how many decisions more than one are
+    /// taken for it.
+    fn go_to(&mut self, scope: &Scope, target: StateId) -> u64 {
         let mut state = target;
         loop {
             let depth = self.frontier.depth(state);
             if depth == 0 || self.line.get(depth - 1) == Some(&state) {
-                self.back_to(depth);
+                self.back_to(scope, depth);
                 break;
             }
             self.path.push(state);
             state = self.frontier.last(state).1;
         }
-        self.expanded += self.path.len().saturating_sub(1) as u64;
+        let again = self.path.len().saturating_sub(1) as u64;
         while let Some(state) = self.path.pop() {
-            self.trail.take(&self.scope, self.frontier.last(state).0);
+            self.trail.take(scope, self.frontier.last(state).0);
             self.line.push(state);
         }
+        again
     }
 
-    fn back_to(&mut self, depth: usize) {
+    fn back_to(&mut self, scope: &Scope, depth: usize) {
         while self.line.len() > depth {
-            self.trail.back(&self.scope);
+            self.trail.back(scope);
             self.line.pop();
         }
     }
 
     /// Opens a state for each way of deciding the next place.
-    fn expand(&mut self, state: StateId, place: Place) {
-        self.expanded += 1;
-        self.trail.look_up_from(&self.scope, place);
-        for choice in self.scope.choices(place).rev() {
-            if !self.trail.closes_cycle(&self.scope, choice) {
-                let bound = self.trail.bound_after(&self.scope, place, choice);
-                self.frontier.push(state, choice, bound);
+    fn expand(&mut self, scope: &Scope, state: StateId, place: Place) {
+        self.trail.look_up_from(scope, place);
+        for choice in scope.choices(place).rev() {
+            if !self.trail.closes_cycle(scope, choice) {
+                let bound = self.trail.bound_after(scope, place, choice);
+                if !bound.is_impossible() {
+                    self.frontier.push(state, choice, bound);
+                }
             }
         }
     }
-
-    fn limit(&self) -> Option<StopReason> {
-        if self.expanded >= self.limits.expansions {
-            return Some(StopReason::LimitExpansions);
-        }
-        (self.frontier.len() >= self.limits.states).then_some(StopReason::LimitStates)
-    }
-
-    /// Whether the substitution that the trail stands at was not given before, with other outputs.
-    fn is_new(&mut self) -> bool {
-        self.trail.ambiguous_relations(&self.scope).is_none_or(|relations| self.given.insert(relations))
-    }
 }
 
-impl Iterator for BestFirst {
+impl Iterator for BestFirst<'_> {
     type Item = (Substitution, f64);
 
     /// The next best substitution and its utility; `None` tells that [`BestFirst::stop`] has a reason.
     fn next(&mut self) -> Option<Self::Item> {
-        while self.stop.is_none() {
-            let Some(state) = self.frontier.pop() else {
-                self.stop = Some(StopReason::Complete);
-                break;
-            };
-            if let Some(limit) = self.limit() {
-                self.frontier.put_back(state);
-                self.stop = Some(limit);
-                break;
-            }
-            self.go_to(state);
-            match self.trail.next() {
-                Some(place) => self.expand(state, place),
-                None if self.is_new() => {
-                    self.found += 1;
-                    return Some(self.answer());
-                }
-                None => {}
-            }
+        if self.stop.is_some() {
+            return None;
         }
-        None
+        let answer = if self.found == 0 && self.scope.is_exact() {
+            self.read_off()
+        } else {
+            if self.found == 1 && self.open.is_none() {
+                // The search begins with what was read off.
+                self.search();
+            }
+            self.search()
+        };
+        self.found += usize::from(answer.is_some());
+        answer
     }
 }

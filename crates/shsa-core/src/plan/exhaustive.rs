@@ -3,8 +3,8 @@
 use super::Plan;
 use super::graph::Options;
 use super::limits::{Limits, StopReason};
-use super::utility::{Facts, Weight, check, factor};
-use crate::knowledge::{KnowledgeBase, RelationId, VariableId};
+use super::utility::{Scale, Weight};
+use crate::knowledge::{Inputs, KnowledgeBase, RelationId, VariableId};
 use crate::substitution::Substitution;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
@@ -17,8 +17,10 @@ type Decisions = BTreeMap<VariableId, Option<RelationId>>;
 /// With a limit it gives those that were found so far. Complexity: exponential.
 #[must_use]
 pub fn exhaustive(knowledge: &KnowledgeBase, root: VariableId, options: &Options, limits: Limits) -> Plan {
-    if !check(knowledge).is_empty() {
-        return Plan { substitutions: Vec::new(), stop: StopReason::NotMonotone, expanded: 0, bound: 1.0 };
+    let scale = Scale(knowledge.utility().aggregate());
+    if !knowledge.utility().check(knowledge).is_empty() {
+        let bound = scale.best();
+        return Plan { substitutions: Vec::new(), stop: StopReason::NotMonotone, expanded: 0, bound };
     }
     let search = Search { knowledge, root, options };
     let mut answers = Vec::new();
@@ -38,8 +40,8 @@ pub fn exhaustive(knowledge: &KnowledgeBase, root: VariableId, options: &Options
             None => answers.push(search.answer(&decisions, substitution)),
         }
     }
-    let bound = if stop == StopReason::Complete { 0.0 } else { 1.0 };
-    Plan { substitutions: in_order(answers), stop, expanded, bound }
+    let bound = if stop == StopReason::Complete { scale.worst() } else { scale.best() };
+    Plan { substitutions: in_order(scale, answers), stop, expanded, bound }
 }
 
 fn with(decisions: &Decisions, variable: VariableId, way: Option<RelationId>) -> Decisions {
@@ -58,11 +60,11 @@ struct Answer {
 }
 
 /// Sorts, and keeps the first of those that use the same relations.
-fn in_order(mut answers: Vec<Answer>) -> Vec<(Substitution, f64)> {
+fn in_order(scale: Scale, mut answers: Vec<Answer>) -> Vec<(Substitution, f64)> {
     answers.sort();
     let mut seen = BTreeSet::new();
     answers.retain(|answer| seen.insert(answer.substitution.relations()));
-    answers.into_iter().map(|answer| (answer.substitution, answer.weight.utility())).collect()
+    answers.into_iter().map(|answer| (answer.substitution, scale.utility(answer.weight))).collect()
 }
 
 struct Search<'a> {
@@ -108,27 +110,36 @@ impl Search<'_> {
         own.or_else(|| self.usable(variable).filter_map(of_signal).reduce(f64::max))
     }
 
-    fn factor(&self, output: VariableId, relation: RelationId) -> f64 {
+    fn rating(&self, output: VariableId, relation: RelationId) -> f64 {
         let relation = &self.knowledge.relations()[relation];
-        factor(
-            self.knowledge.utility(),
-            &Facts {
-                inputs: relation.needs(output).count(),
-                unprovided: relation.needs(output).filter(|&input| !self.is_provided(input)).count(),
-                cost: relation.properties.get("cost").copied().unwrap_or(1.0),
-                accuracy: relation.needs(output).filter_map(|input| self.accuracy(input)).product(),
-            },
-        )
+        let inputs = Inputs {
+            count: relation.needs(output).count() as f64,
+            unprovided: relation.needs(output).filter(|&input| !self.is_provided(input)).count() as f64,
+            accuracy: relation.needs(output).filter_map(|input| self.accuracy(input)).product(),
+        };
+        let utility = self.knowledge.utility();
+        utility.of_relation(&utility.properties_of(&relation.properties), &inputs)
+    }
+
+    /// The weight of the best signal of a source; a constant weighs nothing.
+    fn source(&self, scale: Scale, variable: VariableId) -> Weight {
+        if self.knowledge.variables()[variable].constant.is_some() {
+            return Weight::ZERO;
+        }
+        let rating = |signal| self.knowledge.utility().of_signal(&self.knowledge.signals()[signal]);
+        self.usable(variable).map(|signal| scale.signal(rating(signal))).min().unwrap_or_default()
     }
 
     fn answer(&self, decisions: &Decisions, substitution: Substitution) -> Answer {
-        // A relation that is used for several outputs counts once, with its smallest factor.
+        let scale = Scale(self.knowledge.utility().aggregate());
+        // A relation that is used for several outputs counts once, with its worst rating.
         let mut weights: BTreeMap<RelationId, Weight> = BTreeMap::new();
         for step in &substitution.steps {
             let weight = weights.entry(step.relation).or_default();
-            *weight = (*weight).max(Weight::of_factor(self.factor(step.output, step.relation)));
+            *weight = (*weight).max(scale.relation(self.rating(step.output, step.relation)));
         }
-        let weight = weights.into_values().sum();
+        let sources = substitution.sources.iter().map(|&source| self.source(scale, source));
+        let weight = scale.join_all(weights.into_values().chain(sources));
         Answer { weight, order: self.order(decisions), substitution }
     }
 

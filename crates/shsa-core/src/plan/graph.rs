@@ -1,7 +1,8 @@
 //! A knowledge base as the searches read it: flat arrays, built once, and a view of it without what is forbidden.
 
-use super::utility::{Facts, Weight, check, factor};
-use crate::knowledge::{Id, IdVec, KnowledgeBase, RelationId, SignalId, Utility, VariableId};
+use super::utility::{Scale, Weight};
+use crate::knowledge::{Id, IdVec, Inputs, KnowledgeBase, RelationId, SignalId, Utility, VariableId};
+use crate::substitution::{Step, Substitution};
 use alloc::vec::Vec;
 use core::marker::PhantomData;
 
@@ -39,6 +40,8 @@ pub(super) struct Status {
     pub(super) provided: bool,
     /// Its own property, else the best of its usable signals.
     pub(super) accuracy: Option<f64>,
+    /// What using it as it comes weighs: the lightest of its usable signals.
+    pub(super) weight: Weight,
 }
 
 #[derive(Clone, Debug)]
@@ -53,11 +56,11 @@ struct Carrier {
     signal: SignalId,
     available: bool,
     accuracy: Option<f64>,
+    weight: Weight,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct RelationFacts {
-    cost: f64,
     several_outputs: bool,
     exclusive: bool,
 }
@@ -80,6 +83,8 @@ pub struct Graph {
     utility: Utility,
     variables: IdVec<VariableId, VariableFacts>,
     relations: IdVec<RelationId, RelationFacts>,
+    /// The numbers that the rating of each relation reads.
+    properties: Rows<RelationId, f64>,
     carried: IdVec<SignalId, VariableId>,
     carriers: Rows<VariableId, Carrier>,
     producers: Rows<VariableId, Producer>,
@@ -92,10 +97,11 @@ impl Graph {
     pub fn new(knowledge: &KnowledgeBase) -> Graph {
         let mut graph = Graph {
             version: knowledge.version(),
-            monotone: check(knowledge).is_empty(),
+            monotone: knowledge.utility().check(knowledge).is_empty(),
             utility: knowledge.utility().clone(),
             variables: IdVec::new(),
             relations: IdVec::new(),
+            properties: Rows::new(),
             carried: IdVec::new(),
             carriers: Rows::new(),
             producers: Rows::new(),
@@ -131,7 +137,18 @@ impl Graph {
         self.relations.len()
     }
 
+    /// How its weights are joined.
+    pub(super) fn scale(&self) -> Scale {
+        Scale(self.utility.aggregate())
+    }
+
+    /// Whether using a variable as it comes has a weight.
+    pub(super) fn rates_signals(&self) -> bool {
+        self.utility.rates_signals()
+    }
+
     fn add_variables(&mut self, knowledge: &KnowledgeBase) {
+        let scale = self.scale();
         for (_, signal) in knowledge.signals().enumerate() {
             self.carried.push(signal.variable);
         }
@@ -140,12 +157,13 @@ impl Graph {
                 signal,
                 available: knowledge.is_available(signal),
                 accuracy: knowledge.signals()[signal].properties.get("accuracy").copied(),
+                weight: scale.signal(self.utility.of_signal(&knowledge.signals()[signal])),
             };
             self.carriers.push(knowledge.carriers(id).iter().map(carrier));
             let mut facts = VariableFacts {
                 constant: variable.constant.is_some(),
                 own_accuracy: variable.properties.get("accuracy").copied(),
-                status: Status { provided: false, accuracy: None },
+                status: Status { provided: false, accuracy: None, weight: Weight::ZERO },
             };
             facts.status = status(&facts, self.carriers.row(id), &[]);
             self.variables.push(facts);
@@ -155,8 +173,8 @@ impl Graph {
     fn add_relations(&mut self, knowledge: &KnowledgeBase) {
         for relation in knowledge.relations() {
             self.inputs.push(relation.inputs.iter().copied());
+            self.properties.push(self.utility.properties_of(&relation.properties).into_iter());
             self.relations.push(RelationFacts {
-                cost: relation.properties.get("cost").copied().unwrap_or(1.0),
                 several_outputs: relation.outputs.len() > 1,
                 exclusive: relation.outputs.iter().all(|output| relation.inputs.contains(output)),
             });
@@ -184,15 +202,31 @@ impl Graph {
         output: VariableId,
         status: impl Fn(VariableId) -> Status,
     ) -> Weight {
-        let mut facts =
-            Facts { inputs: 0, unprovided: 0, cost: self.relations[relation].cost, accuracy: 1.0 };
+        let mut inputs = Inputs { count: 0.0, unprovided: 0.0, accuracy: 1.0 };
         for &input in self.inputs.row(relation).iter().filter(|&&input| input != output) {
             let status = status(input);
-            facts.inputs += 1;
-            facts.unprovided += usize::from(!status.provided);
-            facts.accuracy *= status.accuracy.unwrap_or(1.0);
+            inputs.count += 1.0;
+            inputs.unprovided += if status.provided { 0.0 } else { 1.0 };
+            inputs.accuracy *= status.accuracy.unwrap_or(1.0);
         }
-        Weight::of_factor(factor(&self.utility, &facts))
+        self.scale().relation(self.utility.of_relation(self.properties.row(relation), &inputs))
+    }
+
+    /// The substitution that consists of steps in their order of computation.
+    pub(super) fn substitution(&self, sink: VariableId, steps: Vec<Step>) -> Substitution {
+        let mut outputs: Vec<VariableId> = steps.iter().map(|step| step.output).collect();
+        outputs.sort_unstable();
+        let mut sources =
+            if steps.is_empty() { Vec::from([sink]) } else { Vec::with_capacity(2 * steps.len()) };
+        for step in &steps {
+            let inputs = self.inputs(step.relation).iter().copied();
+            sources.extend(
+                inputs.filter(|input| *input != step.output && outputs.binary_search(input).is_err()),
+            );
+        }
+        sources.sort_unstable();
+        sources.dedup();
+        Substitution { sink, steps, sources }
     }
 
     /// All that `relation` reads, ascending, for whichever output.
@@ -214,9 +248,11 @@ impl Graph {
 fn status(facts: &VariableFacts, carriers: &[Carrier], forbidden: &[SignalId]) -> Status {
     let usable = || carriers.iter().filter(|c| c.available && forbidden.binary_search(&c.signal).is_err());
     let best = || usable().filter_map(|carrier| carrier.accuracy).reduce(f64::max);
+    let lightest = usable().map(|carrier| carrier.weight).min();
     Status {
-        provided: facts.constant || usable().next().is_some(),
+        provided: facts.constant || lightest.is_some(),
         accuracy: facts.own_accuracy.or_else(best),
+        weight: lightest.filter(|_| !facts.constant).unwrap_or_default(),
     }
 }
 

@@ -27,7 +27,7 @@ pub(super) fn choices(scope: &Scope) -> IdVec<Place, Option<ChoiceId>> {
         }
         chosen[place] = Some(choice);
         for &user in users.row(place) {
-            weights[user] = weights[user] + weight;
+            weights[user] = scope.scale().join(weights[user], weight);
             missing[user] -= 1;
             if missing[user] == 0 {
                 queue.push(Reverse((weights[user], user)));

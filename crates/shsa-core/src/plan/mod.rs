@@ -32,7 +32,7 @@ pub struct Plan {
     pub stop: StopReason,
     /// How many decisions were taken.
     pub expanded: u64,
-    /// No substitution that is missing here has a higher utility; 0 when none is missing.
+    /// No substitution that is missing here has a higher utility; the lowest of all when none is missing.
     pub bound: f64,
 }
 

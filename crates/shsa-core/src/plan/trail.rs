@@ -2,8 +2,8 @@
 
 use super::scope::{ChoiceId, Place, Scope, Team};
 use super::utility::Weight;
-use crate::knowledge::{IdVec, RelationId, VariableId};
-use crate::substitution::{Step, Substitution};
+use crate::knowledge::{IdVec, RelationId};
+use crate::substitution::Step;
 use alloc::vec::Vec;
 
 /// What to restore when a decision is taken back.
@@ -78,20 +78,22 @@ impl Trail {
     /// What [`Trail::bound`] would be after a decision for the next place.
     pub(super) fn bound_after(&self, scope: &Scope, place: Place, choice: ChoiceId) -> Weight {
         let new = scope.inputs(choice).iter().filter(|&&input| !self.needed[input]);
-        let hopes: Weight = new.map(|&input| scope.hope(input)).sum();
-        (self.bound - scope.hope(place)) + self.extra(scope, choice) + hopes
+        let hopes = new.map(|&input| scope.hope(input));
+        let scale = scope.scale();
+        let rest = scale.without(self.bound, scope.hope(place));
+        hopes.fold(scale.join(rest, self.extra(scope, choice)), |all, hope| scale.join(all, hope))
     }
 
-    /// What a choice adds: a relation that is used for a second output counts once, with its smaller factor.
+    /// What a choice adds: a relation that is used for a second output counts once, with its worse rating.
     fn extra(&self, scope: &Scope, choice: ChoiceId) -> Weight {
-        let choice = scope.choice(choice);
-        choice.team.map_or(choice.weight, |team| choice.weight - self.charged[team])
+        let weight = scope.choice(choice).weight;
+        scope.team(choice).map_or(weight, |team| scope.scale().extra(weight, self.charged[team]))
     }
 
     /// Decides the next place.
     pub(super) fn take(&mut self, scope: &Scope, choice: ChoiceId) {
         let Some(place) = self.next() else { return };
-        let team = scope.choice(choice).team;
+        let team = scope.team(choice);
         self.frames.push(Frame {
             places: self.places.len() as u32,
             bound: self.bound,
@@ -123,7 +125,7 @@ impl Trail {
         if let Some(place) = self.next() {
             self.chosen[place] = None;
         }
-        if let Some(team) = scope.choice(frame.choice).team {
+        if let Some(team) = scope.team(frame.choice) {
             self.charged[team] = frame.charged;
         }
         if scope.is_cyclic() {
@@ -164,45 +166,45 @@ impl Trail {
 
     /// The relations in use, ascending, if another assignment of outputs could use the same ones.
     pub(super) fn ambiguous_relations(&self, scope: &Scope) -> Option<Vec<RelationId>> {
-        let choices = || self.frames.iter().map(|frame| scope.choice(frame.choice));
-        if !choices().any(|choice| choice.ambiguous) {
+        let relations = || self.frames.iter().filter_map(|frame| scope.choice(frame.choice).relation);
+        if !relations().any(|relation| scope.is_ambiguous(relation)) {
             return None;
         }
-        let mut relations: Vec<_> = choices().filter_map(|choice| choice.relation).collect();
+        let mut relations: Vec<_> = relations().collect();
         relations.sort_unstable();
         relations.dedup();
         Some(relations)
     }
 
-    /// The substitution, once everything is decided: a depth-first walk that lists a step after all that it reads.
-    pub(super) fn substitution(&self, scope: &Scope, sink: VariableId) -> Substitution {
-        let mut sources: Vec<VariableId> = Vec::with_capacity(2 * self.frames.len());
-        for frame in &self.frames {
-            sources.extend_from_slice(scope.sources(frame.choice));
-        }
-        sources.sort_unstable();
-        sources.dedup();
-        Substitution { sink, steps: self.steps(scope), sources }
+    /// The steps of the substitution, once everything is decided.
+    pub(super) fn steps(&self, scope: &Scope) -> Vec<Step> {
+        steps(scope, self.frames.len(), |place| self.chosen[place])
     }
+}
 
-    fn steps(&self, scope: &Scope) -> Vec<Step> {
-        let mut steps = Vec::with_capacity(self.frames.len());
-        let mut done = IdVec::filled(scope.len(), |_: Place| false);
-        let mut stack: Vec<(Place, usize)> = scope.root().map(|root| (root, 0)).into_iter().collect();
-        while let Some((place, at)) = stack.pop() {
-            let Some(choice) = self.chosen[place] else { continue };
-            if let Some(&input) = scope.inputs(choice).get(at) {
-                stack.push((place, at + 1));
-                if !done[input] {
-                    stack.push((input, 0));
-                }
-                continue;
+/// The steps that about so many decisions make: a depth-first walk that lists a step after all that it reads.
+pub(super) fn steps(
+    scope: &Scope,
+    count: usize,
+    mut chosen: impl FnMut(Place) -> Option<ChoiceId>,
+) -> Vec<Step> {
+    let mut steps = Vec::with_capacity(count);
+    let mut done = IdVec::filled(scope.len(), |_: Place| false);
+    let mut stack: Vec<(Place, Option<ChoiceId>, usize)> = Vec::with_capacity(16);
+    stack.extend(scope.root().map(|root| (root, chosen(root), 0)));
+    while let Some((place, choice, at)) = stack.pop() {
+        let Some(choice) = choice else { continue };
+        if let Some(&input) = scope.inputs(choice).get(at) {
+            stack.push((place, Some(choice), at + 1));
+            if !done[input] {
+                stack.push((input, chosen(input), 0));
             }
-            let step = |relation| Step { relation, output: scope.variable(place) };
-            if !core::mem::replace(&mut done[place], true) {
-                steps.extend(scope.choice(choice).relation.map(step));
-            }
+            continue;
         }
-        steps
+        let step = |relation| Step { relation, output: scope.variable(place) };
+        if !core::mem::replace(&mut done[place], true) {
+            steps.extend(scope.choice(choice).relation.map(step));
+        }
     }
+    steps
 }

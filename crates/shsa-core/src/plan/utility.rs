@@ -1,139 +1,157 @@
-//! What a substitution is worth: a factor for each relation, added up as exact weights.
+//! What a substitution is worth: a weight for each relation and signal, joined exactly.
 
-use crate::knowledge::{KnowledgeBase, RelationId, SignalId, Utility, VariableId};
-use alloc::vec::Vec;
-use core::fmt;
-use core::ops::{Add, Sub};
-
-/// What a utility may know about a relation that is used for one output.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Facts {
-    /// How many variables it needs.
-    pub inputs: usize,
-    /// How many of them are not provided.
-    pub unprovided: usize,
-    /// Its property `cost`, 1 without.
-    pub cost: f64,
-    /// The product of the accuracies of those inputs that have one.
-    pub accuracy: f64,
-}
-
-/// The factor of a relation, in (0, 1] for a model without [`check`]ed problems.
-pub(super) fn factor(utility: &Utility, facts: &Facts) -> f64 {
-    match utility {
-        Utility::Norm => norm(facts),
-    }
-}
-
-fn norm(facts: &Facts) -> f64 {
-    let few_inputs = 0.3 / facts.inputs.max(1) as f64;
-    let few_unprovided = 0.1 / (facts.unprovided as f64 + 1.0);
-    (few_inputs + 0.5 / facts.cost + few_unprovided + 0.5 * facts.accuracy) / 1.4
-}
-
-/// A number in a model that would let the utility rise with more relations, or fall below zero.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Problem {
-    /// A relation's `cost` is below 1.
-    Cost(RelationId, f64),
-    /// A variable's `accuracy` is outside [0, 1].
-    VariableAccuracy(VariableId, f64),
-    /// A signal's `accuracy` is outside [0, 1].
-    SignalAccuracy(SignalId, f64),
-}
-
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Problem::Cost(_, value) => write!(f, "the cost {value} is below 1"),
-            Problem::VariableAccuracy(_, value) | Problem::SignalAccuracy(_, value) => {
-                write!(f, "the accuracy {value} is outside 0 to 1")
-            }
-        }
-    }
-}
-
-/// Everything for which the utility is not a product of factors in (0, 1]. Complexity: O(model).
-///
-/// The searches refuse such a model with [`StopReason::NotMonotone`](super::StopReason::NotMonotone).
-#[must_use]
-pub fn check(knowledge: &KnowledgeBase) -> Vec<Problem> {
-    let costs = knowledge.relations().enumerate().filter_map(|(id, relation)| {
-        let cost = relation.properties.get("cost").copied()?;
-        (cost < 1.0 || cost.is_nan()).then_some(Problem::Cost(id, cost))
-    });
-    let variables = knowledge.variables().enumerate().filter_map(|(id, variable)| {
-        let accuracy = variable.properties.get("accuracy").copied()?;
-        (!is_share(accuracy)).then_some(Problem::VariableAccuracy(id, accuracy))
-    });
-    let signals = knowledge.signals().enumerate().filter_map(|(id, signal)| {
-        let accuracy = signal.properties.get("accuracy").copied()?;
-        (!is_share(accuracy)).then_some(Problem::SignalAccuracy(id, accuracy))
-    });
-    costs.chain(variables).chain(signals).collect()
-}
-
-fn is_share(value: f64) -> bool {
-    (0.0..=1.0).contains(&value)
-}
+use crate::knowledge::Aggregate;
 
 /// How many bits of a weight count relations.
 const COUNT_BITS: u32 = 32;
-/// Weights are multiples of this share of a neper, so that their sums are exact in any order.
+/// How many steps a neper has: weights are whole steps, so that sums are exact in any order.
 const STEPS_PER_NEPER: f64 = (1_u64 << 50) as f64;
-/// The weight of a factor of 0, which is as good as infinite and can still be added up.
-const HEAVIEST: f64 = (1_u128 << 80) as f64;
+/// How many steps a unit of cost has: a decimal number, as costs are written.
+const STEPS_PER_COST: f64 = 1e9;
+/// The badness of a rating of 0, which is as good as infinite and can still be added up.
+const HEAVIEST: f64 = (1_u128 << 62) as f64;
 
-/// The minus logarithm of a utility, and below it the number of relations: what is smaller is better.
+/// How bad something is, and below it the number of relations: what is smaller is better.
 ///
-/// A whole number, since sums of floating-point logarithms (or products of factors) depend on their order, and
-/// then substitutions that are equally good would be told apart by rounding.
+/// The minus logarithm of a product or minimum, or a sum of costs. A whole number, since sums of floating-point
+/// logarithms (or products of ratings) depend on their order, and then substitutions that are equally good would be
+/// told apart by rounding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Weight(u128);
 
 impl Weight {
-    /// No relation: utility 1.
+    /// No relation, and nothing bad.
     pub(super) const ZERO: Weight = Weight(0);
-    /// Heavier than any sum.
+    /// What cannot be had: heavier than any sum, and so is every sum with it.
     pub(super) const MAX: Weight = Weight(u128::MAX);
 
-    /// The weight of one relation with a factor in (0, 1]; rounded by at most 2^-51 of a neper.
-    pub(super) fn of_factor(factor: f64) -> Weight {
-        let steps = libm::round(-libm::log(factor) * STEPS_PER_NEPER).clamp(0.0, HEAVIEST);
-        Weight(((steps as u128) << COUNT_BITS) | 1)
+    /// Whether it is the weight of something that cannot be had.
+    pub(super) fn is_impossible(self) -> bool {
+        self.steps() == Weight::MAX.steps()
+    }
+
+    fn new(steps: u128, relations: u32) -> Weight {
+        Weight((steps << COUNT_BITS) | u128::from(relations))
+    }
+
+    fn steps(self) -> u128 {
+        self.0 >> COUNT_BITS
+    }
+
+    fn relations(self) -> u32 {
+        (self.0 & u128::from(u32::MAX)) as u32
+    }
+}
+
+/// How weights become one weight, and a weight a utility.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Scale(pub(super) Aggregate);
+
+impl Scale {
+    /// Whether what is best for each part is best for the whole.
+    pub(super) fn is_additive(self) -> bool {
+        self.0 != Aggregate::Minimum
+    }
+
+    /// The weight of a relation; rounded by at most 2^-51 of a neper, or of a unit of cost.
+    pub(super) fn relation(self, rating: f64) -> Weight {
+        Weight::new(self.steps(rating), 1)
+    }
+
+    /// The weight of a signal.
+    pub(super) fn signal(self, rating: f64) -> Weight {
+        Weight::new(self.steps(rating), 0)
+    }
+
+    fn steps(self, rating: f64) -> u128 {
+        let bad = if self.0 == Aggregate::Sum { rating } else { -libm::log(rating) };
+        libm::round(bad * self.unit()).clamp(0.0, HEAVIEST) as u128
+    }
+
+    fn unit(self) -> f64 {
+        if self.0 == Aggregate::Sum { STEPS_PER_COST } else { STEPS_PER_NEPER }
+    }
+
+    /// The weight of two parts of a substitution together; in any order, however many.
+    pub(super) fn join(self, one: Weight, other: Weight) -> Weight {
+        match self.0 {
+            Aggregate::Product | Aggregate::Sum => Weight(one.0.saturating_add(other.0)),
+            Aggregate::Minimum => {
+                Weight::new(one.steps().max(other.steps()), one.relations().saturating_add(other.relations()))
+            }
+        }
+    }
+
+    /// All together.
+    pub(super) fn join_all(self, weights: impl Iterator<Item = Weight>) -> Weight {
+        weights.fold(Weight::ZERO, |all, weight| self.join(all, weight))
+    }
+
+    /// A bound of a whole without the bound of a part that was in it, before a better one takes its place.
+    ///
+    /// The greatest of weights cannot be taken apart; leaving it is right, as a part never gets lighter by being known
+    /// better.
+    pub(super) fn without(self, whole: Weight, part: Weight) -> Weight {
+        match self.0 {
+            Aggregate::Product | Aggregate::Sum => Weight(whole.0.saturating_sub(part.0)),
+            Aggregate::Minimum => {
+                Weight::new(whole.steps(), whole.relations().saturating_sub(part.relations()))
+            }
+        }
+    }
+
+    /// What one of several bounds is at least: of the greatest of weights, badness and relations each on their own, as
+    /// a whole may be as bad as its worst part anyway.
+    pub(super) fn least(self, one: Weight, other: Weight) -> Weight {
+        match self.0 {
+            Aggregate::Product | Aggregate::Sum => one.min(other),
+            Aggregate::Minimum => {
+                Weight::new(one.steps().min(other.steps()), one.relations().min(other.relations()))
+            }
+        }
+    }
+
+    /// What the same relation adds at a second output, once it was counted with `charged`.
+    pub(super) fn extra(self, weight: Weight, charged: Weight) -> Weight {
+        if charged == Weight::ZERO {
+            return weight;
+        }
+        let steps = match self.0 {
+            Aggregate::Product | Aggregate::Sum => weight.steps().saturating_sub(charged.steps()),
+            Aggregate::Minimum => weight.steps(),
+        };
+        Weight::new(steps, 0)
     }
 
     /// The utility, rounded to 12 significant digits; a heavier weight never has a higher one.
-    pub(super) fn utility(self) -> f64 {
-        let nepers = (self.0 >> COUNT_BITS) as f64 / STEPS_PER_NEPER;
-        rounded(libm::exp(-nepers))
+    pub(super) fn utility(self, weight: Weight) -> f64 {
+        let bad = weight.steps() as f64 / self.unit();
+        match self.0 {
+            Aggregate::Product | Aggregate::Minimum => rounded(libm::exp(-bad)),
+            Aggregate::Sum => 0.0 - rounded(bad),
+        }
+    }
+
+    /// No substitution has a higher utility.
+    pub(super) fn best(self) -> f64 {
+        self.utility(Weight::ZERO)
+    }
+
+    /// What the bound is when nothing is left.
+    pub(super) fn worst(self) -> f64 {
+        match self.0 {
+            Aggregate::Product | Aggregate::Minimum => 0.0,
+            Aggregate::Sum => f64::NEG_INFINITY,
+        }
     }
 }
 
-impl Add for Weight {
-    type Output = Weight;
-    fn add(self, other: Weight) -> Weight {
-        Weight(self.0.saturating_add(other.0))
-    }
-}
-
-/// What is left, or nothing.
-impl Sub for Weight {
-    type Output = Weight;
-    fn sub(self, part: Weight) -> Weight {
-        Weight(self.0.saturating_sub(part.0))
-    }
-}
-
-impl core::iter::Sum for Weight {
-    fn sum<I: Iterator<Item = Weight>>(weights: I) -> Weight {
-        weights.fold(Weight::ZERO, Add::add)
-    }
-}
-
-/// A number in [0, 1] to 12 significant digits, so that 0.9 is shown as 0.9.
+/// A number from 0 on to 12 significant digits, so that 0.9 is shown as 0.9.
 fn rounded(value: f64) -> f64 {
     let mut scale = 1e12;
+    while value * scale >= 1e12 && scale > 1e-3 {
+        scale /= 10.0;
+    }
     while value * scale < 1e11 && scale < 1e300 {
         scale *= 10.0;
     }
@@ -145,53 +163,67 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    #[track_caller]
-    fn check_norm(inputs: usize, unprovided: usize, cost: f64, accuracy: f64, expected: f64) {
-        let factor = factor(&Utility::Norm, &Facts { inputs, unprovided, cost, accuracy });
-        assert!((factor - expected).abs() < 1e-12, "{factor}");
-    }
-
-    #[test]
-    fn norm_as_in_the_thesis() {
-        check_norm(1, 0, 1.0, 1.0, 1.0);
-        check_norm(0, 0, 1.0, 1.0, 1.0);
-        check_norm(2, 1, 1.0, 1.0, 1.2 / 1.4);
-        check_norm(3, 0, 2.0, 0.5, 0.7 / 1.4);
-        check_norm(1, 0, f64::INFINITY, 0.0, 0.4 / 1.4);
-    }
+    const PRODUCT: Scale = Scale(Aggregate::Product);
+    const MINIMUM: Scale = Scale(Aggregate::Minimum);
+    const SUM: Scale = Scale(Aggregate::Sum);
 
     #[test]
     fn a_utility_is_shown_as_people_write_it() {
-        assert_eq!(Weight::ZERO.utility(), 1.0);
-        for factor in [1.0, 0.9, 0.85, 0.3, 0.001, 1e-9, 0.0] {
-            assert_eq!(Weight::of_factor(factor).utility(), factor);
+        for scale in [PRODUCT, MINIMUM] {
+            assert_eq!(scale.best(), 1.0);
+            for rating in [1.0, 0.9, 0.85, 0.3, 0.001, 1e-9, 0.0] {
+                assert_eq!(scale.utility(scale.relation(rating)), rating);
+            }
+        }
+        assert_eq!(SUM.best(), 0.0);
+        for cost in [1.0, 0.1, 12.5, 1e6 + 0.25, 1e9] {
+            assert_eq!(SUM.utility(SUM.relation(cost)), -cost);
         }
     }
 
     #[test]
-    fn a_factor_that_rounding_put_above_one_is_one() {
-        assert_eq!(Weight::of_factor(1.0 + f64::EPSILON), Weight::of_factor(1.0));
+    fn a_rating_that_rounding_put_out_of_range_is_the_best() {
+        assert_eq!(PRODUCT.relation(1.0 + f64::EPSILON), PRODUCT.relation(1.0));
+        assert_eq!(SUM.relation(-1e-300), SUM.relation(0.0));
     }
 
     #[test]
     fn more_relations_are_heavier_at_the_same_utility() {
-        let one = Weight::of_factor(1.0);
-        assert!(one + one > one && (one + one).utility() == 1.0);
+        for scale in [PRODUCT, MINIMUM, SUM] {
+            let one = scale.relation(scale.0.best());
+            let two = scale.join(one, one);
+            assert!(two > one && scale.utility(two) == scale.best());
+            assert_eq!(scale.join(one, scale.signal(scale.0.best())), one);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_had_stays_so() {
+        for scale in [PRODUCT, MINIMUM, SUM] {
+            let heavy = scale.join_all((0..1000).map(|_| scale.relation(scale.0.range().lo())));
+            assert!(!heavy.is_impossible() && scale.join(heavy, Weight::MAX).is_impossible());
+        }
     }
 
     proptest! {
         #[test]
-        fn weights_add_up_to_the_product(factors in prop::collection::vec(0.05..=1.0_f64, 0..40)) {
-            let weight: Weight = factors.iter().map(|&factor| Weight::of_factor(factor)).sum();
-            let product: f64 = factors.iter().product();
-            prop_assert!((weight.utility() - product).abs() <= 6e-12 * product, "{} {product}", weight.utility());
+        fn weights_join_to_the_aggregate(ratings in prop::collection::vec(0.05..=1.0_f64, 0..40)) {
+            let joined = |scale: Scale| scale.utility(scale.join_all(ratings.iter().map(|&r| scale.relation(r))));
+            let product: f64 = ratings.iter().product();
+            prop_assert!((joined(PRODUCT) - product).abs() <= 6e-12 * product, "{} {product}", joined(PRODUCT));
+            let least = ratings.iter().copied().fold(1.0, f64::min);
+            prop_assert!((joined(MINIMUM) - least).abs() <= 6e-12, "{} {least}", joined(MINIMUM));
+            let sum: f64 = ratings.iter().sum();
+            prop_assert!((joined(SUM) + sum).abs() <= 40e-9, "{} {sum}", joined(SUM));
         }
 
         #[test]
         fn a_heavier_weight_has_no_higher_utility(a in 0.0..=1.0_f64, step in 0..100_u32) {
-            let heavy = Weight::of_factor(a.max(1e-300));
-            let heavier = heavy + Weight(u128::from(step) << COUNT_BITS);
-            prop_assert!(heavier.utility() <= heavy.utility());
+            for scale in [PRODUCT, MINIMUM, SUM] {
+                let heavy = scale.relation(a.max(1e-300));
+                let heavier = Weight::new(heavy.steps() + u128::from(step), 1);
+                prop_assert!(scale.utility(heavier) <= scale.utility(heavy));
+            }
         }
     }
 }

@@ -8,7 +8,8 @@
 )]
 
 use shsa_core::knowledge::{
-    IdVec, KnowledgeBase, Properties, Relation, RelationId, Shape, Signal, Variable, VariableId,
+    Draft, IdVec, KnowledgeBase, Properties, Relation, RelationId, Shape, Signal, Text, Utility,
+    UtilityDraft, Variable, VariableId, build,
 };
 use shsa_core::time::Span;
 use std::collections::BTreeMap;
@@ -106,6 +107,44 @@ pub(crate) fn knowledge(lines: &[&str]) -> KnowledgeBase {
         builder.relation(name.trim(), &outputs, &inputs, cost.trim().parse().ok());
     }
     builder.build()
+}
+
+/// The formula of the norm.
+pub(crate) const NORM: &str =
+    "(0.3 / max(inputs, 1) + 0.5 / cost + 0.1 / (unprovided + 1) + 0.5 * input_accuracy) / 1.4";
+
+/// Formulas that are right for all random knowledge bases: aggregate, relation, signal.
+const OWN: [(&str, &str, &str); 6] = [
+    ("product", NORM, ""),
+    ("product", "1 / cost", "0.5 + accuracy / 2"),
+    ("sum", "cost + 0.1 * unprovided", "1 - accuracy"),
+    ("sum", "cost * inputs", ""),
+    ("minimum", "input_accuracy / cost", "accuracy"),
+    ("minimum", "", "accuracy"),
+];
+
+/// A utility as a model gives it; an empty formula is none.
+pub(crate) fn utility(aggregate: &str, relation: &str, signal: &str) -> Utility {
+    let text = |text: &str| Text { text: text.to_owned(), ..Text::default() };
+    let formula = |formula: &str| (!formula.is_empty()).then(|| text(formula));
+    let own = UtilityDraft::Own {
+        at: Text::default(),
+        aggregate: Some(text(aggregate)),
+        relation: formula(relation),
+        signal: formula(signal),
+        defaults: vec![(text("cost"), text("1")), (text("accuracy"), text("1"))],
+    };
+    let (knowledge, problems) = build(&Draft { utility: Some(own), ..Draft::default() });
+    assert!(problems.is_empty(), "{problems:?}");
+    knowledge.utility().clone()
+}
+
+/// The norm or one of several others.
+pub(crate) fn random_utility(random: &mut Random) -> Utility {
+    match OWN.get(random.below(2 * OWN.len())) {
+        Some((aggregate, relation, signal)) => utility(aggregate, relation, signal),
+        None => Utility::Norm,
+    }
 }
 
 /// A small generator of pseudo-random numbers (SplitMix64).

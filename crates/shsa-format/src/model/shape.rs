@@ -1,7 +1,7 @@
 //! The shape of a model file: which keys there are and what they hold.
 
 use shsa_core::knowledge::{
-    BodyDraft, Draft, NeedDraft, RelationDraft, Severity, SignalDraft, Text, VariableDraft,
+    BodyDraft, Draft, NeedDraft, RelationDraft, Severity, SignalDraft, Text, UtilityDraft, VariableDraft,
 };
 
 use super::problem;
@@ -29,6 +29,8 @@ const SIGNAL: [&str; 10] = [
 ];
 const NEED: [&str; 8] =
     ["signal", "max_age", "max_width", "integrity", "hold", "probation", "blend", "hysteresis"];
+
+const UTILITY: [&str; 4] = ["aggregate", "relation", "signal", "defaults"];
 
 /// Reads the tree of a model into a draft.
 pub(crate) fn draft(reader: &mut Reader, root: &Node) -> Draft {
@@ -63,7 +65,7 @@ pub(crate) fn draft(reader: &mut Reader, root: &Node) -> Draft {
         relations: relations.iter().filter_map(|entry| relation(reader, entry)).collect(),
         signals: signals.iter().map(|entry| signal(reader, entry)).collect(),
         needs: needs.iter().map(|entry| need(reader, entry)).collect(),
-        utility: fields.get("utility").and_then(|node| reader.text(node, "the name of a utility", "norm")),
+        utility: fields.get("utility").and_then(|node| utility(reader, node)),
     }
 }
 
@@ -184,6 +186,25 @@ fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
         derived_from: keys.names("derived_from", "names of signals").unwrap_or_default(),
         properties: keys.reader.properties(keys.fields.get("properties")),
     }
+}
+
+fn utility(reader: &mut Reader, node: &Node) -> Option<UtilityDraft> {
+    if let Value::Scalar(name) = &node.value {
+        return Some(UtilityDraft::Named(name.clone()));
+    }
+    let example = "utility: { aggregate: product, relation: 1 / cost }";
+    let fields = reader.fields(node, "the name of a utility, or its formulas", &UTILITY, example);
+    if !matches!(node.value, Value::Map(_)) {
+        return None;
+    }
+    let mut keys = Keys { reader, fields };
+    Some(UtilityDraft::Own {
+        at: Text { text: String::new(), place: node.place },
+        aggregate: keys.text("aggregate", "`product`, `sum` or `minimum`", "product"),
+        relation: keys.text("relation", "a formula over properties of a relation", "1 / cost"),
+        signal: keys.text("signal", "a formula over properties of a signal", "accuracy"),
+        defaults: keys.reader.properties(keys.fields.get("defaults")),
+    })
 }
 
 fn need(reader: &mut Reader, (variable, node): &(Text, Node)) -> NeedDraft {

@@ -10,12 +10,12 @@ mod functions;
 mod relations;
 mod signals;
 mod needs;
+mod utility;
 #[cfg(test)]
 mod tests;
 
 use super::KnowledgeBase;
 use super::draft::{Diagnostic, Draft};
-use alloc::format;
 use alloc::vec::Vec;
 use problems::Problems;
 use scope::Names;
@@ -40,9 +40,6 @@ pub fn build(draft: &Draft) -> (KnowledgeBase, Vec<Diagnostic>) {
     let knowledge = KnowledgeBase::from_parts(variables.list.clone(), relations, signals, needs);
     needs::check_providable(&mut problems, draft, &variables, &knowledge, &undecided);
     variables::check_used(&mut problems, &variables, &knowledge, &mentioned);
-    if let Some(utility) = draft.utility.as_ref().filter(|utility| utility.text != "norm") {
-        let message = format!("there is no utility `{}`", utility.text);
-        problems.error(utility, message, "write `norm`, the utility that is known");
-    }
-    (knowledge, problems.sorted())
+    let utility = utility::build(&mut problems, draft, &knowledge);
+    (knowledge.with_utility(utility), problems.sorted())
 }

@@ -171,13 +171,12 @@ pub(super) fn constant(problems: &mut Problems, bounds: &Bounds) -> Option<(Unit
     Some((unit, Interval::new(low, high)))
 }
 
-/// Named numbers; those that the utility and the diagnosis read must make sense there.
+/// Named numbers; those that are shares or probabilities must be. (What the utility reads it checks itself.)
 pub(super) fn properties(problems: &mut Problems, drafts: &[(Text, Text)]) -> Properties {
     let mut properties = Properties::new();
     for (name, text) in drafts {
         let Some(value) = number(problems, text) else { continue };
         let sense = match name.text.as_str() {
-            "cost" if value < 1.0 => "a cost is at least 1",
             "accuracy" if !(0.0..=1.0).contains(&value) => "an accuracy lies between 0 and 1",
             "prior" if value <= 0.0 || value >= 1.0 => {
                 "a prior is the probability of a fault, more than 0 and less than 1"

@@ -1,0 +1,180 @@
+//! Checks the utility: its formulas, and that more relations never raise it.
+
+use super::problems::Problems;
+use super::quantity;
+use crate::expression::{
+    self, Assignment, Formula, Function, Kind, Problem, Program, Scope, Shape, Symbol, check,
+    parse_expression,
+};
+use crate::knowledge::draft::{Draft, RelationDraft, Text, UtilityDraft};
+use crate::knowledge::utility::{Aggregate, Element, Fact, OwnUtility, Rating, Utility};
+use crate::knowledge::{KnowledgeBase, Properties};
+use alloc::collections::BTreeSet;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+/// How many elements with a rating out of range are told.
+const MAX_TOLD: usize = 10;
+
+/// The utility as far as it is right, proven to get no better with more relations.
+pub(super) fn build(problems: &mut Problems, draft: &Draft, knowledge: &KnowledgeBase) -> Utility {
+    let (at, utility) = match &draft.utility {
+        None => (&Text::default(), Utility::Norm),
+        Some(UtilityDraft::Named(name)) => {
+            if name.text != "norm" {
+                let message = format!("there is no utility `{}`", name.text);
+                let help =
+                    "write `norm`, or formulas of your own: `{ aggregate: product, relation: 1 / cost }`";
+                problems.error(name, message, help);
+            }
+            (name, Utility::Norm)
+        }
+        Some(UtilityDraft::Own { at, aggregate, relation, signal, defaults }) => {
+            let defaults = quantity::properties(problems, defaults);
+            let aggregate = aggregate.as_ref().and_then(|text| read_aggregate(problems, text));
+            let relation = relation.as_ref().map(|text| {
+                let names = Names::new(
+                    &Fact::OF_RELATIONS,
+                    knowledge.relations().iter().map(|r| &r.properties),
+                    &defaults,
+                );
+                rating(problems, text, &names)
+            });
+            let signal = signal.as_ref().map(|text| {
+                let names = Names::new(
+                    &Fact::OF_SIGNALS,
+                    knowledge.signals().iter().map(|s| &s.properties),
+                    &defaults,
+                );
+                rating(problems, text, &names)
+            });
+            if relation.is_none() && signal.is_none() {
+                problems.error(at, "this utility rates nothing", "give it a formula: `relation: 1 / cost`");
+            }
+            if matches!((&relation, &signal), (Some(None), _) | (_, Some(None))) {
+                return Utility::Norm;
+            }
+            let (relation, signal) = (relation.flatten(), signal.flatten());
+            (at, Utility::Own(OwnUtility { aggregate: aggregate.unwrap_or_default(), relation, signal }))
+        }
+    };
+    report(problems, draft, at, &utility, knowledge);
+    utility
+}
+
+fn read_aggregate(problems: &mut Problems, text: &Text) -> Option<Aggregate> {
+    let known = Aggregate::NAMES.iter().find(|(name, _)| *name == text.text);
+    if known.is_none() {
+        problems.unknown(
+            text,
+            "aggregate",
+            Aggregate::NAMES.iter().map(|(name, _)| *name),
+            "write `product`, `sum` or `minimum`",
+        );
+    }
+    known.map(|&(_, aggregate)| aggregate)
+}
+
+/// What formulas of a utility may name.
+struct Names<'a> {
+    facts: Vec<(&'a str, Fact)>,
+}
+
+impl<'a> Names<'a> {
+    fn new(
+        built_in: &[(&'static str, Fact)],
+        given: impl Iterator<Item = &'a Properties>,
+        defaults: &'a Properties,
+    ) -> Names<'a> {
+        let mut properties: BTreeSet<&str> = defaults.keys().map(String::as_str).collect();
+        properties.extend(given.flat_map(|properties| properties.keys()).map(String::as_str));
+        let mut facts: Vec<(&str, Fact)> = built_in.to_vec();
+        properties.retain(|name| built_in.iter().all(|(built_in, _)| built_in != name));
+        facts.extend(
+            properties
+                .into_iter()
+                .map(|name| (name, Fact::Property(name.to_string(), defaults.get(name).copied()))),
+        );
+        Names { facts }
+    }
+}
+
+impl Scope for Names<'_> {
+    fn symbol(&self, name: &str) -> Option<Symbol> {
+        let at = self.facts.iter().position(|(known, _)| *known == name)?;
+        u32::try_from(at).ok().map(Symbol)
+    }
+
+    fn kind(&self, _: Symbol) -> Kind {
+        Kind { shape: Shape::Scalar, unit: None, range: None, constant: None }
+    }
+
+    fn function(&self, _: &str) -> Option<&Function> {
+        None
+    }
+
+    fn names(&self) -> Vec<&str> {
+        self.facts.iter().map(|(name, _)| *name).collect()
+    }
+
+    fn function_names(&self) -> Vec<&str> {
+        Vec::new()
+    }
+}
+
+fn rating(problems: &mut Problems, text: &Text, names: &Names) -> Option<Rating> {
+    let parsed = parse_expression(&text.text).map_err(|problem| problems.inside(text, problem)).ok()?;
+    let checked = check(&parsed, names);
+    for problem in checked.problems {
+        problems.inside(text, problem);
+    }
+    let formula = checked.formula?;
+    let whole = 0..text.text.len();
+    if formula.shape() != expression::Shape::Scalar || formula.is_stateful() {
+        let problem = Problem::error(whole, "a utility is a number of the present properties");
+        problems.inside(text, problem);
+        return None;
+    }
+    compiled(&text.text, &formula, names).map_err(|problem| problems.inside(text, problem)).ok()
+}
+
+fn compiled(text: &str, formula: &Formula, names: &Names) -> Result<Rating, Problem> {
+    // The result is a symbol that no fact has.
+    let symbol = Symbol(u32::MAX);
+    let program = Program::compile(&[Assignment { symbol, formula, condition: None }])?;
+    let fact = |symbol: Symbol| names.facts.get(symbol.0 as usize).map(|(_, fact)| fact.clone());
+    let facts = program.inputs().iter().filter_map(|input| fact(input.symbol)).collect();
+    Ok(Rating { text: text.to_string(), program, facts })
+}
+
+fn report(problems: &mut Problems, draft: &Draft, at: &Text, utility: &Utility, knowledge: &KnowledgeBase) {
+    let found = utility.check(knowledge);
+    let is_norm = matches!(utility, Utility::Norm);
+    for problem in found.iter().take(MAX_TOLD) {
+        let name = match problem.element {
+            Element::Variable(id) => {
+                find(draft.variables.iter().map(|v| &v.name), &knowledge.variables()[id].name)
+            }
+            Element::Relation(id) => {
+                let draft = draft.relations.iter().find(|r| r.name.text == knowledge.relations()[id].name);
+                draft.map(|draft| cost(draft).filter(|_| is_norm).unwrap_or(&draft.name))
+            }
+            Element::Signal(id) => find(draft.signals.iter().map(|s| &s.name), &knowledge.signals()[id].name),
+        };
+        problems.error(name.unwrap_or(at), problem.message.clone(), problem.help.clone());
+    }
+    if found.len() > MAX_TOLD {
+        let message = format!("the utility of {} more elements is out of range", found.len() - MAX_TOLD);
+        problems.error(at, message, "correct the formula, or the properties that it reads");
+    }
+}
+
+/// Where the draft of a relation gives its cost.
+fn cost(draft: &RelationDraft) -> Option<&Text> {
+    draft.properties.iter().find(|(name, _)| name.text == "cost").map(|(_, value)| value)
+}
+
+fn find<'d>(mut names: impl Iterator<Item = &'d Text>, name: &str) -> Option<&'d Text> {
+    names.find(|text| text.text == name)
+}

@@ -1,0 +1,356 @@
+//! The part of a graph that a search from one root can reach and use, renumbered densely, with what to hope for.
+
+mod visit;
+mod compaction;
+
+pub use visit::Marks;
+pub(super) use visit::Rules;
+
+use super::graph::View;
+use super::utility::{Scale, Weight};
+use crate::knowledge::{Id, IdVec, RelationId, VariableId};
+use alloc::collections::BTreeMap;
+use alloc::vec::Vec;
+use compaction::Compaction;
+use visit::Visit;
+
+macro_rules! local_id {
+    ($(#[$doc:meta] $name:ident)*) => {$(
+        #[$doc]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub(super) struct $name(u32);
+
+        impl Id for $name {
+            fn from_index(index: usize) -> Self {
+                $name(index as u32)
+            }
+            fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    )*};
+}
+
+local_id! {
+    /// A variable that has to be decided when a substitution needs it; the root is the first.
+    Place
+    /// One way of knowing the variable of a place.
+    ChoiceId
+    /// A relation that a substitution may use for several outputs, and then counts once.
+    Team
+}
+
+/// A relation above a place, or the place's own signals.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Choice {
+    /// `None`: the variable is provided, and used as it comes.
+    pub(super) relation: Option<RelationId>,
+    /// What it weighs, if the relation is not used already.
+    pub(super) weight: Weight,
+    /// Where its inputs begin; they end where those of the next choice begin.
+    inputs: u32,
+}
+
+/// Places and choices; the root is the first place.
+#[derive(Debug)]
+pub(super) struct Scope {
+    scale: Scale,
+    variables: IdVec<Place, VariableId>,
+    choices: IdVec<ChoiceId, Choice>,
+    /// The first choice of each place, and the end of the last place's.
+    starts: Vec<u32>,
+    inputs: Vec<Place>,
+    /// What knowing a place weighs at least, whatever else is known.
+    hopes: IdVec<Place, Weight>,
+    /// Of each choice, if there is any: set when the relation may be used for another output at the same time.
+    teams: IdVec<ChoiceId, Option<Team>>,
+    team_count: usize,
+    /// Relations that may produce another variable of the scope, ascending.
+    ambiguous: Vec<RelationId>,
+    tree: bool,
+    cyclic: bool,
+}
+
+impl Scope {
+    /// Finds what can be reached from `root` and is of use. Complexity: O(size of that part).
+    pub(super) fn new(view: &View, root: VariableId, rules: Rules, marks: &mut Marks) -> Scope {
+        let mut scope = match Visit::new(view, root, rules, marks, true).run() {
+            Some(scope) => scope,
+            None => Visit::new(view, root, rules, marks, false).run().unwrap_or_else(|| Scope::empty(view)),
+        };
+        if !scope.tree {
+            // Of a tree, the hopes tell what is of use.
+            scope.drop_useless();
+            scope.cyclic = scope.has_cycle();
+        }
+        scope.find_teams(view);
+        scope.find_hopes();
+        scope
+    }
+
+    fn empty(view: &View) -> Scope {
+        Scope {
+            scale: view.graph().scale(),
+            variables: IdVec::new(),
+            choices: IdVec::new(),
+            starts: Vec::from([0]),
+            inputs: Vec::new(),
+            hopes: IdVec::new(),
+            teams: IdVec::new(),
+            team_count: 0,
+            ambiguous: Vec::new(),
+            tree: true,
+            cyclic: false,
+        }
+    }
+
+    /// How its weights are joined.
+    pub(super) fn scale(&self) -> Scale {
+        self.scale
+    }
+
+    /// The root, unless nothing can provide it.
+    pub(super) fn root(&self) -> Option<Place> {
+        self.variables.ids().next().filter(|&root| !self.hopes[root].is_impossible())
+    }
+
+    /// How many places there are.
+    pub(super) fn len(&self) -> usize {
+        self.variables.len()
+    }
+
+    /// How many choices there are.
+    pub(super) fn count(&self) -> usize {
+        self.choices.len()
+    }
+
+    /// How many teams there are.
+    pub(super) fn teams(&self) -> usize {
+        self.team_count
+    }
+
+    /// Whether choices can be such that a variable is needed for itself.
+    pub(super) fn is_cyclic(&self) -> bool {
+        self.cyclic
+    }
+
+    /// Whether the best choices of all places together are the best substitution.
+    pub(super) fn is_exact(&self) -> bool {
+        self.tree && self.team_count == 0 && self.scale.is_additive()
+    }
+
+    /// The variable of a place.
+    pub(super) fn variable(&self, place: Place) -> VariableId {
+        self.variables[place]
+    }
+
+    /// What knowing a place weighs at least, whatever else is known.
+    pub(super) fn hope(&self, place: Place) -> Weight {
+        self.hopes[place]
+    }
+
+    /// The choices of a place: its own signals first, then relations in file order.
+    pub(super) fn choices(&self, place: Place) -> impl DoubleEndedIterator<Item = ChoiceId> + use<> {
+        let bound = |index: usize| self.starts.get(index).map_or(0, |&at| at as usize);
+        (bound(place.index())..bound(place.index() + 1)).map(ChoiceId::from_index)
+    }
+
+    /// What a choice is.
+    pub(super) fn choice(&self, choice: ChoiceId) -> &Choice {
+        &self.choices[choice]
+    }
+
+    /// Set when the relation of a choice may be used for another output at the same time.
+    pub(super) fn team(&self, choice: ChoiceId) -> Option<Team> {
+        self.teams.find(choice).copied().flatten()
+    }
+
+    /// Whether another assignment of outputs could use the same relations.
+    pub(super) fn is_ambiguous(&self, relation: RelationId) -> bool {
+        self.ambiguous.binary_search(&relation).is_ok()
+    }
+
+    /// The places that a choice needs, in the order of their variables.
+    pub(super) fn inputs(&self, choice: ChoiceId) -> &[Place] {
+        let start = self.choices[choice].inputs as usize;
+        let next = self.choices.find(ChoiceId(choice.0 + 1));
+        let end = next.map_or(self.inputs.len(), |next| next.inputs as usize);
+        self.inputs.get(start..end).unwrap_or_default()
+    }
+
+    /// What a choice weighs at least with all that it needs.
+    pub(super) fn hope_of(&self, choice: ChoiceId) -> Weight {
+        let inputs = self.inputs(choice).iter().map(|&input| self.hopes[input]);
+        inputs.fold(self.choices[choice].weight, |all, hope| self.scale.join(all, hope))
+    }
+
+    /// The best choice of a place, if the scope is exact; of equals the first.
+    pub(super) fn best(&self, place: Place) -> Option<ChoiceId> {
+        self.choices(place).find(|&choice| self.hope_of(choice) == self.hopes[place])
+    }
+
+    /// Removes choices that cannot be completed, and places that nothing needs any more.
+    fn drop_useless(&mut self) {
+        let missing = self.missing();
+        if missing.iter().any(|&missing| missing > 0) {
+            *self = Compaction::new(self).run(&missing);
+        }
+    }
+
+    /// How many inputs of each choice cannot be known in any way, by counting forward from the provided ones.
+    fn missing(&self) -> IdVec<ChoiceId, u32> {
+        let mut missing = IdVec::filled(self.choices.len(), |choice| self.inputs(choice).len() as u32);
+        let output = self.outputs();
+        let users = self.users();
+        let mut known = IdVec::filled(self.len(), |_: Place| false);
+        let mut complete: Vec<ChoiceId> = missing.ids().filter(|&choice| missing[choice] == 0).collect();
+        while let Some(choice) = complete.pop() {
+            let place = output[choice];
+            if core::mem::replace(&mut known[place], true) {
+                continue;
+            }
+            for &user in users.row(place) {
+                missing[user] -= 1;
+                if missing[user] == 0 {
+                    complete.push(user);
+                }
+            }
+        }
+        missing
+    }
+
+    /// The place that each choice is one of.
+    pub(super) fn outputs(&self) -> IdVec<ChoiceId, Place> {
+        let mut outputs = IdVec::new();
+        for place in self.variables.ids() {
+            for _ in self.choices(place) {
+                outputs.push(place);
+            }
+        }
+        outputs
+    }
+
+    /// The choices that need each place.
+    pub(super) fn users(&self) -> Users {
+        let mut starts = alloc::vec![0_u32; self.len() + 1];
+        for input in &self.inputs {
+            if let Some(start) = starts.get_mut(input.index()) {
+                *start += 1;
+            }
+        }
+        let mut end = 0;
+        for start in &mut starts {
+            end += *start;
+            *start = end;
+        }
+        let mut users = Users { choices: alloc::vec![ChoiceId(0); self.inputs.len()], starts };
+        for choice in self.choices.ids() {
+            for &input in self.inputs(choice) {
+                users.put(input, choice);
+            }
+        }
+        users
+    }
+
+    /// Numbers the relations that may be used twice in one substitution.
+    fn find_teams(&mut self, view: &View) {
+        if self.ambiguous.is_empty() {
+            return;
+        }
+        let mut counts: BTreeMap<RelationId, u32> =
+            self.ambiguous.iter().map(|&relation| (relation, 0)).collect();
+        for relation in self.choices.iter().filter_map(|choice| choice.relation) {
+            counts.entry(relation).and_modify(|count| *count += 1);
+        }
+        self.ambiguous.retain(|relation| counts.get(relation).is_some_and(|&count| count > 1));
+        let shared = self.ambiguous.iter().filter(|&&relation| !view.graph().is_exclusive(relation));
+        let teams: BTreeMap<RelationId, Team> =
+            shared.enumerate().map(|(at, &relation)| (relation, Team::from_index(at))).collect();
+        self.team_count = teams.len();
+        if self.team_count > 0 {
+            let team =
+                |choice| self.choices[choice].relation.and_then(|relation| teams.get(&relation).copied());
+            self.teams = IdVec::filled(self.choices.len(), team);
+        }
+    }
+
+    /// Whether some place can need itself, by removing places that only removed ones need.
+    fn has_cycle(&self) -> bool {
+        let mut needed = IdVec::filled(self.len(), |_: Place| 0_u32);
+        for &input in &self.inputs {
+            needed[input] += 1;
+        }
+        let mut free: Vec<Place> = self.variables.ids().filter(|&place| needed[place] == 0).collect();
+        let mut removed = 0;
+        while let Some(place) = free.pop() {
+            removed += 1;
+            for &input in self.choices(place).flat_map(|choice| self.inputs(choice)) {
+                needed[input] -= 1;
+                if needed[input] == 0 {
+                    free.push(input);
+                }
+            }
+        }
+        removed < self.len()
+    }
+
+    /// Lower bounds, from the last places to the root.
+    ///
+    /// The hope of a place adds up only places that nothing else can need (they have no other variable above
+    /// them), so the hopes of different undecided places never speak of the same relation, nor of a relation
+    /// that is decided already: together they are a lower bound of what is still to be paid. Where nothing is shared
+    /// it is exact. A relation that may also serve another output may be paid for there: it counts as nothing.
+    fn find_hopes(&mut self) {
+        self.hopes = IdVec::filled(self.len(), |_| Weight::ZERO);
+        let private = if self.tree { IdVec::new() } else { self.private() };
+        for place in self.variables.ids().rev() {
+            let hope = |choice| {
+                let own = self.team(choice).map_or(self.choices[choice].weight, |_| Weight::ZERO);
+                let hoped = |input: &&Place| self.tree || private[**input];
+                let inputs = self.inputs(choice).iter().filter(hoped);
+                inputs.fold(own, |all, &input| self.scale.join(all, self.hopes[input]))
+            };
+            let hopes = self.choices(place).map(hope);
+            self.hopes[place] = hopes.fold(Weight::MAX, |least, hope| self.scale.least(least, hope));
+        }
+    }
+
+    /// Which places can be needed for one variable only. Such a place comes after that variable's.
+    fn private(&self) -> IdVec<Place, bool> {
+        let mut private = IdVec::filled(self.len(), |_| true);
+        let mut above: IdVec<Place, Option<Place>> = IdVec::filled(self.len(), |_| None);
+        for place in self.variables.ids() {
+            for &input in self.choices(place).flat_map(|choice| self.inputs(choice)) {
+                private[input] &= above[input].is_none_or(|above| above == place);
+                above[input] = Some(place);
+            }
+        }
+        private
+    }
+}
+
+/// The choices that need each place.
+#[derive(Debug)]
+pub(super) struct Users {
+    /// Where the list of each place begins, once all are put.
+    starts: Vec<u32>,
+    choices: Vec<ChoiceId>,
+}
+
+impl Users {
+    /// Puts in from the back of the list of the place.
+    fn put(&mut self, place: Place, choice: ChoiceId) {
+        if let Some(start) = self.starts.get_mut(place.index()) {
+            *start -= 1;
+            if let Some(slot) = self.choices.get_mut(*start as usize) {
+                *slot = choice;
+            }
+        }
+    }
+
+    /// The choices that need a place.
+    pub(super) fn row(&self, place: Place) -> &[ChoiceId] {
+        let bound = |index: usize| self.starts.get(index).map_or(0, |&start| start as usize);
+        self.choices.get(bound(place.index())..bound(place.index() + 1)).unwrap_or_default()
+    }
+}
