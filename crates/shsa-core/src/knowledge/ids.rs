@@ -76,6 +76,23 @@ impl<I: Id, T> IdVec<I, T> {
         I::from_index(self.items.len() - 1)
     }
 
+    /// Without elements, with room for some.
+    #[must_use]
+    pub fn with_capacity(capacity: usize) -> Self {
+        IdVec { items: Vec::with_capacity(capacity), kind: PhantomData }
+    }
+
+    /// How many elements there is room for.
+    #[must_use]
+    pub fn capacity(&self) -> usize {
+        self.items.capacity()
+    }
+
+    /// Takes the last element.
+    pub fn pop(&mut self) -> Option<T> {
+        self.items.pop()
+    }
+
     /// How many elements there are.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -82,6 +82,8 @@ pub struct Graph {
     monotone: bool,
     utility: Utility,
     variables: IdVec<VariableId, VariableFacts>,
+    /// Of the status of each variable what is asked most.
+    provided: IdVec<VariableId, bool>,
     relations: IdVec<RelationId, RelationFacts>,
     /// The numbers that the rating of each relation reads.
     properties: Rows<RelationId, f64>,
@@ -100,6 +102,7 @@ impl Graph {
             monotone: knowledge.utility().check(knowledge).is_empty(),
             utility: knowledge.utility().clone(),
             variables: IdVec::new(),
+            provided: IdVec::new(),
             relations: IdVec::new(),
             properties: Rows::new(),
             carried: IdVec::new(),
@@ -166,6 +169,7 @@ impl Graph {
                 status: Status { provided: false, accuracy: None, weight: Weight::ZERO },
             };
             facts.status = status(&facts, self.carriers.row(id), &[]);
+            self.provided.push(facts.status.provided);
             self.variables.push(facts);
         }
     }
@@ -294,6 +298,14 @@ impl<'a> View<'a> {
     fn change(&self, variable: VariableId) -> Option<Status> {
         let at = self.changed.binary_search_by_key(&variable, |&(changed, _)| changed).ok()?;
         self.changed.get(at).map(|&(_, status)| status)
+    }
+
+    /// Whether a variable is known without a relation.
+    pub(super) fn is_provided(&self, variable: VariableId) -> bool {
+        match self.changed.is_empty() {
+            true => self.graph.provided[variable],
+            false => self.status(variable).provided,
+        }
     }
 
     pub(super) fn status(&self, variable: VariableId) -> Status {

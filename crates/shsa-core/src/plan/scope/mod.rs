@@ -51,6 +51,9 @@ pub(super) struct Choice {
     inputs: u32,
 }
 
+/// For how many places and choices there is room from the start.
+const ROOM: usize = 64;
+
 /// Places and choices; the root is the first place.
 #[derive(Debug)]
 pub(super) struct Scope {
@@ -89,19 +92,21 @@ impl Scope {
     }
 
     fn empty(view: &View) -> Scope {
-        Scope {
+        let mut scope = Scope {
             scale: view.graph().scale(),
-            variables: IdVec::new(),
-            choices: IdVec::new(),
-            starts: Vec::from([0]),
-            inputs: Vec::new(),
+            variables: IdVec::with_capacity(ROOM),
+            choices: IdVec::with_capacity(ROOM),
+            starts: Vec::with_capacity(ROOM),
+            inputs: Vec::with_capacity(ROOM),
             hopes: IdVec::new(),
             teams: IdVec::new(),
             team_count: 0,
             ambiguous: Vec::new(),
             tree: true,
             cyclic: false,
-        }
+        };
+        scope.starts.push(0);
+        scope
     }
 
     /// How its weights are joined.

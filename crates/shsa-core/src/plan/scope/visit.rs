@@ -1,6 +1,6 @@
 //! The walk that finds a scope.
 
-use super::{Choice, ChoiceId, Place, Scope};
+use super::{Choice, Place, Scope};
 use crate::knowledge::{Id, IdVec, RelationId, VariableId};
 use crate::plan::graph::{Producer, View};
 use crate::plan::utility::Weight;
@@ -59,6 +59,10 @@ impl Marks {
         self.places[variable] = Mark { round: self.round, value: place.0 };
     }
 
+    fn forget_place(&mut self, variable: VariableId) {
+        self.places[variable].round = 0;
+    }
+
     /// Counts a use of a relation; how many there were before.
     fn use_relation(&mut self, relation: RelationId) -> u32 {
         let mark = &mut self.relations[relation];
@@ -76,8 +80,8 @@ impl Marks {
 pub(super) struct Visit<'a, 'b> {
     view: &'a View<'b>,
     rules: Rules,
-    /// Provided variables are places, too, as using them has a weight.
-    weigh_sources: bool,
+    /// Provided variables are places, too: they may be substituted, or using them has a weight.
+    provided_places: bool,
     marks: &'a mut Marks,
     scope: Scope,
     above: Vec<Place>,
@@ -96,8 +100,9 @@ impl<'a, 'b> Visit<'a, 'b> {
     ) -> Self {
         marks.begin();
         let scope = Scope { tree, ..Scope::empty(view) };
-        let weigh_sources = view.graph().rates_signals();
-        let mut visit = Visit { view, rules, weigh_sources, marks, scope, above: Vec::new() };
+        let provided_places = rules.substitute_provided || view.graph().rates_signals();
+        let above = Vec::with_capacity(scope.variables.capacity());
+        let mut visit = Visit { view, rules, provided_places, marks, scope, above };
         visit.discover(root, Place(0));
         visit
     }
@@ -127,16 +132,16 @@ impl<'a, 'b> Visit<'a, 'b> {
         let view = self.view;
         let variable = self.scope.variables[place];
         let is_root = place.index() == 0;
-        let status = view.status(variable);
-        if status.provided && !(self.rules.without_empty && is_root) {
-            self.add_choice(None, status.weight, self.scope.inputs.len());
+        let provided = view.is_provided(variable);
+        if provided && !(self.rules.without_empty && is_root) {
+            self.add_choice(None, view.status(variable).weight, self.scope.inputs.len());
         }
-        if !status.provided || is_root || self.rules.substitute_provided {
+        if !provided || is_root || self.rules.substitute_provided {
             for producer in view.producers(variable) {
-                if !self.leads_up(place, variable, producer.relation)
-                    && !self.visit_producer(place, variable, producer)
-                {
-                    return false;
+                match self.find_inputs(place, variable, producer.relation) {
+                    Found::Inputs(start) => self.add_relation(producer, variable, start),
+                    Found::Itself => {}
+                    Found::NoTree => return false,
                 }
             }
         }
@@ -144,22 +149,43 @@ impl<'a, 'b> Visit<'a, 'b> {
         true
     }
 
-    fn needs(
-        &self,
-        variable: VariableId,
-        relation: RelationId,
-    ) -> impl Iterator<Item = VariableId> + use<'b> {
-        let inputs: &'b [VariableId] = self.view.graph().inputs(relation);
-        inputs.iter().copied().filter(move |&input| input != variable)
+    /// Puts the places that a relation needs at the end of the inputs; nothing when it would need its own output.
+    fn find_inputs(&mut self, place: Place, variable: VariableId, relation: RelationId) -> Found {
+        let (start, known) = (self.scope.inputs.len(), self.scope.variables.len());
+        let inputs = self.view.graph().inputs(relation);
+        let mut shared = false;
+        for &input in inputs.iter().filter(|&&input| input != variable) {
+            let needed = match self.marks.place(input) {
+                Some(needed) if self.leads_up(needed, place) => {
+                    self.forget(start, known);
+                    return Found::Itself;
+                }
+                Some(needed) => {
+                    shared |= self.above.get(needed.index()) != Some(&place);
+                    needed
+                }
+                None if !self.provided_places && self.view.is_provided(input) => continue,
+                None => self.discover(input, place),
+            };
+            self.scope.inputs.push(needed);
+        }
+        if shared && self.scope.tree { Found::NoTree } else { Found::Inputs(start) }
     }
 
-    /// Whether a relation surely needs what it would be used for.
-    fn leads_up(&self, place: Place, variable: VariableId, relation: RelationId) -> bool {
-        self.needs(variable, relation).any(|input| match self.marks.place(input) {
-            Some(Place(0)) => true,
-            Some(needed) => self.scope.tree && self.is_above(needed, place),
-            None => false,
-        })
+    /// Takes back what was found after so many inputs and places.
+    fn forget(&mut self, inputs: usize, places: usize) {
+        self.scope.inputs.truncate(inputs);
+        self.above.truncate(places);
+        while self.scope.variables.len() > places
+            && let Some(variable) = self.scope.variables.pop()
+        {
+            self.marks.forget_place(variable);
+        }
+    }
+
+    /// Whether a place surely needs another.
+    fn leads_up(&self, needed: Place, place: Place) -> bool {
+        needed == Place(0) || (self.scope.tree && self.is_above(needed, place))
     }
 
     fn is_above(&self, upper: Place, place: Place) -> bool {
@@ -168,32 +194,25 @@ impl<'a, 'b> Visit<'a, 'b> {
         up.take(LOOK_UP).take_while(|&place| place >= upper).any(|place| place == upper)
     }
 
-    fn visit_producer(&mut self, place: Place, variable: VariableId, producer: Producer) -> bool {
-        let view = self.view;
-        let inputs = self.scope.inputs.len();
-        for input in self.needs(variable, producer.relation) {
-            if !self.weigh_sources && !self.rules.substitute_provided && view.status(input).provided {
-                continue;
-            }
-            let needed = match self.marks.place(input) {
-                Some(needed) if self.scope.tree && self.above.get(needed.index()) != Some(&place) => {
-                    return false;
-                }
-                Some(needed) => needed,
-                None => self.discover(input, place),
-            };
-            self.scope.inputs.push(needed);
+    fn add_relation(&mut self, producer: Producer, variable: VariableId, inputs: usize) {
+        let relation = producer.relation;
+        if self.view.graph().has_several_outputs(relation) && self.marks.use_relation(relation) > 0 {
+            self.scope.ambiguous.push(relation);
         }
-        if view.graph().has_several_outputs(producer.relation)
-            && self.marks.use_relation(producer.relation) > 0
-        {
-            self.scope.ambiguous.push(producer.relation);
-        }
-        self.add_choice(Some(producer.relation), view.weight(producer, variable), inputs);
-        true
+        self.add_choice(Some(relation), self.view.weight(producer, variable), inputs);
     }
 
-    fn add_choice(&mut self, relation: Option<RelationId>, weight: Weight, inputs: usize) -> ChoiceId {
-        self.scope.choices.push(Choice { relation, weight, inputs: inputs as u32 })
+    fn add_choice(&mut self, relation: Option<RelationId>, weight: Weight, inputs: usize) {
+        self.scope.choices.push(Choice { relation, weight, inputs: inputs as u32 });
     }
+}
+
+/// What a relation needs.
+enum Found {
+    /// The places from this input on.
+    Inputs(usize),
+    /// What it would be used for.
+    Itself,
+    /// Something that another place needs, too.
+    NoTree,
 }
