@@ -9,6 +9,7 @@ use super::{KnowledgeBase, Properties, Signal};
 use crate::expression::{Number, Program, Value};
 use crate::interval::Interval;
 use crate::time::{Time, Validity};
+use alloc::boxed::Box;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -22,7 +23,7 @@ pub enum Utility {
     #[default]
     Norm,
     /// The model's own formulas.
-    Own(OwnUtility),
+    Own(Box<OwnUtility>),
 }
 
 /// Formulas of a model that rate relations and signals.
@@ -171,7 +172,7 @@ impl Utility {
     /// Whether signals are rated, too.
     #[must_use]
     pub fn rates_signals(&self) -> bool {
-        matches!(self, Utility::Own(OwnUtility { signal: Some(_), .. }))
+        matches!(self, Utility::Own(own) if own.signal.is_some())
     }
 
     /// The numbers that the rating of a relation reads from its properties: [`f64::NAN`] for one that is missing.
@@ -179,9 +180,9 @@ impl Utility {
     pub fn properties_of(&self, properties: &Properties) -> Vec<f64> {
         match self {
             Utility::Norm => Vec::from([property(properties, "cost", Some(1.0))]),
-            Utility::Own(OwnUtility { relation: None, .. }) => Vec::new(),
-            Utility::Own(OwnUtility { relation: Some(rating), .. }) => {
-                rating.properties().map(|(name, otherwise)| property(properties, name, otherwise)).collect()
+            Utility::Own(own) => {
+                let read = own.relation.iter().flat_map(Rating::properties);
+                read.map(|(name, otherwise)| property(properties, name, otherwise)).collect()
             }
         }
     }
@@ -192,10 +193,10 @@ impl Utility {
     pub fn of_relation(&self, properties: &[f64], inputs: &Inputs) -> f64 {
         match self {
             Utility::Norm => norm(properties.first().copied().unwrap_or(1.0), inputs),
-            Utility::Own(OwnUtility { relation: None, aggregate, .. }) => aggregate.best(),
-            Utility::Own(OwnUtility { relation: Some(rating), .. }) => {
-                rating.of_relation(properties, inputs, |value| value)
-            }
+            Utility::Own(own) => match &own.relation {
+                Some(rating) => rating.of_relation(properties, inputs, |value| value),
+                None => own.aggregate.best(),
+            },
         }
     }
 
@@ -203,8 +204,10 @@ impl Utility {
     #[must_use]
     pub fn of_signal(&self, signal: &Signal) -> f64 {
         match self {
-            Utility::Own(OwnUtility { signal: Some(rating), .. }) => rating.of_signal(signal),
-            _ => self.aggregate().best(),
+            Utility::Norm => Aggregate::Product.best(),
+            Utility::Own(own) => {
+                own.signal.as_ref().map_or(own.aggregate.best(), |rating| rating.of_signal(signal))
+            }
         }
     }
 }
@@ -286,7 +289,7 @@ impl Utility {
     }
 
     fn check_signal(&self, knowledge: &KnowledgeBase, id: SignalId) -> Option<UtilityProblem> {
-        let Utility::Own(OwnUtility { signal: Some(_), aggregate, .. }) = self else { return None };
+        let aggregate = self.aggregate();
         let signal = &knowledge.signals()[id];
         let value = self.of_signal(signal);
         if aggregate.range().contains(value) {
@@ -298,7 +301,7 @@ impl Utility {
         };
         let help = match value.is_nan() {
             true => "give it every property that the formula reads, or name values under `defaults`",
-            false => out_of_range(*aggregate),
+            false => out_of_range(aggregate),
         };
         Some(UtilityProblem { element: Element::Signal(id), message, help: help.into() })
     }
@@ -334,10 +337,10 @@ fn outside(
     rate(all)?;
     // Over all at once the bounds may be too wide where the formula reads the number more than once.
     let value = (0..=inputs.len()).find_map(|unprovided| rate(Interval::point(unprovided as f64)))?;
-    Some(if value.is_empty() {
-        "without a value".into()
-    } else {
-        format!("{} to {}", value.lo(), value.hi())
+    Some(match value {
+        _ if value.is_empty() => "without a value".into(),
+        _ if value.hi() - value.lo() < SLACK => format!("{}", value.midpoint()),
+        _ => format!("{} to {}", value.lo(), value.hi()),
     })
 }
 

@@ -9,6 +9,7 @@ use crate::expression::{
 use crate::knowledge::draft::{Draft, RelationDraft, Text, UtilityDraft};
 use crate::knowledge::utility::{Aggregate, Element, Fact, OwnUtility, Rating, Utility};
 use crate::knowledge::{KnowledgeBase, Properties};
+use alloc::boxed::Box;
 use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -56,7 +57,14 @@ pub(super) fn build(problems: &mut Problems, draft: &Draft, knowledge: &Knowledg
                 return Utility::Norm;
             }
             let (relation, signal) = (relation.flatten(), signal.flatten());
-            (at, Utility::Own(OwnUtility { aggregate: aggregate.unwrap_or_default(), relation, signal }))
+            (
+                at,
+                Utility::Own(Box::new(OwnUtility {
+                    aggregate: aggregate.unwrap_or_default(),
+                    relation,
+                    signal,
+                })),
+            )
         }
     };
     report(problems, draft, at, &utility, knowledge);

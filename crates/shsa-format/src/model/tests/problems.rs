@@ -175,7 +175,6 @@ signals:
          9:57 error: `100 %` is no plus-minus error (write `0.15`, `5 cm`, `2 %`, `0.3 + 1 %`, or the lowest and highest error `[-0.1, 0.2]`)
          9:71 error: `-1 s` is negative (write a time like `300 ms`)
          9:83 error: `1e300 Hz` is no frequency (write it like `10 Hz` or `2 1/min`)
-         10:45 error: `cost: 0.5` makes no sense (a cost is at least 1)
          10:60 error: `accuracy: 2` makes no sense (an accuracy lies between 0 and 1)
          10:70 error: `prior: 0` makes no sense (a prior is the probability of a fault, more than 0 and less than 1)
          10:78 error: a number is missing before `bar`",
@@ -204,7 +203,48 @@ utility: nrom",
          9:47 error: `-5 %` is negative (write a share like `5 %` or `0.05`)
          9:60 error: `1` has no unit (write a time like `300 ms` or `2 s`)
          9:74 error: a number is missing before `soon`
-         10:10 error: there is no utility `nrom` (write `norm`, the utility that is known)",
+         10:10 error: there is no utility `nrom` (write `norm`, or formulas of your own: `{ aggregate: product, relation: 1 / cost }`)",
+    );
+}
+
+#[test]
+fn a_utility_gets_no_better_with_more_relations() {
+    let model = |utility: &str| {
+        let elements = "variables: { x: , y: , z: }\nsignals: { a: { variable: y, rate: 10 Hz, properties: { trust: 0.9 } }, b: { variable: z } }";
+        let relations = "relations: { r: { output: x, inputs: [y, z], properties: { cost: 0.5 } }, s: { output: x, inputs: [y] } }";
+        format!("{elements}\n{relations}\n{utility}")
+    };
+    check(
+        &model("utility: norm"),
+        "4:66 error: the cost 0.5 of relation `r` is below 1 (a cost is at least 1)",
+    );
+    check(&model("utility: { aggregate: sum, relation: cost, defaults: { cost: 1 } }"), "");
+    check(&model("utility: { aggregate: minimum, signal: trust * 1, defaults: { trust: 0.5 } }"), "");
+    check(&model("utility: { relation: 1 / (1 + unprovided) }"), "");
+    check(
+        &model("utility: { aggregate: sum, relation: cost }"),
+        "4:75 error: relation `s` has no `cost`, which the utility reads (give it one, or name a value for all without it under `defaults`)",
+    );
+    check(
+        &model("utility: { relation: inputs / 2 - unprovided }"),
+        "4:14 error: the utility of relation `r` may be -1 (it must lie between 0 and 1 whichever inputs are provided, so that no relation makes a substitution better)
+         4:75 error: the utility of relation `s` may be -0.5 (it must lie between 0 and 1 whichever inputs are provided, so that no relation makes a substitution better)",
+    );
+    check(
+        &model("utility: { aggregate: sum, signal: rate / 2 Hz - 6 }"),
+        "3:12 error: the utility of signal `a` is -1 (costs lie between 0 and 1e9, so that no relation makes a substitution better)
+         3:73 error: the utility of signal `b` has no value (give it every property that the formula reads, or name values under `defaults`)",
+    );
+    check(
+        &model("utility: { aggregat: sum, relation: previous(inputs) + prise, agregate: 3 }"),
+        "5:12 error: unknown key `aggregat` (did you mean `aggregate`? known keys here: aggregate, relation, signal, defaults)
+         5:56 error: `prise` is not defined
+         5:63 error: unknown key `agregate` (did you mean `aggregate`? known keys here: aggregate, relation, signal, defaults)",
+    );
+    check(
+        &model("utility: { aggregate: max, defaults: { cost: 1 } }"),
+        "5:10 error: this utility rates nothing (give it a formula: `relation: 1 / cost`)
+         5:23 error: there is no aggregate `max` (write `product`, `sum` or `minimum`)",
     );
 }
 
