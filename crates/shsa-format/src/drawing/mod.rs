@@ -1,0 +1,10 @@
+//! Drawings as self-contained SVG, and graphs for Graphviz: nothing in them refers to anything outside.
+//!
+//! The same input gives the same text, byte for byte. A drawing has no ids, and its classes begin with `shsa-`, so
+//! that several stand in one HTML page; colours follow the reader's light or dark scheme, and nothing is told by
+//! colour alone.
+
+mod sheet;
+mod plot;
+
+pub use plot::{Axis, Chart, Point, Scale, Series};
