@@ -4,7 +4,15 @@
 //! that several stand in one HTML page; colours follow the reader's light or dark scheme, and nothing is told by
 //! colour alone.
 
+mod number;
 mod sheet;
+mod layers;
+mod graph;
+mod dot;
+mod svg;
 mod plot;
 
+pub use dot::dot;
+pub use graph::Marks;
 pub use plot::{Axis, Chart, Point, Scale, Series};
+pub use svg::{TooLarge, svg};

@@ -4,6 +4,8 @@
 
 mod xml;
 mod plot;
+mod bases;
+mod graph;
 
 use std::fs;
 use std::path::Path;

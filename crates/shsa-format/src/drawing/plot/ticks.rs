@@ -1,6 +1,7 @@
 //! The range of an axis, its ticks, and how their values are written.
 
 use super::{Axis, Scale};
+use crate::drawing::number::number;
 
 /// Beyond this no value is shown: differences and ratios of what is shown must stay finite.
 const LARGEST: f64 = 1e100;
@@ -63,8 +64,8 @@ impl Axis {
     fn linear(&self, low: f64, high: f64, count: f64) -> Range<'_> {
         // Zero is shown where it is near: else half of a change looks like all of it.
         let (low, high) = if low >= 0.0 && low < 0.6 * high { (0.0, high) } else { (low, high) };
-        let (low, high) = if low < high { (low, high) } else { (low - 0.5, high + 0.5) };
-        let (low, high) = if low < high { (low, high) } else { (low * 0.5, high * 1.5) };
+        let room = if low < high { 0.0 } else { (0.5 * low.abs()).max(0.5) };
+        let (low, high) = (low - room, high + room);
         let step = round_step((high - low) / count);
         Range { axis: self, low: (low / step).floor() * step, high: (high / step).ceil() * step, step }
     }
@@ -139,47 +140,6 @@ impl Range<'_> {
     }
 }
 
-/// A number with four digits that count, thousands separated; very large and very small ones by powers of ten.
-fn number(value: f64) -> String {
-    let magnitude = value.abs();
-    if magnitude != 0.0 && !(1e-4..1e9).contains(&magnitude) {
-        return power(value);
-    }
-    let decimals = if magnitude < 1.0 { 6 } else { (4 - magnitude.log10() as i32 - 1).max(0) as usize };
-    let text = format!("{value:.decimals$}");
-    let (whole, part) = text.split_once('.').unwrap_or((&text, ""));
-    let part = part.trim_end_matches('0');
-    let point = if part.is_empty() { "" } else { "." };
-    format!("{}{point}{part}", thousands(whole)).replacen('-', "−", 1)
-}
-
-/// As `3·10⁻⁷`.
-fn power(value: f64) -> String {
-    let text = format!("{value:.2e}");
-    let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    let raised = exponent.chars().filter_map(|char| match char {
-        '-' => Some('⁻'),
-        char => "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(char.to_digit(10)? as usize),
-    });
-    let digits = digits.trim_end_matches('0').trim_end_matches('.').replacen('-', "−", 1);
-    let digits = if digits == "1" { String::new() } else { format!("{digits}·") };
-    format!("{digits}10{}", raised.collect::<String>())
-}
-
-/// The digits of a whole number in groups of three.
-fn thousands(digits: &str) -> String {
-    let count = digits.trim_start_matches('-').len();
-    let mut grouped = String::new();
-    for (at, char) in digits.chars().enumerate() {
-        let left = digits.len() - at;
-        if left.is_multiple_of(3) && left < count {
-            grouped.push(',');
-        }
-        grouped.push(char);
-    }
-    grouped
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -233,12 +193,5 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn numbers_keep_four_digits() {
-        let numbers: Vec<String> =
-            [0.5, 1.0 / 3.0, 1234.5, 98_765.4, -2.5e-7, 1e9, -123_456.0].map(number).into();
-        assert_eq!(numbers, ["0.5", "0.333333", "1,234", "98,765", "−2.5·10⁻⁷", "10⁹", "−123,456"]);
     }
 }
