@@ -5,6 +5,9 @@ use std::fmt::{Arguments, Write};
 /// Fonts that are there on every system; none is loaded.
 const FONTS: &str = "system-ui,-apple-system,\"Segoe UI\",Roboto,\"Helvetica Neue\",Arial,sans-serif";
 
+/// Drawings up to this width shrink with the page that they are in.
+const WIDE: f64 = 1400.0;
+
 /// How the elements of a class look: on light paper, and what is different on dark paper.
 pub(super) struct Rule {
     /// Without the prefix `shsa-`.
@@ -54,6 +57,8 @@ impl Sheet {
         (width, height): (f64, f64),
         (title, description): (&str, &str),
     ) -> String {
+        // What is wide would get too small to be read: it keeps its size, and its page scrolls.
+        let shrinks = if width <= WIDE { ";max-width:100%;height:auto" } else { "" };
         let (width, height) = (px(width), px(height));
         let mut style = String::new();
         for rule in SHARED.iter().chain(rules) {
@@ -68,7 +73,7 @@ impl Sheet {
             "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"{kind}\" role=\"img\" aria-label=\"{label}\" \
              width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n\
              <title>{label}</title>\n<desc>{description}</desc>\n\
-             <style>\n.{kind}{{font-family:{FONTS};font-size:13px;max-width:100%;height:auto}}\n{style}</style>\n\
+             <style>\n.{kind}{{font-family:{FONTS};font-size:13px{shrinks}}}\n{style}</style>\n\
              <rect class=\"shsa-paper\" width=\"{width}\" height=\"{height}\"/>\n{body}</svg>\n",
             label = escaped(title),
             description = escaped(description),

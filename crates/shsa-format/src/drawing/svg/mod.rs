@@ -63,7 +63,7 @@ const RULES: [Rule; 21] = [
 /// A knowledge base that is too large to be drawn as SVG here.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "a drawing of {count} {what} is beyond the limit of {most}: write DOT, and let Graphviz draw it (`sfdp -Tsvg`)"
+    "a drawing with {count} {what} is beyond the limit of {most}: write DOT, and let Graphviz draw it (`sfdp -Tsvg`)"
 )]
 pub struct TooLarge {
     /// What there is too much of.
@@ -95,7 +95,7 @@ pub fn svg(knowledge: &KnowledgeBase, marks: &Marks) -> Result<String, TooLarge>
     let sizes: Vec<Size> = blocks.iter().map(Block::size).collect();
     let edges: Vec<Edge> = links.iter().map(|link| edge(&graph, link)).collect();
     let placed = layout(&sizes, &edges).map_err(|TooManyBends(count, most)| TooLarge {
-        what: "bends in links",
+        what: "bends in its links",
         count,
         most,
     })?;
