@@ -11,8 +11,10 @@ mod graph;
 mod dot;
 mod svg;
 mod plot;
+mod heat;
 
 pub use dot::dot;
 pub use graph::Marks;
+pub use heat::Heat;
 pub use plot::{Axis, Chart, Point, Scale, Series};
 pub use svg::{TooLarge, svg};

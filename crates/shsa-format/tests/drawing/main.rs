@@ -4,6 +4,7 @@
 
 mod xml;
 mod plot;
+mod heat;
 mod bases;
 mod graph;
 
