@@ -1,6 +1,7 @@
 //! Files: knowledge bases, recordings, faults to inject, journals and stories.
 
 pub mod drive;
+pub mod drawing;
 pub mod fault;
 pub mod journal;
 pub mod model;

@@ -1,0 +1,20 @@
+//! Drawings as self-contained SVG, and graphs for Graphviz: nothing in them refers to anything outside.
+//!
+//! The same input gives the same text, byte for byte. A drawing has no ids, and its classes begin with `shsa-`, so
+//! that several stand in one HTML page; colours follow the reader's light or dark scheme, and nothing is told by
+//! colour alone.
+
+mod number;
+mod sheet;
+mod layers;
+mod graph;
+mod dot;
+mod svg;
+mod plot;
+mod heat;
+
+pub use dot::dot;
+pub use graph::Marks;
+pub use heat::Heat;
+pub use plot::{Axis, Chart, Point, Scale, Series};
+pub use svg::{TooLarge, svg};
