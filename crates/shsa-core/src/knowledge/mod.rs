@@ -145,6 +145,15 @@ pub struct Need {
     pub switching: Switching,
 }
 
+/// Integrity levels with their numbers in the property `integrity`, the highest last.
+pub const INTEGRITY_LEVELS: [(&str, f64); 4] = [("A", 1.0), ("B", 2.0), ("C", 3.0), ("D", 4.0)];
+
+/// The number of an integrity level.
+#[must_use]
+pub fn integrity_level(name: &str) -> Option<f64> {
+    INTEGRITY_LEVELS.iter().find(|(known, _)| *known == name).map(|(_, level)| *level)
+}
+
 /// How a need switches between its sources.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Switching {

@@ -11,9 +11,10 @@ use super::frontier::{Frontier, StateId};
 use super::graph::{Graph, Options, View};
 use super::greedy;
 use super::limits::{Limits, StopReason};
+use super::requirements::{Paths, Requirements};
 use super::scope::{Marks, Place, Rules, Scope};
 use super::trail::{self, Trail};
-use crate::knowledge::{RelationId, VariableId};
+use crate::knowledge::{KnowledgeBase, RelationId, VariableId};
 use crate::substitution::Substitution;
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
@@ -36,6 +37,9 @@ pub struct BestFirst<'a> {
     stop: Option<StopReason>,
     /// Sets of relations that were given and could appear again with other outputs.
     given: BTreeSet<Vec<RelationId>>,
+    /// What must be met along substitutions.
+    paths: Option<Paths<'a>>,
+    pruned: u64,
 }
 
 /// Where the search stands.
@@ -77,8 +81,36 @@ impl<'a> BestFirst<'a> {
             found: 0,
             stop: BestFirst::refusal(graph, &scope),
             given: BTreeSet::new(),
+            paths: None,
+            pruned: 0,
             scope,
         }
+    }
+
+    /// Starts a search for ways of knowing `root` that meet requirements; what cannot meet them is pruned inside the
+    /// search. Complexity: O(model) for the requirements to single signals, and O(n log n) for each expansion of n
+    /// decisions with others.
+    #[must_use]
+    pub fn meeting(
+        knowledge: &'a KnowledgeBase,
+        graph: &'a Graph,
+        root: VariableId,
+        options: &Options,
+        requirements: &Requirements,
+        limits: Limits,
+    ) -> BestFirst<'a> {
+        let options = requirements.narrowed(knowledge, options);
+        let mut search = BestFirst::new(graph, root, &options, limits);
+        if requirements.limits_paths() {
+            search.paths = Some(Paths::new(knowledge, requirements.clone(), options, &search.scope));
+        }
+        search
+    }
+
+    /// How many partial and complete substitutions were dropped as they cannot meet the requirements.
+    #[must_use]
+    pub fn pruned(&self) -> u64 {
+        self.pruned
     }
 
     fn refusal(graph: &Graph, scope: &Scope) -> Option<StopReason> {
@@ -126,7 +158,7 @@ impl<'a> BestFirst<'a> {
         while let Some(choice) = trail.next().and_then(|place| choices[place]) {
             trail.take(&self.scope, choice);
         }
-        let complete = self.scope.root().is_some() && trail.next().is_none();
+        let complete = self.scope.root().is_some() && trail.next().is_none() && self.may_meet(&trail);
         complete.then(|| self.answer(&trail))
     }
 
@@ -167,6 +199,10 @@ impl<'a> BestFirst<'a> {
                 break;
             }
             self.expanded += open.go_to(&self.scope, state);
+            if !self.may_meet(&open.trail) {
+                self.pruned += 1;
+                continue;
+            }
             match open.trail.next() {
                 Some(place) => {
                     self.expanded += 1;
@@ -178,6 +214,16 @@ impl<'a> BestFirst<'a> {
         }
         self.open = Some(open);
         found
+    }
+
+    /// Whether something that follows from where the trail stands may meet the requirements.
+    fn may_meet(&self, trail: &Trail) -> bool {
+        let Some(paths) = &self.paths else { return true };
+        let steps = trail.steps(&self.scope);
+        match trail.next() {
+            Some(_) => paths.allow(self.root, &steps),
+            None => paths.admit(&self.graph.substitution(self.root, steps)),
+        }
     }
 
     fn limit(&self, open: &Open) -> Option<StopReason> {
@@ -250,10 +296,10 @@ impl Iterator for BestFirst<'_> {
         if self.stop.is_some() {
             return None;
         }
-        let answer = if self.found == 0 && self.scope.is_exact() {
+        let answer = if self.found == 0 && self.scope.is_exact() && self.paths.is_none() {
             self.read_off()
         } else {
-            if self.found == 1 && self.open.is_none() {
+            if self.found == 1 && self.open.is_none() && self.paths.is_none() {
                 // The search begins with what was read off.
                 self.search();
             }

@@ -11,15 +11,17 @@ mod scope;
 mod trail;
 mod greedy;
 mod frontier;
+pub mod requirements;
 mod best_first;
 
 pub use best_first::BestFirst;
 pub use exhaustive::exhaustive;
 pub use graph::{Graph, Options};
 pub use limits::{Limits, StopReason};
+pub use requirements::{Requirements, Shortfall};
 pub use scope::Marks;
 
-use crate::knowledge::VariableId;
+use crate::knowledge::{KnowledgeBase, VariableId};
 use crate::substitution::Substitution;
 use alloc::vec::Vec;
 
@@ -42,7 +44,24 @@ pub struct Plan {
 /// when its utility is not below [`Plan::bound`].
 #[must_use]
 pub fn best(graph: &Graph, root: VariableId, options: &Options, count: usize, limits: Limits) -> Plan {
-    let mut search = BestFirst::new(graph, root, options, limits);
+    first(BestFirst::new(graph, root, options, limits), count)
+}
+
+/// The `count` best substitutions of `root` that meet requirements; as [`best`].
+#[must_use]
+pub fn best_meeting(
+    knowledge: &KnowledgeBase,
+    graph: &Graph,
+    root: VariableId,
+    options: &Options,
+    requirements: &Requirements,
+    count: usize,
+    limits: Limits,
+) -> Plan {
+    first(BestFirst::meeting(knowledge, graph, root, options, requirements, limits), count)
+}
+
+fn first(mut search: BestFirst, count: usize) -> Plan {
     let mut substitutions: Vec<_> = search.by_ref().take(count).collect();
     let limited = matches!(search.stop(), StopReason::LimitExpansions | StopReason::LimitStates);
     if limited && substitutions.is_empty() {

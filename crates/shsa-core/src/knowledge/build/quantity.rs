@@ -4,7 +4,7 @@ use super::problems::Problems;
 use crate::expression::{Quantity, parse_quantity};
 use crate::interval::Interval;
 use crate::knowledge::draft::{Bounds, Text};
-use crate::knowledge::{Properties, ValueError};
+use crate::knowledge::{Properties, ValueError, integrity_level};
 use crate::time::Span;
 use crate::unit::{Dimension, Unit};
 use alloc::format;
@@ -175,7 +175,10 @@ pub(super) fn constant(problems: &mut Problems, bounds: &Bounds) -> Option<(Unit
 pub(super) fn properties(problems: &mut Problems, drafts: &[(Text, Text)]) -> Properties {
     let mut properties = Properties::new();
     for (name, text) in drafts {
-        let Some(value) = number(problems, text) else { continue };
+        let level = Some(name.text.as_str())
+            .filter(|name| *name == "integrity")
+            .and_then(|_| integrity_level(&text.text));
+        let Some(value) = level.or_else(|| number(problems, text)) else { continue };
         let sense = match name.text.as_str() {
             "accuracy" if !(0.0..=1.0).contains(&value) => "an accuracy lies between 0 and 1",
             "prior" if value <= 0.0 || value >= 1.0 => {

@@ -144,6 +144,11 @@ impl Scope {
         self.tree && self.team_count == 0 && self.scale.is_additive()
     }
 
+    /// All places, the root first.
+    pub(super) fn places(&self) -> impl DoubleEndedIterator<Item = Place> + use<> {
+        self.variables.ids()
+    }
+
     /// The variable of a place.
     pub(super) fn variable(&self, place: Place) -> VariableId {
         self.variables[place]
