@@ -32,21 +32,23 @@ pub struct BestFirst<'a> {
     /// Made when the first answer cannot be read off the scope, or a second one is wanted.
     open: Option<Open>,
     limits: Limits,
-    expanded: u64,
+    /// Decisions that were read off.
+    read: u64,
     found: usize,
     stop: Option<StopReason>,
-    /// Sets of relations that were given and could appear again with other outputs.
-    given: BTreeSet<Vec<RelationId>>,
     /// What must be met along substitutions.
     paths: Option<Paths<'a>>,
-    pruned: u64,
 }
 
 /// Where the search stands.
 #[derive(Debug)]
-struct Open {
+pub(super) struct Open {
     trail: Trail,
     frontier: Frontier,
+    expanded: u64,
+    pruned: u64,
+    /// Sets of relations that were given and could appear again with other outputs.
+    given: BTreeSet<Vec<RelationId>>,
     /// The states that the trail stands on, from depth 1 on.
     line: Vec<StateId>,
     path: Vec<StateId>,
@@ -77,12 +79,10 @@ impl<'a> BestFirst<'a> {
             root,
             open: None,
             limits,
-            expanded: 0,
+            read: 0,
             found: 0,
             stop: BestFirst::refusal(graph, &scope),
-            given: BTreeSet::new(),
             paths: None,
-            pruned: 0,
             scope,
         }
     }
@@ -110,7 +110,7 @@ impl<'a> BestFirst<'a> {
     /// How many partial and complete substitutions were dropped as they cannot meet the requirements.
     #[must_use]
     pub fn pruned(&self) -> u64 {
-        self.pruned
+        self.open.as_ref().map_or(0, |open| open.pruned)
     }
 
     fn refusal(graph: &Graph, scope: &Scope) -> Option<StopReason> {
@@ -129,7 +129,7 @@ impl<'a> BestFirst<'a> {
     /// How many decisions were taken, those that were taken up again after a jump included.
     #[must_use]
     pub fn expanded(&self) -> u64 {
-        self.expanded
+        self.read + self.open.as_ref().map_or(0, |open| open.expanded)
     }
 
     /// No substitution that is still to come has a higher utility; the lowest of all when none can come.
@@ -180,7 +180,7 @@ impl<'a> BestFirst<'a> {
             self.stop = Some(StopReason::LimitExpansions);
             return None;
         }
-        self.expanded = decisions;
+        self.read = decisions;
         Some((self.graph.substitution(self.root, steps), scope.scale().utility(scope.hope(root))))
     }
 
@@ -189,31 +189,36 @@ impl<'a> BestFirst<'a> {
         let mut open = self.open.take().unwrap_or_else(|| Open::new(&self.scope));
         let mut found = None;
         while self.stop.is_none() && found.is_none() {
-            let Some(state) = open.frontier.pop() else {
-                self.stop = Some(StopReason::Complete);
-                break;
-            };
-            if let Some(limit) = self.limit(&open) {
-                open.frontier.put_back(state);
-                self.stop = Some(limit);
-                break;
-            }
-            self.expanded += open.go_to(&self.scope, state);
-            if !self.may_meet(&open.trail) {
-                self.pruned += 1;
-                continue;
-            }
-            match open.trail.next() {
-                Some(place) => {
-                    self.expanded += 1;
-                    open.expand(&self.scope, state, place);
+            self.stop = open.limit(self.limits);
+            if self.stop.is_none() {
+                match self.advance(&mut open) {
+                    Progress::Answer => found = Some(self.answer(&open.trail)),
+                    Progress::Decision => {}
+                    Progress::End => self.stop = Some(StopReason::Complete),
                 }
-                None if self.is_new(&open.trail) => found = Some(self.answer(&open.trail)),
-                None => {}
             }
         }
         self.open = Some(open);
         found
+    }
+
+    /// Takes the first open state: opens those after it, or stands at an answer.
+    fn advance(&self, open: &mut Open) -> Progress {
+        let Some(state) = open.frontier.pop() else { return Progress::End };
+        open.expanded += open.go_to(&self.scope, state);
+        if !self.may_meet(&open.trail) {
+            open.pruned += 1;
+            return Progress::Decision;
+        }
+        match open.trail.next() {
+            Some(place) => {
+                open.expanded += 1;
+                open.expand(&self.scope, state, place);
+                Progress::Decision
+            }
+            None if open.is_new(&self.scope) => Progress::Answer,
+            None => Progress::Decision,
+        }
     }
 
     /// Whether something that follows from where the trail stands may meet the requirements.
@@ -225,25 +230,46 @@ impl<'a> BestFirst<'a> {
             None => paths.admit(&self.graph.substitution(self.root, steps)),
         }
     }
+}
 
-    fn limit(&self, open: &Open) -> Option<StopReason> {
-        if self.expanded >= self.limits.expansions {
-            return Some(StopReason::LimitExpansions);
-        }
-        (open.frontier.len() >= self.limits.states).then_some(StopReason::LimitStates)
-    }
-
-    /// Whether the substitution that the trail stands at was not given before, with other outputs.
-    fn is_new(&mut self, trail: &Trail) -> bool {
-        trail.ambiguous_relations(&self.scope).is_none_or(|relations| self.given.insert(relations))
-    }
+/// What taking an open state came to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Progress {
+    /// The trail stands at a substitution.
+    Answer,
+    /// Something was decided, or dropped.
+    Decision,
+    /// Nothing is open.
+    End,
 }
 
 impl Open {
     fn new(scope: &Scope) -> Open {
         let trail = Trail::new(scope);
         let frontier = Frontier::new(trail.bound());
-        Open { trail, frontier, line: Vec::new(), path: Vec::new() }
+        Open {
+            trail,
+            frontier,
+            expanded: 0,
+            pruned: 0,
+            given: BTreeSet::new(),
+            line: Vec::new(),
+            path: Vec::new(),
+        }
+    }
+
+    /// The limit that is reached while something is open.
+    fn limit(&self, limits: Limits) -> Option<StopReason> {
+        self.frontier.open_bound()?;
+        if self.expanded >= limits.expansions {
+            return Some(StopReason::LimitExpansions);
+        }
+        (self.frontier.len() >= limits.states).then_some(StopReason::LimitStates)
+    }
+
+    /// Whether the substitution that the trail stands at was not given before, with other outputs.
+    fn is_new(&mut self, scope: &Scope) -> bool {
+        self.trail.ambiguous_relations(scope).is_none_or(|relations| self.given.insert(relations))
     }
 
     /// Moves the trail to a state, over the last state that both have in common; how many decisions more than one are
@@ -300,7 +326,8 @@ impl Iterator for BestFirst<'_> {
             self.read_off()
         } else {
             if self.found == 1 && self.open.is_none() && self.paths.is_none() {
-                // The search begins with what was read off.
+                // The search begins with what was read off, and decides it again.
+                self.read = 0;
                 self.search();
             }
             self.search()

@@ -76,11 +76,6 @@ impl Frontier {
         self.current.pop()
     }
 
-    /// Opens a state again that was just taken.
-    pub(super) fn put_back(&mut self, state: StateId) {
-        self.current.push(state);
-    }
-
     /// Opens a state; those after the same one must come in reverse file order.
     pub(super) fn push(&mut self, before: StateId, choice: ChoiceId, bound: Weight) {
         let far = self.states[before].far_before;
