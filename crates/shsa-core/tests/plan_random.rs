@@ -10,7 +10,7 @@ mod plan_support;
 
 use plan_support::{KINDS, Kind, NORM, Random, random, random_utility, utility};
 use shsa_core::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
-use shsa_core::plan::{BestFirst, Graph, Limits, Options, StopReason, best, exhaustive};
+use shsa_core::plan::{BestFirst, Graph, Limits, Options, Part, StopReason, best, best_in_parts, exhaustive};
 use shsa_core::substitution::Substitution;
 use std::collections::BTreeSet;
 
@@ -118,4 +118,51 @@ fn the_norm_written_out_is_the_norm() {
         };
         assert_eq!(all(&norm), all(&written), "seed {seed}");
     }
+}
+
+#[test]
+fn parts_of_a_search_give_what_the_whole_gives() {
+    let mut several = 0;
+    for seed in 0..2_000 {
+        let mut numbers = Random(seed);
+        let kind = KINDS[numbers.below(KINDS.len())];
+        let size = 3 + numbers.below(9);
+        let ties = numbers.chance(0.4);
+        let knowledge = random(&mut numbers, kind, size, ties).with_utility(random_utility(&mut numbers));
+        let (graph, options) = (Graph::new(&knowledge), options(&mut numbers, &knowledge));
+        let root = knowledge.variables().ids().next().unwrap();
+        let count = if numbers.chance(0.5) { usize::MAX } else { 1 + numbers.below(5) };
+        let whole = best(&graph, root, &options, count, LIMITS);
+        let in_turn = |parts: &mut [Part]| parts.iter_mut().rev().for_each(Part::run);
+        let at_once = |parts: &mut [Part]| {
+            std::thread::scope(|scope| parts.iter_mut().for_each(|part| drop(scope.spawn(|| part.run()))));
+        };
+        let parts = 1 + numbers.below(4);
+        let found = best_in_parts(&graph, root, &options, count, LIMITS, parts, in_turn);
+        assert!(found.substitutions == whole.substitutions, "seed {seed} {kind:?} in {parts} parts");
+        assert_eq!(found.stop, whole.stop, "seed {seed}");
+        if seed % 20 == 0 {
+            assert_eq!(found, best_in_parts(&graph, root, &options, count, LIMITS, parts, at_once));
+        }
+        several += usize::from(found.substitutions.len() > 1);
+    }
+    assert!(several > 300, "{several}");
+}
+
+#[test]
+fn a_limit_of_parts_leaves_a_true_bound() {
+    let knowledge = random(&mut Random(7), Kind::Equations, 60, false);
+    let graph = Graph::new(&knowledge);
+    let root = knowledge.variables().ids().next().unwrap();
+    let limits = Limits { expansions: 30_000, states: 300_000 };
+    let in_turn = |parts: &mut [Part]| parts.iter_mut().for_each(Part::run);
+    let found = best_in_parts(&graph, root, &Options::default(), usize::MAX, limits, 3, in_turn);
+    assert_eq!(found.stop, StopReason::LimitExpansions);
+    assert!(
+        found.substitutions.iter().all(|(_, utility)| *utility <= 1.0) && found.expanded < 30_000 + 3 * 9_000
+    );
+    let other = best_in_parts(&graph, root, &Options::default(), usize::MAX, limits, 3, |parts: &mut [Part]| {
+        std::thread::scope(|scope| parts.iter_mut().for_each(|part| drop(scope.spawn(|| part.run()))));
+    });
+    assert_eq!(found, other);
 }

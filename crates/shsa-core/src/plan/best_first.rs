@@ -12,8 +12,9 @@ use super::graph::{Graph, Options, View};
 use super::greedy;
 use super::limits::{Limits, StopReason};
 use super::requirements::{Paths, Requirements};
-use super::scope::{Marks, Place, Rules, Scope};
+use super::scope::{ChoiceId, Marks, Place, Rules, Scope};
 use super::trail::{self, Trail};
+use super::utility::Weight;
 use crate::knowledge::{KnowledgeBase, RelationId, VariableId};
 use crate::substitution::Substitution;
 use alloc::collections::BTreeSet;
@@ -113,6 +114,32 @@ impl<'a> BestFirst<'a> {
         self.open.as_ref().map_or(0, |open| open.pruned)
     }
 
+    /// A search of its own over the same scope, from the beginning.
+    pub(super) fn begin(&self) -> Open {
+        Open::new(&self.scope)
+    }
+
+    /// Deals out what is open.
+    pub(super) fn deal(&self, open: Open, parts: usize) -> Vec<Open> {
+        let with = |frontier| Open { frontier, ..self.begin() };
+        let mut dealt: Vec<Open> = open.frontier.deal(parts).into_iter().map(with).collect();
+        if let Some(first) = dealt.first_mut() {
+            // What was done so far is counted once.
+            (first.expanded, first.given) = (open.expanded, open.given);
+        }
+        dealt
+    }
+
+    /// Why it gives nothing more, if so.
+    pub(super) fn stopped(&self) -> Option<StopReason> {
+        self.stop
+    }
+
+    /// What a search stands at, once everything is decided.
+    pub(super) fn substitution(&self, open: &Open) -> Substitution {
+        self.graph.substitution(self.root, open.trail.steps(&self.scope))
+    }
+
     fn refusal(graph: &Graph, scope: &Scope) -> Option<StopReason> {
         if !graph.is_monotone() {
             return Some(StopReason::NotMonotone);
@@ -203,7 +230,7 @@ impl<'a> BestFirst<'a> {
     }
 
     /// Takes the first open state: opens those after it, or stands at an answer.
-    fn advance(&self, open: &mut Open) -> Progress {
+    pub(super) fn advance(&self, open: &mut Open) -> Progress {
         let Some(state) = open.frontier.pop() else { return Progress::End };
         open.expanded += open.go_to(&self.scope, state);
         if !self.may_meet(&open.trail) {
@@ -256,6 +283,31 @@ impl Open {
             line: Vec::new(),
             path: Vec::new(),
         }
+    }
+
+    /// How many decisions were taken.
+    pub(super) fn expanded(&self) -> u64 {
+        self.expanded
+    }
+
+    /// How many partial substitutions are kept.
+    pub(super) fn states(&self) -> usize {
+        self.frontier.len()
+    }
+
+    /// How many partial substitutions are open.
+    pub(super) fn count(&self) -> usize {
+        self.frontier.open_count()
+    }
+
+    /// No open one weighs less; `None` when nothing is open.
+    pub(super) fn bound(&self) -> Option<Weight> {
+        self.frontier.open_bound()
+    }
+
+    /// The weight of what it stands at, and the decisions that lead there.
+    pub(super) fn standing(&self) -> (Weight, Vec<ChoiceId>) {
+        (self.trail.bound(), self.trail.decisions())
     }
 
     /// The limit that is reached while something is open.

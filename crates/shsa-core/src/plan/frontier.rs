@@ -57,6 +57,28 @@ impl Frontier {
         Frontier { states, waiting: BinaryHeap::new(), current: Vec::from([open]), bound }
     }
 
+    /// Deals what is open out to so many others, the lightest first.
+    pub(super) fn deal(self, parts: usize) -> Vec<Frontier> {
+        let mut open: Vec<(Weight, StateId)> =
+            self.current.iter().map(|&state| (self.bound, state)).collect();
+        open.extend(self.waiting.into_iter().map(|Reverse(waiting)| waiting));
+        open.sort_unstable();
+        let share =
+            |part: usize| open.iter().skip(part).step_by(parts.max(1)).copied().map(Reverse).collect();
+        let frontier = |part| Frontier {
+            states: self.states.clone(),
+            waiting: share(part),
+            current: Vec::new(),
+            bound: Weight::ZERO,
+        };
+        (0..parts).map(frontier).collect()
+    }
+
+    /// How many states are open.
+    pub(super) fn open_count(&self) -> usize {
+        self.current.len() + self.waiting.len()
+    }
+
     /// How many states there are, open or not.
     pub(super) fn len(&self) -> usize {
         self.states.len()

@@ -13,11 +13,13 @@ mod greedy;
 mod frontier;
 pub mod requirements;
 mod best_first;
+mod parallel;
 
 pub use best_first::BestFirst;
 pub use exhaustive::exhaustive;
 pub use graph::{Graph, Options};
 pub use limits::{Limits, StopReason};
+pub use parallel::{Part, best_in_parts};
 pub use requirements::{Requirements, Shortfall};
 pub use scope::Marks;
 

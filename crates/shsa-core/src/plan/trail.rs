@@ -75,6 +75,11 @@ impl Trail {
         self.bound
     }
 
+    /// The decisions, breadth first from the root.
+    pub(super) fn decisions(&self) -> Vec<ChoiceId> {
+        self.frames.iter().map(|frame| frame.choice).collect()
+    }
+
     /// What [`Trail::bound`] would be after a decision for the next place.
     pub(super) fn bound_after(&self, scope: &Scope, place: Place, choice: ChoiceId) -> Weight {
         let new = scope.inputs(choice).iter().filter(|&&input| !self.needed[input]);
