@@ -7,8 +7,8 @@ use shsa_core::knowledge::{Id, KnowledgeBase, RelationId, SignalId, VariableId};
 /// The knowledge base as a graph in the DOT language.
 ///
 /// Relations are boxes, variables ellipses (filled when provided, with a double line when constant), signals notes;
-/// arrowheads show in which directions a relation is usable. What is chosen has thicker lines and numbers. Complexity:
-/// linear in the text but for the needs of each variable.
+/// arrowheads show in which directions a relation is usable. What is chosen has thicker lines and numbers.
+/// Time: linear in the text, but for relations of very many outputs.
 #[must_use]
 pub fn dot(knowledge: &KnowledgeBase, marks: &Marks) -> String {
     let graph = Graph::new(knowledge, marks);

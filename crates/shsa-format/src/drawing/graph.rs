@@ -3,11 +3,12 @@
 use super::number::number;
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{
-    Id, KnowledgeBase, Need, Properties, Relation, RelationId, Signal, SignalId, SignalSet, Variable,
+    Id, IdVec, KnowledgeBase, Need, Properties, Relation, RelationId, Signal, SignalId, SignalSet, Variable,
     VariableId,
 };
 use shsa_core::substitution::Substitution;
 use shsa_core::unit::Unit;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What stands out in a drawing of a knowledge base.
 #[derive(Clone, Debug, Default)]
@@ -22,6 +23,11 @@ pub struct Marks {
 pub(super) struct Graph<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     marks: &'a Marks,
+    needs: IdVec<VariableId, Vec<&'a Need>>,
+    /// The steps of the chosen substitution that use a relation: their numbers, from 1, and what they compute.
+    steps: BTreeMap<RelationId, Vec<(usize, VariableId)>>,
+    /// The variables of the chosen substitution.
+    chosen: BTreeSet<VariableId>,
 }
 
 /// A variable that takes part in a relation.
@@ -50,7 +56,14 @@ pub(super) enum Direction {
 
 impl<'a> Graph<'a> {
     pub(super) fn new(knowledge: &'a KnowledgeBase, marks: &'a Marks) -> Graph<'a> {
-        Graph { knowledge, marks }
+        let mut needs = IdVec::filled(knowledge.variables().len(), |_| Vec::new());
+        knowledge.needs().iter().for_each(|need| needs[need.variable].push(need));
+        let mut steps: BTreeMap<RelationId, Vec<(usize, VariableId)>> = BTreeMap::new();
+        for (step, number) in marks.chosen.iter().flat_map(|chosen| &chosen.steps).zip(1..) {
+            steps.entry(step.relation).or_default().push((number, step.output));
+        }
+        let chosen = marks.chosen.iter().flat_map(Substitution::variables).collect();
+        Graph { knowledge, marks, needs, steps, chosen }
     }
 
     /// Every link once, relations in file order, their variables ascending.
@@ -89,7 +102,7 @@ impl<'a> Graph<'a> {
             (
                 variables[output].name != left_side,
                 self.is_provided(output),
-                self.needs(output).next().is_none(),
+                self.needs(output).is_empty(),
                 output,
             )
         };
@@ -97,29 +110,19 @@ impl<'a> Graph<'a> {
     }
 
     fn chosen_outputs(&self, relation: RelationId) -> Vec<VariableId> {
-        let steps = self.marks.chosen.iter().flat_map(|chosen| &chosen.steps);
-        steps.filter(|step| step.relation == relation).map(|step| step.output).collect()
+        self.steps.get(&relation).into_iter().flatten().map(|&(_, output)| output).collect()
     }
 
     /// The places of a relation in the chosen order of computation, from 1, such as `2`; `None` when it is not
     /// chosen.
     pub(super) fn numbers(&self, relation: RelationId) -> Option<String> {
-        let steps = self.marks.chosen.iter().flat_map(|chosen| chosen.steps.iter().zip(1_usize..));
-        let numbers: Vec<String> = steps
-            .filter(|(step, _)| step.relation == relation)
-            .map(|(_, number)| number.to_string())
-            .collect();
-        (!numbers.is_empty()).then(|| numbers.join(","))
+        let numbers = self.steps.get(&relation)?.iter().map(|(number, _)| number.to_string());
+        Some(numbers.collect::<Vec<String>>().join(","))
     }
 
     /// Whether a variable takes part in the chosen substitution.
     pub(super) fn is_chosen(&self, variable: VariableId) -> bool {
-        let takes_part = |chosen: &Substitution| {
-            chosen.sink == variable
-                || chosen.sources.contains(&variable)
-                || chosen.steps.iter().any(|step| step.output == variable)
-        };
-        self.marks.chosen.as_ref().is_some_and(takes_part)
+        self.chosen.contains(&variable)
     }
 
     /// Whether the chosen substitution can start from a signal.
@@ -140,8 +143,8 @@ impl<'a> Graph<'a> {
     }
 
     /// The needs of a variable.
-    pub(super) fn needs(&self, variable: VariableId) -> impl Iterator<Item = &'a Need> {
-        self.knowledge.needs().iter().filter(move |need| need.variable == variable)
+    pub(super) fn needs(&self, variable: VariableId) -> &[&'a Need] {
+        &self.needs[variable]
     }
 
     /// A variable in some lines.
@@ -149,7 +152,7 @@ impl<'a> Graph<'a> {
         let variable = &self.knowledge.variables()[id];
         let signals: Vec<&str> =
             self.knowledge.carriers(id).iter().map(|&signal| self.name(signal)).collect();
-        let needs: Vec<&str> = self.needs(id).map(|need| &*need.signal).collect();
+        let needs: Vec<&str> = self.needs(id).iter().map(|need| &*need.signal).collect();
         lines([
             Some(format!("variable {}", variable.name)),
             variable.unit.as_ref().map(|unit| format!("unit: {unit}")),

@@ -58,7 +58,8 @@ impl Sheet {
         (title, description): (&str, &str),
     ) -> String {
         // What is wide would get too small to be read: it keeps its size, and its page scrolls.
-        let shrinks = if width <= WIDE { ";max-width:100%;height:auto" } else { "" };
+        // Not in the style: that holds for all drawings of a page.
+        let shrinks = if width <= WIDE { " style=\"max-width:100%;height:auto\"" } else { "" };
         let (width, height) = (px(width), px(height));
         let mut style = String::new();
         for rule in SHARED.iter().chain(rules) {
@@ -71,9 +72,9 @@ impl Sheet {
         style += "}\n";
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"{kind}\" role=\"img\" aria-label=\"{label}\" \
-             width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n\
+             width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\"{shrinks}>\n\
              <title>{label}</title>\n<desc>{description}</desc>\n\
-             <style>\n.{kind}{{font-family:{FONTS};font-size:13px{shrinks}}}\n{style}</style>\n\
+             <style>\n.{kind}{{font-family:{FONTS};font-size:13px}}\n{style}</style>\n\
              <rect class=\"shsa-paper\" width=\"{width}\" height=\"{height}\"/>\n{body}</svg>\n",
             label = escaped(title),
             description = escaped(description),

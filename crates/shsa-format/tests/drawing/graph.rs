@@ -4,9 +4,10 @@ use crate::bases::{Dice, layered, model, read, substitution};
 use crate::keep;
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{
-    Id, IdVec, KnowledgeBase, Need, Properties, Relation, Shape, Signal, Switching, ValueError, Variable,
-    VariableId,
+    Id, IdVec, KnowledgeBase, Need, Properties, Relation, RelationId, Shape, Signal, Switching, ValueError,
+    Variable, VariableId,
 };
+use shsa_core::substitution::Substitution;
 use shsa_core::time::Span;
 use shsa_format::drawing::{Marks, dot, svg};
 use std::time::Instant;
@@ -251,6 +252,33 @@ fn graphs_for_graphviz_are_whole() {
     let text = dot(&knowledge, &Marks::default());
     check_dot(&text, &knowledge);
     assert!(text.contains("dir=both"));
+}
+
+#[test]
+fn a_very_large_base_is_soon_a_graph_for_graphviz() {
+    let relations = 100_000;
+    let knowledge = structure(relations, (1..relations).map(|at| (at, vec![at / 2, at - 1])));
+    let need = |at: usize| Need {
+        variable: VariableId::from_index(at * 7),
+        signal: format!("/need/{at}"),
+        max_age: Span::ZERO,
+        max_width: None,
+        integrity: None,
+        switching: Switching::default(),
+    };
+    let mut needs = IdVec::new();
+    for at in 0..10_000 {
+        needs.push(need(at));
+    }
+    let (variables, relations) = (knowledge.variables().clone(), knowledge.relations().clone());
+    let knowledge = KnowledgeBase::from_parts(variables, relations, IdVec::new(), needs);
+    let chosen = (1..50_000).map(|at| (VariableId::from_index(at), RelationId::from_index(at - 1))).collect();
+    let chosen = Substitution::from_choice(&knowledge, VariableId::from_index(49_999), &chosen);
+    let begun = Instant::now();
+    let text = dot(&knowledge, &Marks { chosen, ..Marks::default() });
+    assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
+    assert_eq!(text.matches("shape=cds").count(), 10_000);
+    assert!(text.contains("label=\"49999: r49998\""));
 }
 
 #[test]

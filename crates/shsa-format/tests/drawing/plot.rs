@@ -50,6 +50,14 @@ fn a_chart_shows_each_point_with_its_tooltip() {
 }
 
 #[test]
+fn only_what_is_narrow_shrinks_with_its_page() {
+    let short = keep("searches.svg", &searches().svg());
+    assert_eq!(short.attribute("style"), Some("max-width:100%;height:auto"));
+    let long = Chart { title: "a title ".repeat(40), ..searches() };
+    assert_eq!(keep("wide.svg", &long.svg()).attribute("style"), None);
+}
+
+#[test]
 fn growth_over_four_decades() {
     let point = |exponent: i32, base: f64| Point::exact(10f64.powi(exponent), base * 10f64.powi(exponent));
     let series = |name: &str, base: f64| Series {

@@ -166,3 +166,6 @@ fn pack(parts: Vec<Part>, layout: &mut Layout) {
         x += part.size.0 + APART;
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -132,7 +132,44 @@ impl<'a> Heights<'a> {
                 self.settle(column, (both, true));
             }
         }
+        self.straighten();
         self
+    }
+
+    /// Gives the bends of each edge one height as far as the room between what stands above and below them allows:
+    /// an edge with few steps is easier to follow than one with many small ones.
+    fn straighten(&mut self) {
+        let rooms = Neighbours::of(self.columns, self.y.len());
+        for chain in &self.columns.chains {
+            let mut rest = chain.as_slice();
+            while !rest.is_empty() {
+                let (count, lowest, highest) = self.run(rest, &rooms);
+                let (run, after) = rest.split_at(count);
+                let mean = run.iter().map(|&bend| self.y[bend]).sum::<f64>() / count as f64;
+                let ends = [self.left[run[0]].first(), self.right[run[count - 1]].first()];
+                let mut near = ends.into_iter().flatten().map(|&(end, _)| self.y[end]);
+                // At the height of its neighbour it needs no step at all.
+                let level = near.find(|y| (lowest..=highest).contains(y)).unwrap_or(mean);
+                run.iter().for_each(|&bend| self.y[bend] = level.clamp(lowest, highest));
+                rest = after;
+            }
+        }
+    }
+
+    /// How many of the first bends have room at one height, at least 1, and from where to where.
+    fn run(&self, bends: &[usize], rooms: &Neighbours) -> (usize, f64, f64) {
+        let (mut count, mut lowest, mut highest) = (0, f64::MIN, f64::MAX);
+        for &bend in bends {
+            let above = rooms.above[bend].map_or(f64::MIN, |above| self.y[above] + self.apart(above, bend));
+            let below = rooms.below[bend].map_or(f64::MAX, |below| self.y[below] - self.apart(bend, below));
+            // Where nothing is free, it stays: heights are rounded.
+            let (above, below) = (above.min(self.y[bend]), below.max(self.y[bend]));
+            if count > 0 && above.max(lowest) > below.min(highest) {
+                break;
+            }
+            (count, lowest, highest) = (count + 1, lowest.max(above), highest.min(below));
+        }
+        (count, lowest, highest)
     }
 
     /// Moves a column's members to the places nearest to where they are pulled, in the sense of least squares, that
@@ -169,6 +206,23 @@ impl<'a> Heights<'a> {
             .chain(right)
             .fold((0.0, 0.0), |(sum, weight), &(near, pull)| (sum + self.y[near] * pull, weight + pull));
         if weight > 0.0 { (sum / weight, weight) } else { (self.y[node], 0.01) }
+    }
+}
+
+/// What stands next to each in its column.
+struct Neighbours {
+    above: Vec<Option<usize>>,
+    below: Vec<Option<usize>>,
+}
+
+impl Neighbours {
+    fn of(columns: &Columns, count: usize) -> Neighbours {
+        let mut neighbours = Neighbours { above: vec![None; count], below: vec![None; count] };
+        for pair in columns.columns.iter().flat_map(|column| column.windows(2)) {
+            neighbours.below[pair[0]] = Some(pair[1]);
+            neighbours.above[pair[1]] = Some(pair[0]);
+        }
+        neighbours
     }
 }
 

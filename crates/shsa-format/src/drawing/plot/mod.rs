@@ -4,6 +4,22 @@ mod ticks;
 mod chart;
 
 /// A chart of lines: x to the right, y upwards.
+///
+/// ```
+/// use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
+/// let axis = |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), scale: Scale::Log };
+/// let points = vec![
+///     Point { x: 1e3, low: 2e-3, y: 2.1e-3, high: 4e-3 },
+///     Point { x: 1e6, low: 2.0, y: 2.2, high: 2.9 },
+/// ];
+/// let chart = Chart {
+///     title: "Loading by size".into(),
+///     x: axis("relations", ""),
+///     y: axis("time to load", "s"),
+///     series: vec![Series { name: "JSON".into(), points }],
+/// };
+/// assert!(chart.svg().contains("JSON at 1,000: 2.1 ms (2 ms to 4 ms)"));
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Chart {
     /// What it shows, in one line.

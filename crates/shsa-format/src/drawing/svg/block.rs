@@ -68,7 +68,7 @@ pub(super) fn blocks<'a>(graph: &Graph<'a>) -> Vec<Block<'a>> {
 
 fn variable<'a>(graph: &Graph<'a>, id: VariableId) -> Block<'a> {
     let variable = &graph.knowledge.variables()[id];
-    let above: Vec<Tag> = graph.needs(id).map(|need| Tag::Need(&need.signal)).collect();
+    let above: Vec<Tag> = graph.needs(id).iter().map(|need| Tag::Need(&need.signal)).collect();
     let mut below: Vec<Tag> = constant(variable).map(Tag::Value).into_iter().collect();
     let mut signals = graph.knowledge.carriers(id).to_vec();
     let more = signals.len().saturating_sub(MOST_SIGNALS);
