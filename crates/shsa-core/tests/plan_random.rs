@@ -8,62 +8,19 @@
 
 mod plan_support;
 
-use plan_support::{KINDS, Kind, NORM, Random, random, random_utility, utility};
-use shsa_core::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
+use plan_support::{
+    KINDS, Kind, NORM, Random, check_sound, options, question, random, random_utility, utility,
+};
+use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::plan::{BestFirst, Graph, Limits, Options, Part, StopReason, best, best_in_parts, exhaustive};
 use shsa_core::substitution::Substitution;
-use std::collections::BTreeSet;
 
 /// Enough for the oracle on everything that is generated here.
 const LIMITS: Limits = Limits { expansions: 300_000, states: 300_000 };
 
-fn options(random: &mut Random, knowledge: &KnowledgeBase) -> Options {
-    let mut options = Options {
-        substitute_provided: random.chance(0.2),
-        without_empty: random.chance(0.3),
-        ..Options::default()
-    };
-    if random.chance(0.3) {
-        let signals: Vec<SignalId> = knowledge.signals().ids().collect();
-        options.forbidden_signals = signals.into_iter().filter(|_| random.chance(0.2)).collect();
-    }
-    if random.chance(0.2) {
-        let relations: Vec<RelationId> = knowledge.relations().ids().collect();
-        options.forbidden_relations = relations.into_iter().filter(|_| random.chance(0.2)).collect();
-    }
-    options
-}
-
-/// What a substitution must be, whatever found it.
-fn check_sound(knowledge: &KnowledgeBase, root: VariableId, options: &Options, substitution: &Substitution) {
-    let usable = |signal: &SignalId| !options.forbidden_signals.contains(signal);
-    let mut known: BTreeSet<VariableId> = substitution.sources.iter().copied().collect();
-    assert!(known.iter().all(|&source| knowledge.carriers(source).iter().any(usable)));
-    let mut needed = BTreeSet::from([root]);
-    for step in &substitution.steps {
-        let relation = &knowledge.relations()[step.relation];
-        assert!(relation.outputs.contains(&step.output));
-        assert!(!options.forbidden_relations.contains(&step.relation));
-        assert!(relation.needs(step.output).all(|input| known.contains(&input)), "a step before its inputs");
-        assert!(known.insert(step.output), "computed twice, or provided and computed");
-        needed.extend(relation.needs(step.output));
-    }
-    assert_eq!(known, needed, "something is not used");
-}
-
 fn check(seed: u64) -> usize {
     let mut numbers = Random(seed);
-    let kind = KINDS[numbers.below(KINDS.len())];
-    let size = match kind {
-        Kind::Tree | Kind::BidirectionalTree => 4 + numbers.below(45),
-        Kind::Shared => 3 + numbers.below(13),
-        Kind::Cyclic | Kind::Equations | Kind::Mixed => 3 + numbers.below(9),
-    };
-    let ties = numbers.chance(0.4);
-    let knowledge = random(&mut numbers, kind, size, ties).with_utility(random_utility(&mut numbers));
-    let options = options(&mut numbers, &knowledge);
-    let at = if numbers.chance(0.5) { 0 } else { numbers.below(size) };
-    let root = knowledge.variables().ids().nth(at).unwrap();
+    let (kind, knowledge, root, options) = question(&mut numbers);
 
     let oracle = exhaustive(&knowledge, root, &options, LIMITS);
     assert_eq!(oracle.stop, StopReason::Complete, "seed {seed} {kind:?}: too big");
@@ -161,8 +118,9 @@ fn a_limit_of_parts_leaves_a_true_bound() {
     assert!(
         found.substitutions.iter().all(|(_, utility)| *utility <= 1.0) && found.expanded < 30_000 + 3 * 9_000
     );
-    let other = best_in_parts(&graph, root, &Options::default(), usize::MAX, limits, 3, |parts: &mut [Part]| {
-        std::thread::scope(|scope| parts.iter_mut().for_each(|part| drop(scope.spawn(|| part.run()))));
-    });
+    let other =
+        best_in_parts(&graph, root, &Options::default(), usize::MAX, limits, 3, |parts: &mut [Part]| {
+            std::thread::scope(|scope| parts.iter_mut().for_each(|part| drop(scope.spawn(|| part.run()))));
+        });
     assert_eq!(found, other);
 }

@@ -6,7 +6,7 @@ use anyhow::anyhow;
 use serde_json::{Value, json};
 use shsa_core::expression::Formula;
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId, VariableId};
-use shsa_core::plan::{self, Graph, Limits, Options, Plan, StopReason};
+use shsa_core::plan::{self, Graph, Limits, Options, Plan, StopReason, Take};
 use shsa_core::substitution::{Substitution, Way};
 use std::io::{Write, stdout};
 use std::num::NonZeroUsize;
@@ -45,6 +45,12 @@ pub(crate) struct Arguments {
 enum Engine {
     /// Exact, the best first.
     BestFirst,
+    /// The thesis's SH-PGSA: the best first, guided by what is decided.
+    ShPgsa,
+    /// Ontology-based: the first relations that lead to signals; one answer, perhaps not the best.
+    Orr,
+    /// Depth first: the first answer, perhaps not the best; with --all or --top the best of all.
+    Dfs,
     /// Tries everything: slow, the oracle of the others.
     Exhaustive,
 }
@@ -53,6 +59,9 @@ impl Engine {
     fn name(self) -> &'static str {
         match self {
             Engine::BestFirst => "best-first",
+            Engine::ShPgsa => "sh-pgsa",
+            Engine::Orr => "orr",
+            Engine::Dfs => "dfs",
             Engine::Exhaustive => "exhaustive",
         }
     }
@@ -91,12 +100,21 @@ fn search(
     let count = if arguments.all { usize::MAX } else { arguments.top.get() };
     match arguments.engine {
         Engine::BestFirst => plan::best(graph, variable, options, count, limits),
-        Engine::Exhaustive => {
-            let mut plan = plan::exhaustive(knowledge, variable, options, limits);
-            plan.substitutions.truncate(count);
-            plan
-        }
+        Engine::ShPgsa => plan::property_guided(graph, variable, options, count, limits),
+        Engine::Orr => plan::ontology(graph, variable, options, limits),
+        Engine::Dfs if count == 1 => plan::depth_first(graph, variable, options, Take::First, limits),
+        Engine::Dfs => cut(plan::depth_first(graph, variable, options, Take::All, limits), count),
+        Engine::Exhaustive => cut(plan::exhaustive(knowledge, variable, options, limits), count),
     }
+}
+
+/// The first of a plan; what is left out counts in its bound.
+fn cut(mut plan: Plan, count: usize) -> Plan {
+    if let Some(&(_, utility)) = plan.substitutions.get(count) {
+        plan.bound = plan.bound.max(utility);
+        plan.substitutions.truncate(count);
+    }
+    plan
 }
 
 /// The variable of a name, or the nearest name as help.
@@ -162,7 +180,7 @@ fn to_text(
         let variable = &arguments.variable;
         return match plan.stop {
             StopReason::Complete => format!("nothing can provide {variable} (complete, {decisions})"),
-            stop => format!("nothing found for {variable} so far ({stop}, {decisions})"),
+            stop => format!("nothing found for {variable} so far ({stop}, {decisions}{})", gap(plan)),
         };
     }
     let mut rows = Vec::new();
@@ -177,7 +195,17 @@ fn to_text(
     }
     let table = show::table(&["utility", "relations", "from", "formula (in SI units)"], rows);
     let count = show::counted(plan.substitutions.len(), "substitution");
-    format!("{table}\n\n{count} ({}, {decisions})", plan.stop)
+    format!("{table}\n\n{count} ({}, {decisions}{})", plan.stop, gap(plan))
+}
+
+/// What could still be missing, when a limit ended the search.
+fn gap(plan: &Plan) -> String {
+    match plan.stop {
+        StopReason::LimitExpansions | StopReason::LimitStates => {
+            format!("; what is missing is worth at most {:.6}", plan.bound)
+        }
+        StopReason::Complete | StopReason::Found(_) | StopReason::NotMonotone => String::new(),
+    }
 }
 
 /// A substitution in names.

@@ -52,15 +52,15 @@ fn with(decisions: &Decisions, variable: VariableId, way: Option<RelationId>) ->
 
 /// A substitution with all that the order looks at.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
-struct Answer {
-    weight: Weight,
+pub(super) struct Answer {
+    pub(super) weight: Weight,
     /// The decisions, breadth first from the root, each variable where it is first needed.
-    order: Vec<Option<RelationId>>,
-    substitution: Substitution,
+    pub(super) order: Vec<Option<RelationId>>,
+    pub(super) substitution: Substitution,
 }
 
 /// Sorts, and keeps the first of those that use the same relations.
-fn in_order(scale: Scale, mut answers: Vec<Answer>) -> Vec<(Substitution, f64)> {
+pub(super) fn in_order(scale: Scale, mut answers: Vec<Answer>) -> Vec<(Substitution, f64)> {
     answers.sort();
     let mut seen = BTreeSet::new();
     answers.retain(|answer| seen.insert(answer.substitution.relations()));

@@ -1,12 +1,19 @@
 //! Searches for substitutions: which relations compute a variable best from what can be trusted.
 //!
-//! [`exhaustive`] tries everything and is the oracle; [`BestFirst`] gives the best ones first and stops when the
-//! caller has enough. Both answer with the same substitutions in the same order.
+//! [`exhaustive()`] tries everything and is the oracle; [`BestFirst`] gives the best ones first and stops when the
+//! caller has enough. Beside them stand the searches of the thesis: [`depth_first()`], [`ontology()`] (ORR), and
+//! [`property_guided()`] (SH-PGSA). Those that find all answer with the same substitutions in the same order.
 
 pub mod utility;
 mod limits;
 mod graph;
 mod exhaustive;
+mod choices;
+mod depth_first;
+mod ontology;
+mod partial;
+mod workers;
+mod property_guided;
 mod scope;
 mod trail;
 mod greedy;
@@ -16,10 +23,13 @@ mod best_first;
 mod parallel;
 
 pub use best_first::BestFirst;
+pub use depth_first::{Take, depth_first};
 pub use exhaustive::exhaustive;
 pub use graph::{Graph, Options};
 pub use limits::{Limits, StopReason};
+pub use ontology::ontology;
 pub use parallel::{Part, best_in_parts};
+pub use property_guided::property_guided;
 pub use requirements::{Requirements, Shortfall};
 pub use scope::Marks;
 

@@ -8,11 +8,13 @@
 )]
 
 use shsa_core::knowledge::{
-    Draft, IdVec, KnowledgeBase, Properties, Relation, RelationId, Shape, Signal, Text, Utility,
+    Draft, IdVec, KnowledgeBase, Properties, Relation, RelationId, Shape, Signal, SignalId, Text, Utility,
     UtilityDraft, Variable, VariableId, build,
 };
+use shsa_core::plan::Options;
+use shsa_core::substitution::Substitution;
 use shsa_core::time::Span;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Builds a knowledge base from names.
 #[derive(Default)]
@@ -20,7 +22,7 @@ pub(crate) struct Builder {
     names: BTreeMap<String, VariableId>,
     variables: IdVec<VariableId, Variable>,
     relations: IdVec<RelationId, Relation>,
-    signals: IdVec<shsa_core::knowledge::SignalId, Signal>,
+    signals: IdVec<SignalId, Signal>,
 }
 
 fn property(name: &str, value: Option<f64>) -> Properties {
@@ -248,6 +250,62 @@ pub(crate) fn random(random: &mut Random, kind: Kind, size: usize, ties: bool) -
         }
     }
     builder.build()
+}
+
+/// Random options for a search in a random knowledge base.
+pub(crate) fn options(random: &mut Random, knowledge: &KnowledgeBase) -> Options {
+    let mut options = Options {
+        substitute_provided: random.chance(0.2),
+        without_empty: random.chance(0.3),
+        ..Options::default()
+    };
+    if random.chance(0.3) {
+        let signals: Vec<SignalId> = knowledge.signals().ids().collect();
+        options.forbidden_signals = signals.into_iter().filter(|_| random.chance(0.2)).collect();
+    }
+    if random.chance(0.2) {
+        let relations: Vec<RelationId> = knowledge.relations().ids().collect();
+        options.forbidden_relations = relations.into_iter().filter(|_| random.chance(0.2)).collect();
+    }
+    options
+}
+
+/// What a substitution must be, whatever found it.
+pub(crate) fn check_sound(
+    knowledge: &KnowledgeBase,
+    root: VariableId,
+    options: &Options,
+    substitution: &Substitution,
+) {
+    let usable = |signal: &SignalId| !options.forbidden_signals.contains(signal);
+    let mut known: BTreeSet<VariableId> = substitution.sources.iter().copied().collect();
+    assert!(known.iter().all(|&source| knowledge.carriers(source).iter().any(usable)));
+    let mut needed = BTreeSet::from([root]);
+    for step in &substitution.steps {
+        let relation = &knowledge.relations()[step.relation];
+        assert!(relation.outputs.contains(&step.output));
+        assert!(!options.forbidden_relations.contains(&step.relation));
+        assert!(relation.needs(step.output).all(|input| known.contains(&input)), "a step before its inputs");
+        assert!(known.insert(step.output), "computed twice, or provided and computed");
+        needed.extend(relation.needs(step.output));
+    }
+    assert_eq!(known, needed, "something is not used");
+}
+
+/// A random question: a knowledge base, a variable of it, and options.
+pub(crate) fn question(numbers: &mut Random) -> (Kind, KnowledgeBase, VariableId, Options) {
+    let kind = KINDS[numbers.below(KINDS.len())];
+    let size = match kind {
+        Kind::Tree | Kind::BidirectionalTree => 4 + numbers.below(45),
+        Kind::Shared => 3 + numbers.below(13),
+        Kind::Cyclic | Kind::Equations | Kind::Mixed => 3 + numbers.below(9),
+    };
+    let ties = numbers.chance(0.4);
+    let knowledge = random(numbers, kind, size, ties).with_utility(random_utility(numbers));
+    let options = options(numbers, &knowledge);
+    let at = if numbers.chance(0.5) { 0 } else { numbers.below(size) };
+    let root = knowledge.variables().ids().nth(at).unwrap();
+    (kind, knowledge, root, options)
 }
 
 /// A complete tree as in the experiments of the thesis: variables at even depth, relations at odd depth, usable

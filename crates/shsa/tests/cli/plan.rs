@@ -44,18 +44,41 @@ fn engines_agree() {
     let found = |engine: &str| {
         let answer = folder.json(&format!("plan tank.yaml level --all --engine {engine}"), 0);
         assert_eq!(answer["engine"], engine);
-        let mut names: Vec<String> =
-            answer["substitutions"].as_array().unwrap().iter().map(|each| each.to_string()).collect();
-        names.sort();
-        names
+        answer["substitutions"].as_array().unwrap().clone()
     };
-    assert_eq!(found("best-first"), found("exhaustive"));
-    for engine in ["orr", "sh-pgsa", "dfs"] {
-        folder.refuses(
-            &format!("plan tank.yaml level --engine {engine}"),
-            &[engine, "possible values", "best-first"],
-        );
+    for engine in ["sh-pgsa", "dfs", "exhaustive"] {
+        assert_eq!(found("best-first"), found(engine), "{engine}");
     }
+    assert_eq!(found("orr"), found("best-first")[..1]);
+    folder.refuses("plan tank.yaml level --engine bfs", &["bfs", "possible values", "sh-pgsa, orr, dfs"]);
+}
+
+#[test]
+fn searches_that_take_the_first_need_not_find_the_best() {
+    let model = "\
+shsa: 1
+variables: { a: {}, b: {}, c: {} }
+relations:
+  dear: { output: a, inputs: [b], properties: { cost: 9 } }
+  cheap: { output: a, inputs: [c] }
+signals: { s1: { variable: b }, s2: { variable: c } }
+";
+    let folder = Folder::with(&[("m.yaml", model.as_bytes())]);
+    let found = |arguments: &str| {
+        let answer = folder.json(&format!("plan m.yaml a {arguments}"), 0);
+        let relations: Vec<_> = answer["substitutions"].as_array().unwrap().iter().collect();
+        let relations: Vec<_> = relations.iter().map(|each| each["relations"][0].clone()).collect();
+        (relations, answer["stop"].clone(), answer["bound"].clone())
+    };
+    let dear = (vec!["dear".into()], "found".into(), 1.0.into());
+    let cheap = |stop: &str, bound: f64| (vec!["cheap".into()], stop.into(), bound.into());
+    assert_eq!(found("--engine orr"), dear);
+    assert_eq!(found("--engine dfs"), dear);
+    for engine in ["best-first", "sh-pgsa"] {
+        let answer = found(&format!("--engine {engine}"));
+        assert_eq!((&answer.0, &answer.1), (&cheap("", 0.0).0, &"found".into()), "{engine}");
+    }
+    assert_eq!(found("--engine exhaustive"), cheap("complete", 0.68253968254));
 }
 
 #[test]
@@ -91,7 +114,12 @@ fn no_substitution_is_the_answer_no() {
 fn a_limit_that_ends_the_search_is_told() {
     let folder = tank::folder();
     let told = folder.ends("plan tank.yaml level --all --limit 0", 0).stdout;
-    assert!(told.ends_with("1 substitution (limit of expansions, 0 decisions)\n"), "{told}");
+    assert!(
+        told.ends_with(
+            "1 substitution (limit of expansions, 0 decisions; what is missing is worth at most 1.000000)\n"
+        ),
+        "{told}"
+    );
     let answer = folder.json("plan tank.yaml level --all --limit 0", 0);
     assert_eq!((&answer["stop"], &answer["bound"]), (&"limit of expansions".into(), &1.0.into()));
 }

@@ -1,0 +1,207 @@
+//! SH-PGSA, self-healing by property-guided structural adaptation: workers that make one step at a time.
+//!
+//! Ratasich, Preindl, Selyunin, Grosu, "Self-healing by property-guided structural adaptation", ICPS 2018,
+//! doi:10.1109/ICPHYS.2018.8387659, and Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, ch. 6. A
+//! worker holds a partial substitution. In each round the worker with the best utility makes a step: it decides all
+//! variables that its last relations need and that are not provided, by a combination of one relation for each; the
+//! other combinations become workers. A worker to whom nothing is open is an answer. What is still open counts with
+//! utility 1: the search is guided by what is decided, where [`BestFirst`](super::BestFirst) looks ahead.
+//!
+//! The public program of the thesis differs in what it should not:
+//! * Its first answer is not always the best: when a step makes the first worker worse than another, the program
+//!   compares it with itself and leaves it first; and a worker that is done is given out without looking whether an
+//!   open one is better. Here all workers stand in one queue, done ones among them, and utility only falls with
+//!   further steps: when a done one comes first, no open one can become better.
+//! * It misses answers when a variable that is not provided is needed at two depths, since a relation that is in use
+//!   is no candidate a second time; and it can then choose two relations for that variable. Here a variable is
+//!   decided once, when it is first needed.
+//! * It makes a worker for every combination at once. Here the combinations of a round are made one by one, the next
+//!   best first, and those that close a cycle are dropped.
+//! * Its order of ties is that of a hash set. Here it is that of the other searches.
+
+use super::Plan;
+use super::choices::{Choices, states};
+use super::graph::{Graph, Options};
+use super::limits::{Limits, StopReason};
+use super::partial::Partial;
+use super::utility::{Scale, Weight};
+use super::workers::{State, WorkerId, Workers};
+use crate::knowledge::{RelationId, VariableId};
+use crate::substitution::Substitution;
+use alloc::collections::BTreeSet;
+use alloc::vec::Vec;
+
+/// The `count` best substitutions of `root`, best first, in the order of [`exhaustive`](super::exhaustive()).
+///
+/// When a limit is reached before the first of them is proven, the best worker that is done, if there is one, is in
+/// the plan. [`Limits::states`] counts workers and the choices that they hold. Complexity: exponential; each
+/// combination costs O(log n) for n open workers, and its decisions.
+#[must_use]
+pub fn property_guided(
+    graph: &Graph,
+    root: VariableId,
+    options: &Options,
+    count: usize,
+    limits: Limits,
+) -> Plan {
+    let choices = Choices::new(graph, root, options);
+    if let Some(refusal) = choices.refusal() {
+        return refusal;
+    }
+    Search::new(choices).run(count, limits)
+}
+
+/// A made worker whose decisions the search stands on.
+#[derive(Debug)]
+struct Stand {
+    worker: WorkerId,
+    /// How many decisions came before its combination.
+    decided: usize,
+}
+
+struct Search<'a> {
+    scale: Scale,
+    partial: Partial<'a>,
+    workers: Workers,
+    /// The workers that the partial substitution is made of, from depth 1 on.
+    line: Vec<Stand>,
+    expanded: u64,
+    /// Sets of relations that were given and could appear again with other outputs.
+    given: BTreeSet<Vec<RelationId>>,
+    substitutions: Vec<(Substitution, f64)>,
+    /// What those count in [`Limits::states`].
+    kept: usize,
+}
+
+impl<'a> Search<'a> {
+    fn new(choices: Choices<'a>) -> Search<'a> {
+        Search {
+            scale: choices.scale(),
+            workers: Workers::new(choices.scale()),
+            partial: Partial::new(choices),
+            line: Vec::new(),
+            expanded: 0,
+            given: BTreeSet::new(),
+            substitutions: Vec::new(),
+            kept: 0,
+        }
+    }
+
+    fn run(mut self, count: usize, limits: Limits) -> Plan {
+        let stop = loop {
+            if self.substitutions.len() >= count {
+                break StopReason::Found(self.substitutions.len());
+            }
+            if self.workers.lightest().is_none() {
+                break StopReason::Complete;
+            }
+            if let Some(limit) = self.limit(limits) {
+                self.take_done();
+                break limit;
+            }
+            if let Some((worker, weight)) = self.workers.pop() {
+                self.step(worker, weight);
+            }
+        };
+        let open = self.workers.lightest();
+        let bound = open.map_or(self.scale.worst(), |weight| self.scale.utility(weight));
+        Plan { substitutions: self.substitutions, stop, expanded: self.expanded, bound }
+    }
+
+    fn limit(&self, limits: Limits) -> Option<StopReason> {
+        if self.expanded >= limits.expansions {
+            return Some(StopReason::LimitExpansions);
+        }
+        (self.workers.kept() + self.kept >= limits.states).then_some(StopReason::LimitStates)
+    }
+
+    fn step(&mut self, worker: WorkerId, weight: Weight) {
+        match self.workers.state(worker) {
+            State::Potential => {
+                self.workers.follow(worker, weight);
+                self.make(worker);
+            }
+            State::Open => {
+                self.go_to(worker);
+                if let Some((choices, own)) = self.partial.round() {
+                    self.workers.expand(worker, weight, choices, own);
+                }
+            }
+            State::Done => self.answer(worker),
+        }
+    }
+
+    /// Decides a combination; one that closes a cycle is dropped.
+    fn make(&mut self, worker: WorkerId) {
+        self.go_to(self.workers.before(worker));
+        if self.decide(worker) {
+            let state = if self.partial.open().is_empty() { State::Done } else { State::Open };
+            self.workers.make(worker, self.partial.weight(), state);
+        }
+    }
+
+    /// Takes the decisions of a worker's combination, all or none.
+    fn decide(&mut self, worker: WorkerId) -> bool {
+        let decided = self.partial.decided();
+        for choice in self.workers.combination(worker) {
+            self.expanded += 1;
+            if !self.partial.take(choice) {
+                self.partial.back_to(decided);
+                return false;
+            }
+        }
+        self.line.push(Stand { worker, decided });
+        true
+    }
+
+    /// Moves to the decisions of a made worker, over the last one that both have in common.
+    fn go_to(&mut self, target: WorkerId) {
+        let mut path = Vec::new();
+        let mut worker = target;
+        loop {
+            let depth = self.workers.depth(worker);
+            let common = depth.checked_sub(1).is_none_or(|last| self.stands_on(last, worker));
+            if common {
+                self.back_to(depth);
+                break;
+            }
+            path.push(worker);
+            worker = self.workers.before(worker);
+        }
+        while let Some(worker) = path.pop() {
+            self.decide(worker);
+        }
+    }
+
+    fn stands_on(&self, at: usize, worker: WorkerId) -> bool {
+        self.line.get(at).is_some_and(|stand| stand.worker == worker)
+    }
+
+    fn back_to(&mut self, depth: usize) {
+        if let Some(stand) = self.line.get(depth) {
+            self.partial.back_to(stand.decided);
+            self.line.truncate(depth);
+        }
+    }
+
+    /// Gives out the substitution of a worker that is done, unless one of the same relations was given before.
+    fn answer(&mut self, worker: WorkerId) {
+        self.go_to(worker);
+        let (substitution, ambiguous) = self.partial.substitution();
+        let relations = if ambiguous { substitution.relations() } else { Vec::new() };
+        let decisions = relations.len() + substitution.steps.len() + substitution.sources.len();
+        if !ambiguous || self.given.insert(relations) {
+            self.kept += states(decisions);
+            self.substitutions.push((substitution, self.scale.utility(self.partial.weight())));
+        }
+    }
+
+    /// When a limit leaves no proven answer: the best worker that is done.
+    fn take_done(&mut self) {
+        if self.substitutions.is_empty()
+            && let Some(worker) = self.workers.pop_done()
+        {
+            self.answer(worker);
+        }
+    }
+}
