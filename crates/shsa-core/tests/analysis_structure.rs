@@ -349,11 +349,11 @@ fn parts_without_connection_cost_a_sum() {
 
 #[test]
 fn a_limit_stops_the_search_and_what_is_there_is_right() {
-    let limits = Limits { expansions: u64::MAX, states: 1_000 };
-    for model in [complete(40, 20), carried(1, 3_000, false), carried(300, 3, true)] {
+    let limits = Limits { expansions: u64::MAX, states: 300 };
+    for model in [complete(40, 20), carried(1, 1_000, false), carried(40, 3, true)] {
         let structure = Structure::new(&model);
         for found in [structure.overdetermined_sets(limits), structure.test_supports(limits)] {
-            assert_eq!((found.sets.len(), found.stop), (1_000, StopReason::LimitStates));
+            assert_eq!((found.sets.len(), found.stop), (300, StopReason::LimitStates));
             for set in &found.sets {
                 let holds: std::collections::BTreeSet<VariableId> =
                     set.iter().flat_map(|id| structure.equations()[id].variables.clone()).collect();
@@ -376,6 +376,19 @@ fn the_limit_of_expansions_holds_for_every_search() {
         for (stop, expanded) in ends.chain([(isolability.stop, isolability.expanded)]) {
             assert_eq!(stop, StopReason::LimitExpansions);
             assert!(expanded < limits.expansions + 10 * edges as u64, "{expanded} of {edges} edges");
+        }
+    }
+}
+
+/// In a chain, any two signals contradict each other in exactly one way.
+#[test]
+fn much_redundancy_is_no_hindrance() {
+    for (variables, signals) in [(5, 3), (10, 3), (20, 1), (1, 100)] {
+        let structure = Structure::new(&carried(variables, signals, true));
+        let count = variables * signals;
+        for found in [structure.overdetermined_sets(LIMITS), structure.test_supports(LIMITS)] {
+            assert_eq!((found.sets.len(), found.stop), (count * (count - 1) / 2, StopReason::Complete));
+            assert!(found.expanded < 2_000_000, "{} edges", found.expanded);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The models whose structure was published give the published numbers.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "tests may fail loudly")]
 
-use shsa_core::analysis::structure::{EquationId, LIMITS, Structure};
+use shsa_core::analysis::structure::{EquationId, EquationSet, LIMITS, Structure};
 use shsa_core::plan::StopReason;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -30,6 +30,15 @@ fn check_isolable(structure: &Structure) {
     }
 }
 
+/// How many equations all MSO and all MTES sets hold together, as version 0.12.5 of the toolbox for Python has it
+/// for the same structure.
+#[track_caller]
+fn check_sizes(structure: &Structure, overdetermined: usize, tests: usize) {
+    let size = |sets: &[EquationSet]| sets.iter().map(EquationSet::len).sum::<usize>();
+    assert_eq!(size(&structure.overdetermined_sets(LIMITS).sets), overdetermined);
+    assert_eq!(size(&structure.test_supports(LIMITS).sets), tests);
+}
+
 #[test]
 fn the_water_tank_has_17_mso_and_10_mtes_sets() {
     let structure = structure("watertank.yaml");
@@ -38,6 +47,7 @@ fn the_water_tank_has_17_mso_and_10_mtes_sets() {
     assert!(structure.decomposition().just.is_empty());
     assert_eq!(structure.overdetermined_sets(LIMITS).sets.len(), 17);
     assert_eq!(structure.test_supports(LIMITS).sets.len(), 10);
+    check_sizes(&structure, 127, 67);
     check_isolable(&structure);
 }
 
@@ -51,5 +61,7 @@ fn the_engine_has_94_equations_90_unknowns_and_4496_mso_sets() {
     assert_eq!(structure.decomposition().redundancy(), 4);
     let found = structure.overdetermined_sets(LIMITS);
     assert_eq!((found.sets.len(), found.stop), (4_496, StopReason::Complete));
+    assert_eq!(structure.test_supports(LIMITS).sets.len(), 144);
+    check_sizes(&structure, 343_099, 10_613);
     check_isolable(&structure);
 }

@@ -82,10 +82,10 @@ pub struct Equation {
 /// A lower probability of a fault counts as none.
 pub const NEGLIGIBLE: f64 = 1e-6;
 
-/// What the searches may spend when nothing else is said: about half a second, and 100 MB at the most.
+/// What the searches may spend when nothing else is said: about a second, and 20 MB for the sets at the most.
 ///
 /// An expansion is an edge between an equation and a variable that is walked along, a state a set that is found.
-pub const LIMITS: Limits = Limits { expansions: 50_000_000, states: 100_000 };
+pub const LIMITS: Limits = Limits { expansions: 20_000_000, states: 100_000 };
 
 /// The equations of a knowledge base over its unknown variables.
 #[derive(Clone, Debug)]

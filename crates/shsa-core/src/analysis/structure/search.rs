@@ -2,10 +2,13 @@
 //!
 //! Krysander, Aslund and Nyberg 2008, doi:10.1109/TSMCA.2007.909555: leave out one equation, go on with what is
 //! still overdetermined, until the redundancy is 1. Equations that only go together (a class) are left out
-//! together. A set that is looked for either misses the class or holds all of it; once the first case is searched,
-//! the class is *kept*, so that nothing is found twice. A branch that would lose a kept equation is none. A
-//! minimal set is connected: with the first kept class, the search stays in its connected part, so parts that
-//! have nothing to do with each other cost a sum and not a product.
+//! together: a set that is looked for either misses the class or holds all of it. Here the second case is searched
+//! first, with the class *kept*, for that soon leads to a set when there is much redundancy.
+//!
+//! Beyond the paper, branches that hold nothing are seen early, for a knowledge base with several signals for each
+//! variable has much more redundancy than the models of the literature. A minimal set is connected: the search
+//! stays in the connected part of what is kept, so parts that have nothing to do with each other cost a sum and
+//! not a product. And when what is kept is redundant itself, there is no other set that holds it.
 //!
 //! The same search gives the supports of minimal tests when only what may be faulty is left out, until the faults
 //! are one class: Krysander, Aslund and Frisk 2010, "A structural algorithm for finding testable sub-models and
@@ -20,8 +23,6 @@ pub(super) struct Search<'p> {
     part: &'p mut Redundant,
     /// What may be left out.
     removable: IdSet<Row>,
-    /// Whether there is anything else.
-    is_partial: bool,
     /// What every set that is still looked for holds, in the order in which it was kept.
     kept: Vec<Row>,
     is_kept: IdSet<Row>,
@@ -37,10 +38,17 @@ struct Frame {
     kept: usize,
     /// Rows before this index are kept, left out, or must not be left out.
     cursor: usize,
-    /// The class that the branch below leaves out; to be kept when the search comes back.
-    class: Vec<Row>,
-    /// Whether it must be looked at whether the kept rows hang together.
-    is_new: bool,
+    next: Next,
+}
+
+/// What is to be done with a frame.
+enum Next {
+    /// Look what the kept rows say; those before this index are known to be whole classes.
+    Settle(usize),
+    /// Go on with all sets that hold some class.
+    Keep,
+    /// They were searched; go on with the sets that miss the class of this row.
+    LeaveOut(Row),
 }
 
 /// What a search says when it is asked to go on.
@@ -65,10 +73,9 @@ enum Outlook {
 
 impl<'p> Search<'p> {
     pub(super) fn new(part: &'p mut Redundant, removable: IdSet<Row>) -> Self {
-        let is_partial = removable.len() < part.present().len();
-        let root = Frame { removed: 0, kept: 0, cursor: 0, class: Vec::new(), is_new: false };
+        let root = Frame { removed: 0, kept: 0, cursor: 0, next: Next::Keep };
         let (kept, is_kept, removed) = (Vec::new(), IdSet::new(), Vec::new());
-        Search { part, removable, is_partial, kept, is_kept, removed, frames: Vec::from([root]) }
+        Search { part, removable, kept, is_kept, removed, frames: Vec::from([root]) }
     }
 
     /// The next smallest set; at most `visits` edges are walked in all.
@@ -78,18 +85,20 @@ impl<'p> Search<'p> {
                 self.frames.push(frame);
                 return Progress::Limited;
             }
-            let class = core::mem::take(&mut frame.class);
-            frame.is_new |= !class.is_empty() && self.kept.is_empty();
-            self.keep(&class);
-            let outlook = if frame.is_new { self.settle() } else { Outlook::Open };
-            frame.is_new = false;
-            match outlook {
-                Outlook::Open => self.branch(frame),
-                Outlook::Lost => self.leave(&frame),
-                Outlook::Minimal(rows) => {
-                    self.leave(&frame);
-                    return Progress::Found(rows);
-                }
+            match frame.next {
+                Next::Keep => self.keep_next(frame),
+                Next::LeaveOut(row) => self.leave_out(frame, row),
+                Next::Settle(whole) => match self.settle(whole) {
+                    Outlook::Open => {
+                        frame.next = Next::Keep;
+                        self.frames.push(frame);
+                    }
+                    Outlook::Lost => self.leave(&frame),
+                    Outlook::Minimal(rows) => {
+                        self.leave(&frame);
+                        return Progress::Found(rows);
+                    }
+                },
             }
         }
         Progress::Done
@@ -110,30 +119,32 @@ impl<'p> Search<'p> {
         self.part.overdetermined(rows)
     }
 
-    /// Leaves out the next class, if there is one.
-    fn branch(&mut self, mut frame: Frame) {
+    /// Searches the sets that hold the next class, if there is one.
+    fn keep_next(&mut self, mut frame: Frame) {
         let is_open = |row: &Row| self.removable.contains(*row) && !self.is_kept.contains(*row);
         let Some(row) = self.part.present().iter_from(frame.cursor).find(is_open) else {
             return self.leave(&frame);
         };
         frame.cursor = row.index() + 1;
-        let rows = self.part.connected(row);
-        let class = self.part.class(row, &rows);
-        if class.iter().any(|&row| self.is_kept.contains(row)) {
-            self.keep(&class);
-            return self.frames.push(frame);
-        }
+        frame.next = Next::LeaveOut(row);
         let below = Frame {
             removed: self.removed.len(),
             kept: self.kept.len(),
             cursor: frame.cursor,
-            class: Vec::new(),
-            is_new: !self.kept.is_empty(),
+            next: Next::Settle(self.kept.len()),
         };
-        self.part.take_out(&class);
-        self.removed.extend(&class);
-        frame.class = class;
         self.frames.extend([frame, below]);
+        self.keep(&[row]);
+    }
+
+    /// Goes on without the class of a row.
+    fn leave_out(&mut self, mut frame: Frame, row: Row) {
+        let rows = self.part.connected(row);
+        let class = self.part.class(row, &rows);
+        self.part.take_out(&class);
+        self.removed.extend(class);
+        frame.next = Next::Settle(0);
+        self.frames.push(frame);
     }
 
     fn keep(&mut self, class: &[Row]) {
@@ -144,8 +155,8 @@ impl<'p> Search<'p> {
         }
     }
 
-    /// Stays in the connected part of the kept rows.
-    fn settle(&mut self) -> Outlook {
+    /// Stays in the connected part of the kept rows, keeps what they take with them, and looks whether they are a set.
+    fn settle(&mut self, whole: usize) -> Outlook {
         let Some(&first) = self.kept.first() else { return Outlook::Open };
         let rows = self.part.connected(first);
         if rows.iter().filter(|&&row| self.is_kept.contains(row)).count() < self.kept.len() {
@@ -157,19 +168,41 @@ impl<'p> Search<'p> {
             self.part.take_out(&outside);
             self.removed.extend(outside);
         }
-        if self.is_minimal(first, &rows) { Outlook::Minimal(rows) } else { Outlook::Open }
+        self.keep_classes(whole, &rows);
+        self.outlook(&rows)
     }
 
-    /// Whether nothing that may be left out can be, with anything to look for left.
-    fn is_minimal(&mut self, kept: Row, rows: &[Row]) -> bool {
-        if self.part.redundancy(rows) == 1 {
-            return true;
+    /// Keeps the classes of the kept rows from an index on.
+    fn keep_classes(&mut self, whole: usize, rows: &[Row]) {
+        let mut covered = IdSet::new();
+        let mut at = whole;
+        while let Some(&row) = self.kept.get(at) {
+            at += 1;
+            if !covered.contains(row) {
+                let class = self.part.class(row, rows);
+                covered.extend(&class.iter().copied().collect());
+                self.keep(&class);
+            }
         }
-        if !self.is_partial {
-            return false;
+    }
+
+    /// Whether the kept rows, with those that are never left out, are redundant: then there is nothing else to find,
+    /// for whatever holds all of them holds this.
+    fn outlook(&mut self, rows: &[Row]) -> Outlook {
+        let needed: Vec<Row> = rows
+            .iter()
+            .copied()
+            .filter(|&row| self.is_kept.contains(row) || !self.removable.contains(row))
+            .collect();
+        let set = self.part.overdetermined(&needed);
+        let count = |rows: &[Row]| rows.iter().filter(|&&row| self.removable.contains(row)).count();
+        let Some(&some) = set.iter().find(|&&row| self.removable.contains(row)) else { return Outlook::Open };
+        if count(&set) < count(&needed) {
+            return Outlook::Lost;
         }
-        let class: IdSet<Row> = self.part.class(kept, rows).into_iter().collect();
-        rows.iter().all(|&row| class.contains(row) || !self.removable.contains(row))
+        let without: Vec<Row> = set.iter().copied().filter(|&row| row != some).collect();
+        let smaller = self.part.overdetermined(&without);
+        if count(&smaller) == 0 { Outlook::Minimal(set) } else { Outlook::Lost }
     }
 
     /// Puts back what was left out for a frame, and forgets what was kept in it.
