@@ -388,7 +388,7 @@ fn much_redundancy_is_no_hindrance() {
         let count = variables * signals;
         for found in [structure.overdetermined_sets(LIMITS), structure.test_supports(LIMITS)] {
             assert_eq!((found.sets.len(), found.stop), (count * (count - 1) / 2, StopReason::Complete));
-            assert!(found.expanded < 2_000_000, "{} edges", found.expanded);
+            assert!(found.expanded < 5_000_000, "{} edges", found.expanded);
         }
     }
 }
