@@ -103,6 +103,11 @@ impl Redundant {
         self.present.insert(row);
     }
 
+    /// By how many the rows of a connected part outnumber their columns.
+    pub(super) fn redundancy(&self, rows: &[Row]) -> usize {
+        rows.iter().filter(|&&row| self.matching.rows[row].is_none()).count()
+    }
+
     /// The present rows that shared columns connect with `row`, itself first.
     pub(super) fn connected(&mut self, row: Row) -> Vec<Row> {
         self.incidence.connected(row, &self.present, &mut self.visits)

@@ -31,6 +31,9 @@ pub(super) struct Search<'p> {
     frames: Vec<Frame>,
 }
 
+/// Up to this redundancy, branches that hold nothing are too small to be looked for.
+const LOOK_AHEAD: usize = 4;
+
 /// How far a subset of the part is searched.
 struct Frame {
     /// The length of `removed` and of `kept` before.
@@ -127,20 +130,21 @@ impl<'p> Search<'p> {
         };
         frame.cursor = row.index() + 1;
         frame.next = Next::LeaveOut(row);
-        let below = Frame {
-            removed: self.removed.len(),
-            kept: self.kept.len(),
-            cursor: frame.cursor,
-            next: Next::Settle(self.kept.len()),
-        };
-        self.frames.extend([frame, below]);
-        self.keep(&[row]);
+        let rows = self.part.connected(row);
+        let class = self.part.class(row, &rows);
+        let (removed, kept, cursor) = (self.removed.len(), self.kept.len(), frame.cursor);
+        self.keep(&class);
+        let next = Next::Settle(self.kept.len());
+        self.frames.extend([frame, Frame { removed, kept, cursor, next }]);
     }
 
     /// Goes on without the class of a row.
     fn leave_out(&mut self, mut frame: Frame, row: Row) {
         let rows = self.part.connected(row);
         let class = self.part.class(row, &rows);
+        if class.iter().any(|&row| self.is_kept.contains(row)) {
+            return self.leave(&frame);
+        }
         self.part.take_out(&class);
         self.removed.extend(class);
         frame.next = Next::Settle(0);
@@ -168,8 +172,20 @@ impl<'p> Search<'p> {
             self.part.take_out(&outside);
             self.removed.extend(outside);
         }
+        let redundancy = self.part.redundancy(&rows);
+        if redundancy == 1 {
+            return Outlook::Minimal(rows);
+        }
+        if redundancy <= LOOK_AHEAD && self.misses_any() {
+            return Outlook::Open;
+        }
         self.keep_classes(whole, &rows);
         self.outlook(&rows)
+    }
+
+    /// Whether every row may be left out: then all smallest sets have the redundancy 1.
+    fn misses_any(&self) -> bool {
+        self.removable.len() == self.part.equations().len()
     }
 
     /// Keeps the classes of the kept rows from an index on.
