@@ -26,3 +26,4 @@ pub mod diagnosis;
 pub mod plan;
 pub mod service;
 pub mod engine;
+pub mod analysis;

@@ -4,7 +4,7 @@
 //! are ordinary. What can change at run time is the availability of signals; every change bumps the version.
 
 mod ids;
-mod signal_set;
+mod id_set;
 mod utility;
 mod draft;
 mod build;
@@ -14,8 +14,8 @@ pub use draft::{
     BodyDraft, Bounds, Diagnostic, Draft, NeedDraft, Place, PropertyDrafts, RelationDraft, Severity,
     SignalDraft, Text, UtilityDraft, VariableDraft,
 };
+pub use id_set::{IdSet, SignalSet};
 pub use ids::{Id, IdVec, NeedId, RelationId, SignalId, VariableId};
-pub use signal_set::SignalSet;
 pub use utility::{Aggregate, Element, Fact, Inputs, OwnUtility, Rating, Utility, UtilityProblem};
 
 use crate::expression::Formula;
