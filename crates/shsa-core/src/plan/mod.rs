@@ -13,8 +13,10 @@ mod greedy;
 mod frontier;
 pub mod requirements;
 mod best_first;
+mod contingency;
 
 pub use best_first::BestFirst;
+pub use contingency::{Contingency, Preparation};
 pub use exhaustive::exhaustive;
 pub use graph::{Graph, Options};
 pub use limits::{Limits, StopReason};
