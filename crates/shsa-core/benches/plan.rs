@@ -1,13 +1,14 @@
-//! Times of the exact search; reading and preparing a knowledge base is not included.
+//! Times of the exact search and of the table of plans for every failure; reading and preparing a knowledge base is
+//! not included.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, missing_docs, reason = "benchmarks may fail loudly")]
 
 #[path = "../tests/plan_support/mod.rs"]
 mod plan_support;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use plan_support::{drivetrain, first, reference, reference_tree, tree};
-use shsa_core::knowledge::{Id, KnowledgeBase, VariableId};
-use shsa_core::plan::{BestFirst, Graph, Limits, Marks, Options};
+use plan_support::{drivetrain, first, large, reference, reference_tree, tree};
+use shsa_core::knowledge::{Element, Id, KnowledgeBase, SignalId, VariableId};
+use shsa_core::plan::{BestFirst, Contingency, Graph, Limits, Marks, Options, Preparation};
 use std::hint::black_box;
 
 /// What a search has to beat: a breadth-first visit of the variables that it can reach.
@@ -95,10 +96,54 @@ fn recorded(c: &mut Criterion) {
     }
 }
 
+/// Looking up the plan after a loss, and bringing the table up to date after a change of one signal.
+fn contingency(c: &mut Criterion) {
+    for (name, knowledge, roots) in [
+        ("ex2 d14", tree(2, 14, Some(0.2), 0), 1),
+        ("100,000 relations", large(100_000, 0), 1_000),
+        ("1,000,000 relations", large(1_000_000, 0), 10_000),
+    ] {
+        bench_contingency(c, name, knowledge, roots);
+    }
+}
+
+fn bench_contingency(c: &mut Criterion, name: &str, mut knowledge: KnowledgeBase, roots: usize) {
+    let mut graph = Graph::new(&knowledge);
+    let variables: Vec<VariableId> =
+        knowledge.variables().ids().step_by(knowledge.variables().len() / roots).collect();
+    let mut table = Contingency::new(&knowledge, &graph, variables, Preparation::default());
+    println!("{name}: {} searches for {} variables", table.searches(), table.variables().count());
+    let losses: Vec<(VariableId, SignalId)> = table
+        .variables()
+        .flat_map(|variable| table.losses(variable).map(move |(loss, _)| (variable, loss)))
+        .filter_map(|(variable, loss)| loss.first().map(|&lost| (variable, lost)))
+        .collect();
+    let mut group = c.benchmark_group(format!("contingency {name}"));
+    let mut at = 0;
+    group.bench_function("one plan of the table", |b| {
+        b.iter(|| {
+            at = (at + 7919) % losses.len();
+            table.plan(losses[at].0, black_box(&[losses[at].1]))
+        });
+    });
+    group.bench_function("all plans after a change of one signal", |b| {
+        b.iter(|| {
+            // A signal is lost, and comes back before the next one is.
+            let lost = !knowledge.is_available(losses[at].1);
+            at = if lost { at } else { (at + 7919) % losses.len() };
+            let signal = losses[at].1;
+            knowledge.set_available(signal, lost);
+            graph.update(&knowledge, &[Element::Signal(signal)]);
+            table.update(&knowledge, &graph, &[Element::Signal(signal)]).len()
+        });
+    });
+    group.finish();
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().warm_up_time(std::time::Duration::from_millis(300))
         .measurement_time(std::time::Duration::from_millis(1_000)).sample_size(20);
-    targets = drivetrain_bench, trees, recorded
+    targets = drivetrain_bench, trees, recorded, contingency
 }
 criterion_main!(benches);

@@ -2,6 +2,7 @@
 
 mod check;
 mod complete;
+mod contingency;
 mod demo;
 mod monitor;
 mod outcome;

@@ -1,12 +1,13 @@
 //! `shsa plan`: substitutions for a variable, best first.
 
+use crate::contingency;
 use crate::outcome::Outcome;
 use crate::show;
 use anyhow::anyhow;
 use serde_json::{Value, json};
 use shsa_core::expression::Formula;
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId, VariableId};
-use shsa_core::plan::{self, Graph, Limits, Options, Plan, StopReason, Take};
+use shsa_core::plan::{self, Graph, Limits, Options, Plan, Preparation, StopReason, Take};
 use shsa_core::substitution::{Substitution, Way};
 use std::io::{Write, stdout};
 use std::num::NonZeroUsize;
@@ -20,7 +21,8 @@ pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,
     /// The variable that is to be known.
-    variable: String,
+    #[arg(required_unless_present = "contingency")]
+    variable: Option<String>,
     /// How to search.
     #[arg(long, value_enum, default_value_t = Engine::BestFirst)]
     engine: Engine,
@@ -36,6 +38,12 @@ pub(crate) struct Arguments {
     /// After how many decisions the search ends.
     #[arg(long, value_name = "N")]
     limit: Option<u64>,
+    /// Tell what takes over when a signal is lost, for the variable or else for all needs.
+    #[arg(long, conflicts_with_all = ["engine", "top", "all"])]
+    contingency: bool,
+    /// With --contingency: for any two signals that are lost, too.
+    #[arg(long, requires = "contingency")]
+    pairs: bool,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
@@ -70,10 +78,22 @@ impl Engine {
 /// Searches; the answer is no when there is no substitution.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let knowledge = show::load_model(&arguments.model)?;
-    let variable = find_variable(&knowledge, &arguments.variable)?;
     let forbidden_signals =
         arguments.exclude.iter().map(|name| find_signal(&knowledge, name)).collect::<anyhow::Result<_>>()?;
     let options = Options { forbidden_signals, ..Options::default() };
+    if arguments.contingency {
+        let preparation = Preparation {
+            pairs: arguments.pairs,
+            options,
+            limits: limits(arguments),
+            ..Preparation::default()
+        };
+        let variable = arguments.variable.as_deref();
+        let answer = contingency::answer(&knowledge, variable, preparation, arguments.json)?;
+        writeln!(stdout().lock(), "{answer}")?;
+        return Ok(Outcome::Done);
+    }
+    let variable = find_variable(&knowledge, arguments.variable.as_deref().unwrap_or_default())?;
     let graph = Graph::new(&knowledge);
     let began = Instant::now();
     let plan = search(arguments, &knowledge, &graph, variable, &options);
@@ -88,6 +108,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(if plan.substitutions.is_empty() { Outcome::No } else { Outcome::Done })
 }
 
+fn limits(arguments: &Arguments) -> Limits {
+    let mut limits = Limits::default();
+    limits.expansions = arguments.limit.unwrap_or(limits.expansions);
+    limits
+}
+
 fn search(
     arguments: &Arguments,
     knowledge: &KnowledgeBase,
@@ -95,8 +121,7 @@ fn search(
     variable: VariableId,
     options: &Options,
 ) -> Plan {
-    let mut limits = Limits::default();
-    limits.expansions = arguments.limit.unwrap_or(limits.expansions);
+    let limits = limits(arguments);
     let count = if arguments.all { usize::MAX } else { arguments.top.get() };
     match arguments.engine {
         Engine::BestFirst => plan::best(graph, variable, options, count, limits),
@@ -148,16 +173,10 @@ fn to_json(
     elapsed: Duration,
     excluded: impl Fn(SignalId) -> bool,
 ) -> Value {
-    let found = plan.substitutions.iter().map(|(substitution, utility)| {
-        let names = Names::of(knowledge, substitution, &excluded);
-        json!({
-            "utility": utility,
-            "relations": names.relations,
-            "variables": names.variables,
-            "signals": names.signals,
-            "formula": names.formula,
-        })
-    });
+    let found = plan
+        .substitutions
+        .iter()
+        .map(|(substitution, utility)| Names::of(knowledge, substitution, &excluded).to_json(*utility));
     json!({
         "variable": arguments.variable,
         "engine": arguments.engine.name(),
@@ -177,7 +196,7 @@ fn to_text(
 ) -> String {
     let decisions = show::counted(usize::try_from(plan.expanded).unwrap_or(usize::MAX), "decision");
     if plan.substitutions.is_empty() {
-        let variable = &arguments.variable;
+        let variable = arguments.variable.as_deref().unwrap_or_default();
         return match plan.stop {
             StopReason::Complete => format!("nothing can provide {variable} (complete, {decisions})"),
             stop => format!("nothing found for {variable} so far ({stop}, {decisions}{})", gap(plan)),
@@ -186,11 +205,7 @@ fn to_text(
     let mut rows = Vec::new();
     for (substitution, utility) in &plan.substitutions {
         let names = Names::of(knowledge, substitution, &excluded);
-        let relations = if names.relations.is_empty() {
-            "(its own signal)".to_owned()
-        } else {
-            names.relations.join(", ")
-        };
+        let relations = names.relations_or_own();
         rows.push(vec![format!("{utility:.6}"), relations, names.signals.join(", "), names.formula]);
     }
     let table = show::table(&["utility", "relations", "from", "formula (in SI units)"], rows);
@@ -209,15 +224,34 @@ fn gap(plan: &Plan) -> String {
 }
 
 /// A substitution in names.
-struct Names {
+#[derive(PartialEq)]
+pub(crate) struct Names {
     relations: Vec<String>,
     variables: Vec<String>,
-    signals: Vec<String>,
+    /// The first signals in file order that it can start from.
+    pub(crate) signals: Vec<String>,
     formula: String,
 }
 
 impl Names {
-    fn of(
+    pub(crate) fn to_json(&self, utility: f64) -> Value {
+        json!({
+            "utility": utility,
+            "relations": self.relations,
+            "variables": self.variables,
+            "signals": self.signals,
+            "formula": self.formula,
+        })
+    }
+
+    pub(crate) fn relations_or_own(&self) -> String {
+        match self.relations.is_empty() {
+            true => "(its own signal)".to_owned(),
+            false => self.relations.join(", "),
+        }
+    }
+
+    pub(crate) fn of(
         knowledge: &KnowledgeBase,
         substitution: &Substitution,
         excluded: &impl Fn(SignalId) -> bool,

@@ -7,6 +7,7 @@
 mod message;
 mod explain;
 mod ways;
+mod standby;
 mod provider;
 
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality};
@@ -14,7 +15,7 @@ pub use provider::NeedStatus;
 pub use ways::witnesses;
 
 use crate::diagnosis::{Judge, JudgeOptions, Verdict};
-use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId, SignalSet};
+use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use crate::monitor::{Absence, Change, Debounce, Monitor};
 use crate::observation::Observation;
 use crate::plan;
@@ -22,6 +23,7 @@ use crate::time::{Span, Time};
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 use provider::Provider;
+use standby::Standby;
 
 /// Settings of the engine; the defaults are sound.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,6 +39,7 @@ pub struct Options {
 pub struct Engine {
     knowledge: KnowledgeBase,
     graph: plan::Graph,
+    standby: Standby,
     monitor: Monitor,
     judge: Judge,
     providers: IdVec<NeedId, Provider>,
@@ -61,12 +64,14 @@ impl Engine {
         let ways = ways::to_watch(&knowledge, &graph);
         let monitor = Monitor::new(&knowledge, ways, options.debounce);
         let judge = Judge::new(&knowledge, options.judge);
+        let standby = Standby::new(&knowledge, &graph);
         let providers = IdVec::filled(knowledge.needs().len(), |need| {
-            Provider::new(&knowledge, &graph, monitor.ports(), need)
+            Provider::new(&knowledge, &graph, &standby, monitor.ports(), need)
         });
         Engine {
             knowledge,
             graph,
+            standby,
             monitor,
             judge,
             providers,
@@ -237,26 +242,26 @@ impl Engine {
         !decisions.is_empty()
     }
 
-    /// Signals that may be used now: available, trusted, and not absent; `proven` leaves out those that have
-    /// only just come back.
-    fn usable(&self, proven: bool) -> SignalSet {
+    /// Signals that may not be used now: not available, not trusted, or absent; `proven` leaves out those, too, that
+    /// have only just come back.
+    fn lost(&self, proven: bool) -> Vec<SignalId> {
         let present = |signal: SignalId| {
             self.monitor.watch().absence(signal).is_none()
                 && !(proven && self.returning.iter().any(|(returning, _)| *returning == signal))
         };
-        let usable = |signal: &SignalId| {
-            self.knowledge.is_available(*signal)
-                && self.judge.trusts(*signal)
-                && self.knowledge.origins(*signal).iter().all(present)
+        let usable = |signal: SignalId| {
+            self.knowledge.is_available(signal)
+                && self.judge.trusts(signal)
+                && self.knowledge.origins(signal).iter().all(present)
         };
-        self.knowledge.signals().ids().filter(usable).collect()
+        self.knowledge.signals().ids().filter(|signal| !usable(*signal)).collect()
     }
 
     fn replan(&mut self, now: Time) {
-        let (proven, usable) = (self.usable(true), self.usable(false));
+        let lost = [&self.lost(true)[..], &self.lost(false)[..]];
         for provider in self.providers.iter_mut() {
-            let event =
-                provider.replan(&self.knowledge, &self.graph, self.monitor.ports(), &[&proven, &usable], now);
+            let ports = self.monitor.ports();
+            let event = provider.replan(&self.knowledge, &self.graph, &self.standby, ports, &lost, now);
             self.outputs.extend(event.map(Output::Event));
         }
     }

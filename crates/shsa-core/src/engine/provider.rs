@@ -6,7 +6,8 @@
 
 use super::explain;
 use super::message::{Event, EventKind, Output, Publication, PublishedValue, Quality};
-use super::ways::{Source, ways};
+use super::standby::Standby;
+use super::ways::Source;
 use crate::alignment::{Port, Sample};
 use crate::computation::Computed;
 use crate::diagnosis::Judge;
@@ -21,6 +22,7 @@ use crate::time::{Span, Time, Validity};
 use alloc::collections::VecDeque;
 use alloc::format;
 use alloc::string::{String, ToString};
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 /// How many alternatives an event names.
@@ -59,7 +61,7 @@ pub(super) struct Provider {
     max_age: Span,
     max_width: f64,
     /// What may serve the need now, best first.
-    sources: Vec<Source>,
+    sources: Arc<[Source]>,
     /// What serves it when nothing is wrong.
     preferred: Option<Way>,
     active: Option<Service>,
@@ -85,18 +87,18 @@ impl Provider {
     pub(super) fn new(
         knowledge: &KnowledgeBase,
         graph: &Graph,
+        standby: &Standby,
         ports: &IdVec<SignalId, Port>,
         id: NeedId,
     ) -> Provider {
         let need = &knowledge.needs()[id];
-        let all: SignalSet = knowledge.signals().ids().collect();
         let mut provider = Provider {
             need: id,
             variable: need.variable,
             switching: need.switching,
             max_age: need.max_age,
             max_width: need.max_width.unwrap_or(f64::INFINITY),
-            sources: Vec::new(),
+            sources: standby.sources(knowledge, graph, id, &[]),
             preferred: None,
             active: None,
             active_rests_on: SignalSet::new(),
@@ -111,7 +113,6 @@ impl Provider {
             longest_gap: Span::ZERO,
             widest: 0.0,
         };
-        provider.sources = provider.sources(knowledge, graph, &all);
         provider.start_best(knowledge, ports);
         provider.preferred = provider.active.as_ref().map(|service| service.way().clone());
         provider
@@ -146,13 +147,6 @@ impl Provider {
         self.last.map(|(time, _)| time).or(self.started)
     }
 
-    /// What can run on these signals, and is not too old when it comes.
-    fn sources(&self, knowledge: &KnowledgeBase, graph: &Graph, signals: &SignalSet) -> Vec<Source> {
-        let mut sources = ways(knowledge, graph, self.variable, signals);
-        sources.retain(|source| Service::lag(knowledge, &source.way) <= self.max_age);
-        sources
-    }
-
     /// Starts the best source; whether there is one.
     fn start_best(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>) -> bool {
         let best = self.sources.first().map(|source| source.way.clone());
@@ -169,17 +163,19 @@ impl Provider {
         self.active = service;
     }
 
-    /// Chooses again after the trust in a signal has changed: from the first set of signals that serves the need.
+    /// Chooses again after the trust in a signal has changed: without the first of these lists of lost signals
+    /// that lets the need be served.
     pub(super) fn replan(
         &mut self,
         knowledge: &KnowledgeBase,
         graph: &Graph,
+        standby: &Standby,
         ports: &IdVec<SignalId, Port>,
-        usable: &[&SignalSet],
+        lost: &[&[SignalId]],
         now: Time,
     ) -> Option<Event> {
-        let found = usable.iter().map(|signals| self.sources(knowledge, graph, signals));
-        self.sources = found.into_iter().find(|sources| !sources.is_empty()).unwrap_or_default();
+        let mut found = lost.iter().map(|lost| standby.sources(knowledge, graph, self.need, lost));
+        self.sources = found.find(|sources| !sources.is_empty()).unwrap_or_default();
         let current = self.active.as_ref().map(|service| service.way().clone());
         if current.as_ref().is_some_and(|way| self.sources.iter().any(|source| source.way == *way)) {
             return None;

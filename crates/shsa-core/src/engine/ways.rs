@@ -1,8 +1,8 @@
 //! Which ways of knowing are watched, and which can serve a need.
 
 use crate::computation::Computation;
-use crate::knowledge::{Id, KnowledgeBase, Shape, SignalId, SignalSet, VariableId};
-use crate::plan::{self, Graph, Limits, Options};
+use crate::knowledge::{Id, KnowledgeBase, Shape, SignalId, VariableId};
+use crate::plan::{self, Graph, Limits, Options, Plan, Preparation};
 use crate::substitution::{Substitution, Way};
 use alloc::vec::Vec;
 
@@ -54,19 +54,27 @@ pub fn witnesses(knowledge: &KnowledgeBase, graph: &Graph, variable: VariableId)
         .collect()
 }
 
-/// The ways of knowing a variable from usable signals that can run, best utility first, then in file order; last those that
-/// only go on from the variable's own last value.
+/// The ways of knowing a variable that can run without some lost signals (ascending), best utility first, then in file
+/// order; last those that only go on from the variable's own last value.
 pub(super) fn ways(
     knowledge: &KnowledgeBase,
     graph: &Graph,
     variable: VariableId,
-    usable: &SignalSet,
+    lost: &[SignalId],
 ) -> Vec<Source> {
-    let may_use = |signal: SignalId| usable.contains(signal);
-    let forbidden_signals = knowledge.signals().ids().filter(|signal| !usable.contains(*signal)).collect();
-    let options = Options { forbidden_signals, ..Options::default() };
+    let options = Options { forbidden_signals: lost.to_vec(), ..Options::default() };
     let found = plan::best(graph, variable, &options, MOST, LIMITS);
-    let mut sources: Vec<Source> = found
+    ways_of(knowledge, &found, |signal| lost.binary_search(&signal).is_err())
+}
+
+/// The ways of a plan's substitutions, in their order, with signals that may be used.
+pub(super) fn ways_of(
+    knowledge: &KnowledgeBase,
+    plan: &Plan,
+    may_use: impl Fn(SignalId) -> bool,
+) -> Vec<Source> {
+    let may_use = |signal| knowledge.is_available(signal) && may_use(signal);
+    let mut sources: Vec<Source> = plan
         .substitutions
         .iter()
         .flat_map(|(substitution, utility)| {
@@ -81,4 +89,10 @@ pub(super) fn ways(
         .collect();
     sources.sort_by_key(|source| source.way.substitution.continues_itself(knowledge));
     sources
+}
+
+/// What a table of plans must hold so that [`ways`] can be taken from it. Counted: some tenths of a second and tens of
+/// megabytes at the most.
+pub(super) fn preparation() -> Preparation {
+    Preparation { count: MOST, limits: LIMITS, work_each: 200_000, work: 2_000_000, ..Preparation::default() }
 }

@@ -233,7 +233,7 @@ pub struct UtilityProblem {
 }
 
 /// An element of a knowledge base that has properties.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Element {
     /// A variable.
     Variable(VariableId),
@@ -250,10 +250,24 @@ impl Utility {
     /// The searches refuse a knowledge base with such problems.
     #[must_use]
     pub fn check(&self, knowledge: &KnowledgeBase) -> Vec<UtilityProblem> {
-        let accuracies = inaccurate(knowledge);
+        let variables = knowledge.variables().ids().map(Element::Variable);
+        let carriers = knowledge.signals().ids().map(Element::Signal);
+        let accuracies = variables.chain(carriers).filter_map(|element| inaccurate(knowledge, element));
         let relations = knowledge.relations().ids().filter_map(|id| self.check_relation(knowledge, id));
         let signals = knowledge.signals().ids().filter_map(|id| self.check_signal(knowledge, id));
         accuracies.chain(relations).chain(signals).collect()
+    }
+
+    /// What [`Utility::check`] says about one element.
+    #[must_use]
+    pub fn check_element(&self, knowledge: &KnowledgeBase, element: Element) -> Option<UtilityProblem> {
+        match element {
+            Element::Variable(_) => inaccurate(knowledge, element),
+            Element::Relation(id) => self.check_relation(knowledge, id),
+            Element::Signal(id) => {
+                inaccurate(knowledge, element).or_else(|| self.check_signal(knowledge, id))
+            }
+        }
     }
 
     fn check_relation(&self, knowledge: &KnowledgeBase, id: RelationId) -> Option<UtilityProblem> {
@@ -356,18 +370,17 @@ fn accuracies(knowledge: &KnowledgeBase, variable: VariableId) -> Interval {
     }
 }
 
-/// Accuracies that are no share: a product of them could rise.
-fn inaccurate(knowledge: &KnowledgeBase) -> impl Iterator<Item = UtilityProblem> + '_ {
-    let variables =
-        knowledge.variables().enumerate().map(|(id, v)| (Element::Variable(id), &v.name, &v.properties));
-    let signals =
-        knowledge.signals().enumerate().map(|(id, s)| (Element::Signal(id), &s.name, &s.properties));
-    variables.chain(signals).filter_map(|(element, name, properties)| {
-        let accuracy = properties.get("accuracy").copied()?;
-        let message = format!("the accuracy {accuracy} of `{name}` is outside 0 to 1");
-        let help = String::from("an accuracy is a share");
-        (!(0.0..=1.0).contains(&accuracy)).then_some(UtilityProblem { element, message, help })
-    })
+/// An accuracy that is no share: a product of them could rise.
+fn inaccurate(knowledge: &KnowledgeBase, element: Element) -> Option<UtilityProblem> {
+    let (name, properties) = match element {
+        Element::Variable(id) => (&knowledge.variables()[id].name, &knowledge.variables()[id].properties),
+        Element::Signal(id) => (&knowledge.signals()[id].name, &knowledge.signals()[id].properties),
+        Element::Relation(_) => return None,
+    };
+    let accuracy = properties.get("accuracy").copied()?;
+    let message = format!("the accuracy {accuracy} of `{name}` is outside 0 to 1");
+    let help = String::from("an accuracy is a share");
+    (!(0.0..=1.0).contains(&accuracy)).then_some(UtilityProblem { element, message, help })
 }
 
 #[cfg(test)]

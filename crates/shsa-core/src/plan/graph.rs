@@ -1,5 +1,7 @@
 //! A knowledge base as the searches read it: flat arrays, built once, and a view of it without what is forbidden.
 
+mod update;
+
 use super::utility::{Scale, Weight};
 use crate::knowledge::{Id, IdVec, Inputs, KnowledgeBase, RelationId, SignalId, Utility, VariableId};
 use crate::substitution::{Step, Substitution};
@@ -31,10 +33,17 @@ impl<I: Id, T> Rows<I, T> {
         let end = self.starts.get(id.index() + 1).map_or(start, |&end| end as usize);
         self.items.get(start..end).unwrap_or_default()
     }
+
+    /// The list of an id, to change its items.
+    fn row_mut(&mut self, id: I) -> &mut [T] {
+        let start = self.starts.get(id.index()).map_or(0, |&start| start as usize);
+        let end = self.starts.get(id.index() + 1).map_or(start, |&end| end as usize);
+        self.items.get_mut(start..end).unwrap_or_default()
+    }
 }
 
 /// What the searches know about a variable.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Status {
     /// Known without a relation.
     pub(super) provided: bool,
@@ -91,6 +100,8 @@ pub struct Graph {
     carriers: Rows<VariableId, Carrier>,
     producers: Rows<VariableId, Producer>,
     inputs: Rows<RelationId, VariableId>,
+    /// The relations that read each variable, ascending.
+    readers: Rows<VariableId, RelationId>,
 }
 
 impl Graph {
@@ -109,6 +120,7 @@ impl Graph {
             carriers: Rows::new(),
             producers: Rows::new(),
             inputs: Rows::new(),
+            readers: update::readers(knowledge),
         };
         graph.add_variables(knowledge);
         graph.add_relations(knowledge);
@@ -231,6 +243,16 @@ impl Graph {
         sources.sort_unstable();
         sources.dedup();
         Substitution { sink, steps, sources }
+    }
+
+    /// What a signal carries; `None` for one of another knowledge base.
+    pub(super) fn carried(&self, signal: SignalId) -> Option<VariableId> {
+        self.carried.find(signal).copied()
+    }
+
+    /// The signals that carry a variable and are available, ascending.
+    pub(super) fn usable_carriers(&self, variable: VariableId) -> impl Iterator<Item = SignalId> + '_ {
+        self.carriers.row(variable).iter().filter(|carrier| carrier.available).map(|carrier| carrier.signal)
     }
 
     /// All that `relation` reads, ascending, for whichever output.

@@ -21,8 +21,10 @@ mod frontier;
 pub mod requirements;
 mod best_first;
 mod parallel;
+mod contingency;
 
 pub use best_first::BestFirst;
+pub use contingency::{Contingency, Preparation};
 pub use depth_first::{Take, depth_first};
 pub use exhaustive::exhaustive;
 pub use graph::{Graph, Options};

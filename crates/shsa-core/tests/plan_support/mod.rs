@@ -340,6 +340,37 @@ pub(crate) fn tree(branch: usize, depth: usize, availability: Option<f64>, seed:
     builder.build()
 }
 
+/// A large system of parts with some 100 relations each: two for each variable, reading one to three variables that
+/// come later in the part or are the first of another. The first of a part and half of the others have one or two
+/// signals; there are costs and accuracies.
+pub(crate) fn large(relations: usize, seed: u64) -> KnowledgeBase {
+    const PART: usize = 50;
+    let mut random = Random(seed);
+    let mut builder = Builder::default();
+    let parts = relations.div_ceil(2 * PART);
+    for i in 0..parts * PART {
+        let variable = builder.variable(&format!("v{i}"), None);
+        let signals = if i % PART == 0 { 1 } else { [0, 0, 0, 1, 1, 2][random.below(6)] };
+        for _ in 0..signals {
+            let accuracy = random.chance(0.5).then(|| random.share());
+            builder.signal(variable, accuracy);
+        }
+    }
+    let ids: Vec<VariableId> = builder.variables.ids().collect();
+    for i in 0..2 * parts * PART {
+        let output = i / 2;
+        let later = PART - 1 - output % PART;
+        let mut input = || match later == 0 || random.chance(0.1) {
+            true => ids[random.below(parts) * PART],
+            false => ids[output + 1 + random.below(later)],
+        };
+        let inputs: Vec<_> = (0..1 + i % 3).map(|_| input()).collect();
+        let cost = random.chance(0.5).then(|| 1.0 + 9.0 * random.share());
+        builder.relation(&format!("r{i}"), &[ids[output]], &inputs, cost);
+    }
+    builder.build()
+}
+
 /// The drivetrain of the thesis (Höftberger's example): the structure only.
 pub(crate) fn drivetrain() -> KnowledgeBase {
     let mut builder = Builder::default();

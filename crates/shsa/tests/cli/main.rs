@@ -5,6 +5,7 @@ mod folder;
 mod tank;
 
 mod check;
+mod contingency;
 mod help;
 mod monitor;
 mod plan;

@@ -1,0 +1,166 @@
+//! What serves each need after the loss of any one signal, made ready before it is lost.
+
+use super::ways::{Source, preparation, ways, ways_of};
+use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
+use crate::plan::{Contingency, Graph, Plan};
+use crate::service::Service;
+use alloc::collections::BTreeMap;
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+
+/// How many substitutions are made ready for all needs together: some tens of megabytes.
+const MOST_READY: usize = 100_000;
+
+/// The sources of all needs with nothing lost and after single losses, within counted bounds; what is not ready, as
+/// after several losses that each make a difference, is searched for when it is asked for.
+#[derive(Debug)]
+pub(super) struct Standby {
+    table: Contingency,
+    ready: IdVec<NeedId, BTreeMap<Vec<SignalId>, Arc<[Source]>>>,
+}
+
+impl Standby {
+    /// Plans ahead.
+    pub(super) fn new(knowledge: &KnowledgeBase, graph: &Graph) -> Standby {
+        let variables = knowledge.needs().iter().map(|need| need.variable);
+        let table = Contingency::new(knowledge, graph, variables, preparation());
+        let ready = IdVec::filled(knowledge.needs().len(), |_| BTreeMap::new());
+        let mut standby = Standby { table, ready };
+        let mut left = MOST_READY;
+        for need in knowledge.needs().ids() {
+            let ready = standby.of_need(knowledge, need, &mut left);
+            standby.ready[need] = ready;
+        }
+        standby
+    }
+
+    fn of_need(
+        &self,
+        knowledge: &KnowledgeBase,
+        need: NeedId,
+        left: &mut usize,
+    ) -> BTreeMap<Vec<SignalId>, Arc<[Source]>> {
+        let mut ready: BTreeMap<Vec<SignalId>, Arc<[Source]>> = BTreeMap::new();
+        let mut losses = self.table.losses(knowledge.needs()[need].variable);
+        let Some((&[], with_all)) = losses.next() else { return ready };
+        let with_all_ready: Arc<[Source]> =
+            fit(knowledge, need, ways_of(knowledge, with_all, |_| true)).into();
+        ready.insert(Vec::new(), with_all_ready.clone());
+        for (lost, plan) in losses {
+            if *left == 0 {
+                break;
+            }
+            let sources = match core::ptr::eq(plan, with_all) && !starts_from(knowledge, plan, lost) {
+                true => with_all_ready.clone(),
+                false => {
+                    *left = left.saturating_sub(1 + plan.substitutions.len());
+                    let may_use = |signal| !lost.contains(&signal);
+                    fit(knowledge, need, ways_of(knowledge, plan, may_use)).into()
+                }
+            };
+            ready.insert(lost.to_vec(), sources);
+        }
+        ready
+    }
+
+    /// What can serve a need without the lost signals (ascending) and is not too old when it comes, best first.
+    pub(super) fn sources(
+        &self,
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        need: NeedId,
+        lost: &[SignalId],
+    ) -> Arc<[Source]> {
+        let variable = knowledge.needs()[need].variable;
+        let is_current = self.table.version() == knowledge.version();
+        let loss = self.table.loss(variable, lost).filter(|_| is_current);
+        let ready = loss.and_then(|loss| self.ready[need].get(loss));
+        ready.cloned().unwrap_or_else(|| fit(knowledge, need, ways(knowledge, graph, variable, lost)).into())
+    }
+}
+
+/// Whether some substitution starts from what a lost signal carries.
+fn starts_from(knowledge: &KnowledgeBase, plan: &Plan, lost: &[SignalId]) -> bool {
+    let starts = |variable| {
+        plan.substitutions.iter().any(|(substitution, _)| substitution.sources.contains(&variable))
+    };
+    lost.iter().any(|&signal| starts(knowledge.signals()[signal].variable))
+}
+
+/// Leaves out what is too old for a need when it comes.
+fn fit(knowledge: &KnowledgeBase, need: NeedId, mut sources: Vec<Source>) -> Vec<Source> {
+    let max_age = knowledge.needs()[need].max_age;
+    sources.retain(|source| Service::lag(knowledge, &source.way) <= max_age);
+    sources
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::knowledge::{
+        BodyDraft, Draft, NeedDraft, RelationDraft, SignalDraft, Text, VariableDraft, build,
+    };
+    use alloc::format;
+    use proptest::prelude::*;
+
+    fn text(text: &str) -> Text {
+        Text { text: text.into(), ..Text::default() }
+    }
+
+    /// Equations of two or three of six variables, and which variable each signal carries.
+    fn system(equations: &[(usize, usize, usize)], carried: &[usize]) -> KnowledgeBase {
+        let name = |index: usize| text(&format!("v{}", index % 6));
+        let variable = |index| VariableDraft { name: name(index), ..VariableDraft::default() };
+        let relation = |(index, &(a, b, c)): (usize, &(usize, usize, usize))| RelationDraft {
+            name: text(&format!("r{index}")),
+            body: BodyDraft::Equation(text(&format!("v{a} = v{} + v{}", (a + b) % 6, (a + c) % 6))),
+            directions: None,
+            condition: None,
+            error: None,
+            properties: Vec::from([(text("cost"), text(&format!("{}", 1 + index % 2)))]),
+        };
+        let signal = |(index, &variable): (usize, &usize)| SignalDraft {
+            name: text(&format!("s{index}")),
+            variable: Some(name(variable)),
+            delay: Some(text(&format!("{} ms", 150 * index))),
+            derived_from: (variable == 3).then(|| text("s0")).into_iter().collect(),
+            ..SignalDraft::default()
+        };
+        let need = |index| NeedDraft {
+            variable: name(index),
+            max_age: Some(text("500 ms")),
+            ..NeedDraft::default()
+        };
+        let (knowledge, _) = build(&Draft {
+            variables: (0..6).map(variable).collect(),
+            relations: equations.iter().enumerate().map(relation).collect(),
+            signals: carried.iter().enumerate().map(signal).collect(),
+            needs: (0..2).map(need).collect(),
+            ..Draft::default()
+        });
+        knowledge
+    }
+
+    proptest! {
+        /// Whatever is lost, what stands ready is what a search gives.
+        #[test]
+        fn what_stands_ready_is_what_is_searched_for(
+            equations in prop::collection::vec((0..6_usize, 1..6_usize, 1..6_usize), 1..6),
+            carried in prop::collection::vec(0..6_usize, 1..7),
+        ) {
+            let knowledge = system(&equations, &carried);
+            let graph = Graph::new(&knowledge);
+            let standby = Standby::new(&knowledge, &graph);
+            for need in knowledge.needs().ids() {
+                for set in 0..1_u32 << knowledge.signals().len() {
+                    let is_lost = |(index, _): &(usize, SignalId)| set >> index & 1 == 1;
+                    let lost: Vec<SignalId> =
+                        knowledge.signals().ids().enumerate().filter(is_lost).map(|(_, id)| id).collect();
+                    let variable = knowledge.needs()[need].variable;
+                    let searched = fit(&knowledge, need, ways(&knowledge, &graph, variable, &lost));
+                    prop_assert_eq!(&standby.sources(&knowledge, &graph, need, &lost)[..], &searched[..]);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! The plans for every failure, made ahead: what takes over is known before anything has failed.
+//!
+//! A search from a variable reads only what it can reach without passing a provided variable. So the loss of a
+//! signal changes the plan only where the signal carries something that the search reads, and a set of lost signals
+//! can be reduced to those that do: two failures of which one has nothing to do with the variable are one. A lost
+//! signal may be read though the best plan does not use it, and even one that is not used can change the utility of
+//! the relations that could use it; so every entry is a search of its own, and equals one that is made anew.
+//!
+//! A table lists for each variable which parts of the knowledge base its searches have read; when a number or the
+//! availability of a signal changes there, the plans of this variable are made again, and no others.
+
+mod derivation;
+mod reach;
+mod prepare;
+mod job;
+
+pub use prepare::Preparation;
+
+use super::best_first::BestFirst;
+use super::graph::Graph;
+use super::{Plan, first};
+use crate::knowledge::{Element, Id, IdVec, KnowledgeBase, SignalId, VariableId};
+use alloc::borrow::Cow;
+use alloc::collections::BTreeSet;
+use alloc::vec::Vec;
+use derivation::Derivations;
+use job::Workshop;
+use prepare::Prepared;
+
+/// For each of some variables the best plans after each loss.
+#[derive(Clone, Debug)]
+pub struct Contingency {
+    preparation: Preparation,
+    version: u64,
+    /// Whether searches were refused.
+    monotone: bool,
+    prepared: Vec<Prepared>,
+    /// Where the plans of each variable stand.
+    slots: IdVec<VariableId, Option<u32>>,
+    /// Which variables' plans depend on a variable: `(read, prepared)`.
+    readers: BTreeSet<(VariableId, VariableId)>,
+    derivations: Derivations,
+    workshop: Workshop,
+    searches: u64,
+}
+
+impl Contingency {
+    /// Makes the plans of `variables`, in this order; each counts once. Variables for which
+    /// [`Preparation::work`] is not enough are left out, as losses are for which [`Preparation::work_each`] is not.
+    ///
+    /// Complexity: one search for each variable and each signal (with [`Preparation::pairs`]: each pair) that it
+    /// depends on.
+    #[must_use]
+    pub fn new(
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        variables: impl IntoIterator<Item = VariableId>,
+        preparation: Preparation,
+    ) -> Contingency {
+        let mut left = preparation.work;
+        let mut table = Contingency {
+            preparation,
+            version: graph.version(),
+            monotone: graph.is_monotone(),
+            prepared: Vec::new(),
+            slots: IdVec::filled(graph.variables(), |_| None),
+            readers: BTreeSet::new(),
+            derivations: Derivations::new(knowledge),
+            workshop: Workshop::default(),
+            searches: 0,
+        };
+        for variable in variables {
+            if left == 0 {
+                break;
+            }
+            if table.slots.find(variable) == Some(&None) {
+                left = left.saturating_sub(table.prepare(graph, variable, left));
+            }
+        }
+        table
+    }
+
+    /// The version of the knowledge base that it is of.
+    #[must_use]
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// What it was made for.
+    #[must_use]
+    pub fn preparation(&self) -> &Preparation {
+        &self.preparation
+    }
+
+    /// The variables that it is for, ascending.
+    pub fn variables(&self) -> impl Iterator<Item = VariableId> + '_ {
+        self.slots.enumerate().filter(|(_, slot)| slot.is_some()).map(|(variable, _)| variable)
+    }
+
+    fn prepared(&self, variable: VariableId) -> Option<&Prepared> {
+        self.prepared.get((*self.slots.find(variable)?)? as usize)
+    }
+
+    /// How many searches were made since the beginning.
+    #[must_use]
+    pub fn searches(&self) -> u64 {
+        self.searches
+    }
+
+    /// Whether all losses of a variable that were asked for are there; the others are to be searched for.
+    #[must_use]
+    pub fn is_complete(&self, variable: VariableId) -> bool {
+        self.prepared(variable).is_some_and(|prepared| prepared.complete)
+    }
+
+    /// Some signals with all that are derived from them, and so are lost with them, ascending.
+    #[must_use]
+    pub fn with_derived(&self, lost: &[SignalId]) -> Vec<SignalId> {
+        self.derivations.with_derived(lost)
+    }
+
+    /// The signals whose loss, with all that is derived from them, can make a difference to a variable, ascending.
+    #[must_use]
+    pub fn events(&self, variable: VariableId) -> &[SignalId] {
+        self.prepared(variable).map_or(&[], |prepared| &prepared.events)
+    }
+
+    /// The signals that come to matter after a loss while with nothing lost they do not, ascending.
+    #[must_use]
+    pub fn then_matter(&self, variable: VariableId, lost: &[SignalId]) -> &[SignalId] {
+        let entry = self.prepared(variable).and_then(|prepared| prepared.project(lost));
+        entry.filter(|entry| !entry.lost.is_empty()).map_or(&[], |entry| &entry.matters)
+    }
+
+    /// Those of some lost signals, in any order, that make a difference to `variable`, ascending; `None` when the table
+    /// has no such loss. Complexity: O(lost times log of the table).
+    #[must_use]
+    pub fn loss(&self, variable: VariableId, lost: &[SignalId]) -> Option<&[SignalId]> {
+        self.prepared(variable)?.project(lost).map(|entry| entry.lost.as_slice())
+    }
+
+    /// The plan of a variable without some lost signals, in any order; `None` when it is not in the table.
+    ///
+    /// It is that of [`best`](super::best) with the lost signals forbidden. Complexity: O(lost times log of the
+    /// table).
+    #[must_use]
+    pub fn plan(&self, variable: VariableId, lost: &[SignalId]) -> Option<&Plan> {
+        let prepared = self.prepared(variable)?;
+        prepared.plan(prepared.project(lost)?)
+    }
+
+    /// The plan of the table, or, where it has none or is of another version than the graph, one that is searched
+    /// for.
+    #[must_use]
+    pub fn plan_or_search(&self, graph: &Graph, variable: VariableId, lost: &[SignalId]) -> Cow<'_, Plan> {
+        let known = self.plan(variable, lost).filter(|_| self.version == graph.version());
+        known.map_or_else(|| Cow::Owned(self.search(graph, variable, lost)), Cow::Borrowed)
+    }
+
+    fn search(&self, graph: &Graph, variable: VariableId, lost: &[SignalId]) -> Plan {
+        let Preparation { count, limits, .. } = self.preparation;
+        let options = self.preparation.without(lost);
+        first(BestFirst::new(graph, variable, &options, limits), count)
+    }
+
+    /// The plans of a variable by the lost signals, with nothing lost first. Signals whose loss can make no difference
+    /// are not listed.
+    pub fn losses(&self, variable: VariableId) -> impl Iterator<Item = (&[SignalId], &Plan)> + '_ {
+        let prepared = self.prepared(variable);
+        prepared
+            .into_iter()
+            .flat_map(|p| p.entries.iter().filter_map(|e| Some((e.lost.as_slice(), p.plan(e)?))))
+    }
+
+    /// Makes the plans anew that may depend on what has `changed`, once the graph is [`Graph::update`]d; gives the
+    /// variables that have them, ascending. After a change of structure see [`Contingency::new`].
+    pub fn update(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        changed: &[Element],
+    ) -> Vec<VariableId> {
+        let mut affected = BTreeSet::new();
+        for &element in changed {
+            match element {
+                Element::Variable(variable) => affected.extend(self.readers_of(variable)),
+                Element::Signal(signal) => {
+                    let carried = graph.carried(signal);
+                    affected.extend(carried.into_iter().flat_map(|variable| self.readers_of(variable)));
+                }
+                Element::Relation(relation) => {
+                    let outputs = knowledge.relations().find(relation).into_iter().flat_map(|r| &r.outputs);
+                    affected.extend(outputs.flat_map(|&output| self.readers_of(output)));
+                }
+            }
+        }
+        if self.monotone != graph.is_monotone() {
+            affected.extend(self.variables());
+        }
+        for &variable in &affected {
+            self.prepare(graph, variable, u64::MAX);
+        }
+        self.monotone = graph.is_monotone();
+        self.version = graph.version();
+        affected.into_iter().collect()
+    }
+
+    fn readers_of(&self, variable: VariableId) -> impl Iterator<Item = VariableId> + '_ {
+        let all = |of: VariableId| (of, VariableId::from_index(0))..=(of, VariableId::from_index(usize::MAX));
+        self.readers.range(all(variable)).map(|&(_, prepared)| prepared)
+    }
+
+    /// Makes the plans of one variable, anew if it has some; gives the work that it was.
+    fn prepare(&mut self, graph: &Graph, variable: VariableId, work: u64) -> u64 {
+        let (new, work) = self.workshop.prepare(graph, &self.derivations, variable, &self.preparation, work);
+        let slot = &mut self.slots[variable];
+        match (slot.and_then(|slot| self.prepared.get_mut(slot as usize)), new) {
+            (Some(old), Some(new)) => {
+                self.searches += new.plans.len() as u64;
+                difference(&old.reads, &new.reads)
+                    .for_each(|read| _ = self.readers.remove(&(read, variable)));
+                difference(&new.reads, &old.reads).for_each(|read| _ = self.readers.insert((read, variable)));
+                *old = new;
+            }
+            // What it has read stays: when this changes back the work may be enough again.
+            (Some(old), None) => {
+                *old = Prepared { reads: core::mem::take(&mut old.reads), ..Prepared::default() }
+            }
+            (None, Some(new)) => {
+                self.searches += new.plans.len() as u64;
+                self.readers.extend(new.reads.iter().map(|&read| (read, variable)));
+                *slot = Some(self.prepared.len() as u32);
+                self.prepared.push(new);
+            }
+            (None, None) => {}
+        }
+        work
+    }
+}
+
+/// What is in one ascending list and not in another.
+fn difference(of: &[VariableId], without: &[VariableId]) -> impl Iterator<Item = VariableId> {
+    of.iter().copied().filter(|item| without.binary_search(item).is_err())
+}

@@ -1,0 +1,121 @@
+//! Keeping a graph up to date while numbers and availability change, without building it anew.
+
+use super::{Carrier, Graph, Rows, status};
+use crate::knowledge::{Element, Id, KnowledgeBase, RelationId, SignalId, VariableId};
+use core::marker::PhantomData;
+
+impl Graph {
+    /// Takes over the properties, and the availability of signals, of what has `changed` in the knowledge base that the
+    /// graph was made of. After a change of its structure or utility only [`Graph::new`] helps.
+    ///
+    /// Complexity: O(relations that read what has changed, each times its outputs and inputs).
+    pub fn update(&mut self, knowledge: &KnowledgeBase, changed: &[Element]) {
+        let mut is_sound = true;
+        let mut has_new_numbers = false;
+        for &element in changed {
+            let renumbered = match element {
+                Element::Variable(variable) => self.update_variable(knowledge, variable),
+                Element::Relation(relation) => self.update_relation(knowledge, relation),
+                Element::Signal(signal) => self.update_signal(knowledge, signal),
+            };
+            if renumbered {
+                has_new_numbers = true;
+                is_sound &= self.is_sound(knowledge, element);
+            }
+        }
+        if has_new_numbers {
+            self.monotone = match self.monotone {
+                true => is_sound,
+                false => self.utility.check(knowledge).is_empty(),
+            };
+        }
+        self.version = knowledge.version();
+    }
+
+    /// Whether an element and what reads it can only make substitutions worse.
+    fn is_sound(&self, knowledge: &KnowledgeBase, element: Element) -> bool {
+        let variable = match element {
+            Element::Variable(variable) => Some(variable),
+            Element::Signal(signal) => self.carried(signal),
+            Element::Relation(_) => None,
+        };
+        let readers = variable.map_or(&[][..], |variable| self.readers.row(variable));
+        let has_problem = |element| self.utility.check_element(knowledge, element).is_some();
+        !has_problem(element) && !readers.iter().any(|&reader| has_problem(Element::Relation(reader)))
+    }
+
+    /// As the others: whether numbers have changed that are checked.
+    fn update_variable(&mut self, knowledge: &KnowledgeBase, id: VariableId) -> bool {
+        let Some(variable) = knowledge.variables().find(id) else { return false };
+        self.variables[id].own_accuracy = variable.properties.get("accuracy").copied();
+        self.update_status(knowledge, id);
+        true
+    }
+
+    fn update_signal(&mut self, knowledge: &KnowledgeBase, id: SignalId) -> bool {
+        let Some(signal) = knowledge.signals().find(id) else { return false };
+        let accuracy = signal.properties.get("accuracy").copied();
+        let weight = self.scale().signal(self.utility.of_signal(signal));
+        let mut renumbered = false;
+        for carrier in self.carriers.row_mut(signal.variable).iter_mut().filter(|c| c.signal == id) {
+            renumbered = carrier.accuracy != accuracy || carrier.weight != weight;
+            *carrier = Carrier { signal: id, available: knowledge.is_available(id), accuracy, weight };
+        }
+        self.update_status(knowledge, signal.variable);
+        renumbered
+    }
+
+    fn update_relation(&mut self, knowledge: &KnowledgeBase, id: RelationId) -> bool {
+        let Some(relation) = knowledge.relations().find(id) else { return false };
+        let numbers = self.utility.properties_of(&relation.properties);
+        self.properties.row_mut(id).iter_mut().zip(numbers).for_each(|(old, new)| *old = new);
+        self.update_weights(knowledge, id);
+        true
+    }
+
+    fn update_status(&mut self, knowledge: &KnowledgeBase, variable: VariableId) {
+        let new = status(&self.variables[variable], self.carriers.row(variable), &[]);
+        if core::mem::replace(&mut self.variables[variable].status, new) == new {
+            return;
+        }
+        self.provided[variable] = new.provided;
+        let mut next = 0;
+        while let Some(&reader) = self.readers.row(variable).get(next) {
+            self.update_weights(knowledge, reader);
+            next += 1;
+        }
+    }
+
+    fn update_weights(&mut self, knowledge: &KnowledgeBase, relation: RelationId) {
+        for &output in &knowledge.relations()[relation].outputs {
+            let weight = self.weight(relation, output, |input| self.variables[input].status);
+            let producers = self.producers.row_mut(output);
+            for producer in producers.iter_mut().filter(|producer| producer.relation == relation) {
+                producer.weight = weight;
+            }
+        }
+    }
+}
+
+/// The relations that read each variable, by counting. Complexity: O(model).
+pub(super) fn readers(knowledge: &KnowledgeBase) -> Rows<VariableId, RelationId> {
+    let mut starts = alloc::vec![0_u32; knowledge.variables().len() + 1];
+    for input in knowledge.relations().iter().flat_map(|relation| &relation.inputs) {
+        starts.get_mut(input.index()).into_iter().for_each(|start| *start += 1);
+    }
+    let mut end = 0;
+    for start in &mut starts {
+        end += *start;
+        *start = end;
+    }
+    let mut items = alloc::vec![RelationId::from_index(0); end as usize];
+    // From the back: where a list begins is known when its first reader is put in.
+    for (id, relation) in knowledge.relations().enumerate().rev() {
+        for input in &relation.inputs {
+            let Some(start) = starts.get_mut(input.index()) else { continue };
+            *start -= 1;
+            items.get_mut(*start as usize).into_iter().for_each(|item| *item = id);
+        }
+    }
+    Rows { starts, items, kind: PhantomData }
+}

@@ -1,0 +1,110 @@
+//! `shsa plan --contingency`: what takes over when a signal is lost.
+
+use crate::folder::{Folder, keys};
+use crate::tank;
+use serde_json::{Value, json};
+
+/// A flow that a pump's speed tells, which its power tells; but the power is itself worked out from the speed.
+const MODEL: &str = "\
+shsa: 1
+variables: { flow: {}, speed: {}, power: {}, valve: {} }
+relations:
+  pump:  { output: flow, inputs: [speed], properties: { cost: 2 } }
+  motor: { output: speed, inputs: [power] }
+signals:
+  meter: { variable: flow }
+  speed: { variable: speed }
+  power: { variable: power, derived_from: [speed] }
+  valve: { variable: valve }
+needs:
+  flow:  { signal: /flow }
+  valve: { signal: /valve }
+";
+
+fn folder() -> Folder {
+    Folder::with(&[("m.yaml", MODEL.as_bytes()), ("tank.yaml", tank::MODEL.as_bytes())])
+}
+
+fn of(answer: &Value, at: usize) -> Vec<(String, Value, Value)> {
+    let losses = answer["variables"][at]["losses"].as_array().unwrap();
+    let row = |loss: &Value| {
+        let lost: Vec<&str> =
+            loss["lost"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
+        (lost.join("+"), loss["takes_over"]["relations"].clone(), loss["takes_over"]["signals"].clone())
+    };
+    losses.iter().map(row).collect()
+}
+
+#[test]
+fn what_takes_over_as_json() {
+    let folder = folder();
+    let answer = folder.json("plan m.yaml --contingency", 0);
+    assert_eq!(keys(&answer), ["pairs", "searches", "variables"]);
+    let flow = &answer["variables"][0];
+    let expected = ["variable", "needed_as", "now", "losses", "unhealed", "complete"];
+    assert_eq!(keys(flow), expected);
+    assert_eq!(keys(&flow["losses"][0]), ["lost", "with_them", "takes_over", "change"]);
+    assert_eq!((&flow["variable"], &flow["needed_as"]), (&json!("flow"), &json!(["/flow"])));
+    assert_eq!(flow["now"]["signals"], json!(["meter"]));
+    assert_eq!((&flow["complete"], &flow["unhealed"]), (&json!(true), &json!([])));
+    assert_eq!(
+        of(&answer, 0),
+        [("meter".into(), json!(["pump"]), json!(["speed"])), ("speed".into(), json!([]), json!(["meter"]))]
+    );
+    assert_eq!(of(&answer, 1), [("valve".into(), Value::Null, Value::Null)]);
+    assert_eq!(answer["variables"][1]["unhealed"], json!([["valve"]]));
+}
+
+/// The same as the search without the signal.
+#[test]
+fn it_agrees_with_the_search() {
+    let folder = folder();
+    let answer = folder.json("plan tank.yaml --contingency", 0);
+    for loss in answer["variables"][0]["losses"].as_array().unwrap() {
+        let lost = loss["lost"][0].as_str().unwrap();
+        let searched = folder.json(&format!("plan tank.yaml level --exclude {lost}"), 0);
+        assert_eq!(loss["takes_over"], searched["substitutions"][0], "{lost}");
+    }
+}
+
+#[test]
+fn a_pair_that_nothing_heals() {
+    let answer = folder().json("plan m.yaml flow --contingency --pairs", 0);
+    let found: Vec<String> = of(&answer, 0).into_iter().map(|(lost, ..)| lost).collect();
+    assert_eq!(found, ["meter", "speed", "meter+speed"]);
+    assert_eq!(answer["variables"][0]["unhealed"], json!([["meter", "speed"]]), "power is lost with speed");
+}
+
+#[test]
+fn text_is_a_table_a_variable() {
+    let told = folder().ends("plan m.yaml --contingency", 0).stdout;
+    let expected = "\
+flow: now (its own signal) from meter, utility 1.000000
+lost   takes over  from   utility   change
+meter  pump        speed  0.821429  -18 %
+no difference alone: speed
+
+valve: now (its own signal) from valve, utility 1.000000
+lost   takes over  from  utility  change
+valve  nothing
+
+nothing heals the loss of  needed for
+valve                      valve
+";
+    assert_eq!(told, expected);
+    let told = folder().ends("plan tank.yaml --contingency", 0).stdout;
+    assert!(told.ends_with("\n\nevery loss of one signal is healed\n"), "{told}");
+}
+
+#[test]
+fn what_cannot_be_asked() {
+    let folder = folder();
+    folder.refuses("plan m.yaml", &["<VARIABLE>"]);
+    folder.refuses("plan m.yaml flow --pairs", &["--contingency"]);
+    folder.refuses("plan m.yaml flow --contingency --all", &["cannot be used with"]);
+    folder.refuses("plan m.yaml flw --contingency", &["did you mean 'flow'?"]);
+    folder.write("bare.yaml", "shsa: 1\nvariables: { a: {} }\n");
+    folder.refuses("plan bare.yaml --contingency", &["no needs", "name a variable"]);
+    let told = folder.ends("plan bare.yaml a --contingency", 0).stdout;
+    assert!(told.starts_with("a: nothing can provide it now\n"), "{told}");
+}
