@@ -32,7 +32,7 @@ pub enum StopReason {
     LimitExpansions,
     /// [`Limits::states`] is reached.
     LimitStates,
-    /// The utility could rise with more relations ([`check`](super::utility::check) tells where), so that no
+    /// The utility could rise with more relations ([`check`](crate::knowledge::Utility::check) tells where), so that no
     /// order of search would be right: nothing was searched.
     NotMonotone,
 }
