@@ -8,6 +8,7 @@ mod monitor;
 mod outcome;
 mod plan;
 mod replay;
+mod requirements;
 mod show;
 mod story;
 

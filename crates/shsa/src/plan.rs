@@ -2,12 +2,15 @@
 
 use crate::contingency;
 use crate::outcome::Outcome;
+use crate::requirements::{self, Refused, RequirementArguments};
 use crate::show;
-use anyhow::anyhow;
+use anyhow::{anyhow, bail};
 use serde_json::{Value, json};
 use shsa_core::expression::Formula;
-use shsa_core::knowledge::{Id, KnowledgeBase, SignalId, VariableId};
-use shsa_core::plan::{self, Graph, Limits, Options, Plan, Preparation, StopReason, Take};
+use shsa_core::knowledge::{Id, KnowledgeBase, RelationId, SignalId, VariableId};
+use shsa_core::plan::{
+    self, Graph, Limits, Options, Part, Plan, Preparation, Requirements, StopReason, Take,
+};
 use shsa_core::substitution::{Substitution, Way};
 use std::io::{Write, stdout};
 use std::num::NonZeroUsize;
@@ -44,9 +47,14 @@ pub(crate) struct Arguments {
     /// With --contingency: for any two signals that are lost, too.
     #[arg(long, requires = "contingency")]
     pairs: bool,
+    /// How many threads the exact search may use; the result is the same.
+    #[arg(long, value_name = "N", default_value = "1", value_parser = show::at_least_one)]
+    threads: NonZeroUsize,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    requirements: RequirementArguments,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -80,7 +88,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let knowledge = show::load_model(&arguments.model)?;
     let forbidden_signals =
         arguments.exclude.iter().map(|name| find_signal(&knowledge, name)).collect::<anyhow::Result<_>>()?;
-    let options = Options { forbidden_signals, ..Options::default() };
+    let mut options = Options { forbidden_signals, ..Options::default() };
     if arguments.contingency {
         let preparation = Preparation {
             pairs: arguments.pairs,
@@ -94,16 +102,27 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return Ok(Outcome::Done);
     }
     let variable = find_variable(&knowledge, arguments.variable.as_deref().unwrap_or_default())?;
+    let requirements = arguments.requirements.read(&knowledge, variable, &mut options)?;
+    if requirements.limits_paths() && arguments.engine != Engine::BestFirst {
+        bail!("latency and width are checked by the engine best-first only");
+    }
     let graph = Graph::new(&knowledge);
     let began = Instant::now();
-    let plan = search(arguments, &knowledge, &graph, variable, &options);
+    let plan = search(arguments, &knowledge, &graph, variable, &options, &requirements);
     let elapsed = began.elapsed();
-    let excluded = |signal: SignalId| options.forbidden_signals.contains(&signal);
+    let narrowed = requirements.narrowed(&knowledge, &options);
+    let excluded = |signal: SignalId| narrowed.forbidden_signals.contains(&signal);
+    let refused = arguments.requirements.asks_why().then(|| {
+        requirements::refused(&knowledge, &graph, variable, &options, &requirements, limits(arguments))
+    });
     let mut output = stdout().lock();
     if arguments.json {
-        writeln!(output, "{}", to_json(arguments, &knowledge, &plan, elapsed, excluded))?;
+        writeln!(output, "{}", to_json(arguments, &knowledge, &plan, elapsed, excluded, refused.as_deref()))?;
     } else {
         writeln!(output, "{}", to_text(arguments, &knowledge, &plan, excluded))?;
+        if let Some(refused) = refused.filter(|refused| !refused.is_empty()) {
+            writeln!(output, "\n{}", requirements::table(&knowledge, &refused))?;
+        }
     }
     Ok(if plan.substitutions.is_empty() { Outcome::No } else { Outcome::Done })
 }
@@ -120,10 +139,19 @@ fn search(
     graph: &Graph,
     variable: VariableId,
     options: &Options,
+    requirements: &Requirements,
 ) -> Plan {
     let limits = limits(arguments);
+    let options = &requirements.narrowed(knowledge, options);
     let count = if arguments.all { usize::MAX } else { arguments.top.get() };
     match arguments.engine {
+        Engine::BestFirst if requirements.limits_paths() => {
+            plan::best_meeting(knowledge, graph, variable, options, requirements, count, limits)
+        }
+        Engine::BestFirst if arguments.threads.get() > 1 => {
+            let parts = arguments.threads.get();
+            plan::best_in_parts(graph, variable, options, count, limits, parts, at_once)
+        }
         Engine::BestFirst => plan::best(graph, variable, options, count, limits),
         Engine::ShPgsa => plan::property_guided(graph, variable, options, count, limits),
         Engine::Orr => plan::ontology(graph, variable, options, limits),
@@ -131,6 +159,15 @@ fn search(
         Engine::Dfs => cut(plan::depth_first(graph, variable, options, Take::All, limits), count),
         Engine::Exhaustive => cut(plan::exhaustive(knowledge, variable, options, limits), count),
     }
+}
+
+/// Runs each part of a search in a thread of its own.
+fn at_once(parts: &mut [Part]) {
+    std::thread::scope(|scope| {
+        for part in parts {
+            scope.spawn(|| part.run());
+        }
+    });
 }
 
 /// The first of a plan; what is left out counts in its bound.
@@ -166,18 +203,29 @@ pub(crate) fn find_signal(knowledge: &KnowledgeBase, name: &str) -> anyhow::Resu
     knowledge.signal(name).ok_or_else(|| show::unknown("signal", name, names()))
 }
 
+/// The relation of a name, or the nearest name as help.
+///
+/// # Errors
+/// When there is none of that name.
+pub(crate) fn find_relation(knowledge: &KnowledgeBase, name: &str) -> anyhow::Result<RelationId> {
+    let names = || knowledge.relations().iter().map(|relation| relation.name.as_str());
+    let found = knowledge.relations().enumerate().find(|(_, relation)| relation.name == name);
+    found.map(|(id, _)| id).ok_or_else(|| show::unknown("relation", name, names()))
+}
+
 fn to_json(
     arguments: &Arguments,
     knowledge: &KnowledgeBase,
     plan: &Plan,
     elapsed: Duration,
     excluded: impl Fn(SignalId) -> bool,
+    refused: Option<&[Refused]>,
 ) -> Value {
     let found = plan
         .substitutions
         .iter()
         .map(|(substitution, utility)| Names::of(knowledge, substitution, &excluded).to_json(*utility));
-    json!({
+    let mut answer = json!({
         "variable": arguments.variable,
         "engine": arguments.engine.name(),
         "stop": plan.stop.to_string(),
@@ -185,7 +233,11 @@ fn to_json(
         "search_ns": u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX),
         "bound": plan.bound,
         "substitutions": found.collect::<Vec<_>>(),
-    })
+    });
+    if let Some(refused) = refused {
+        answer["refused"] = refused.iter().map(|refused| refused.to_json(knowledge)).collect();
+    }
+    answer
 }
 
 fn to_text(

@@ -39,6 +39,8 @@ pub struct BestFirst<'a> {
     stop: Option<StopReason>,
     /// What must be met along substitutions.
     paths: Option<Paths<'a>>,
+    /// What the caller keeps, in states.
+    kept: usize,
 }
 
 /// Where the search stands.
@@ -84,6 +86,7 @@ impl<'a> BestFirst<'a> {
             found: 0,
             stop: BestFirst::refusal(graph, &scope),
             paths: None,
+            kept: 0,
             scope,
         }
     }
@@ -106,6 +109,11 @@ impl<'a> BestFirst<'a> {
             search.paths = Some(Paths::new(knowledge, requirements.clone(), options, &search.scope));
         }
         search
+    }
+
+    /// Counts answers that the caller keeps into the limit of states.
+    pub(super) fn keep(&mut self, states: usize) {
+        self.kept += states;
     }
 
     /// How many partial and complete substitutions were dropped as they cannot meet the requirements.
@@ -216,7 +224,7 @@ impl<'a> BestFirst<'a> {
         let mut open = self.open.take().unwrap_or_else(|| Open::new(&self.scope));
         let mut found = None;
         while self.stop.is_none() && found.is_none() {
-            self.stop = open.limit(self.limits);
+            self.stop = open.limit(self.limits, self.kept);
             if self.stop.is_none() {
                 match self.advance(&mut open) {
                     Progress::Answer => found = Some(self.answer(&open.trail)),
@@ -311,12 +319,12 @@ impl Open {
     }
 
     /// The limit that is reached while something is open.
-    fn limit(&self, limits: Limits) -> Option<StopReason> {
+    fn limit(&self, limits: Limits, kept: usize) -> Option<StopReason> {
         self.frontier.open_bound()?;
         if self.expanded >= limits.expansions {
             return Some(StopReason::LimitExpansions);
         }
-        (self.frontier.len() >= limits.states).then_some(StopReason::LimitStates)
+        (self.frontier.len() + kept >= limits.states).then_some(StopReason::LimitStates)
     }
 
     /// Whether the substitution that the trail stands at was not given before, with other outputs.

@@ -76,7 +76,13 @@ pub fn best_meeting(
 }
 
 fn first(mut search: BestFirst, count: usize) -> Plan {
-    let mut substitutions: Vec<_> = search.by_ref().take(count).collect();
+    let mut substitutions = Vec::new();
+    while substitutions.len() < count
+        && let Some(answer) = search.next()
+    {
+        search.keep(choices::states(answer.0.steps.len() + answer.0.sources.len()));
+        substitutions.push(answer);
+    }
     let limited = matches!(search.stop(), StopReason::LimitExpansions | StopReason::LimitStates);
     if limited && substitutions.is_empty() {
         substitutions.extend(search.any());

@@ -109,12 +109,14 @@ impl Requirements {
     }
 
     /// Whether anything must be checked along substitutions.
-    pub(super) fn limits_paths(&self) -> bool {
+    #[must_use]
+    pub fn limits_paths(&self) -> bool {
         self.max_latency.is_some() || self.max_width.is_some()
     }
 
     /// The options without the signals and relations that fall short on their own.
-    pub(super) fn narrowed(&self, knowledge: &KnowledgeBase, options: &Options) -> Options {
+    #[must_use]
+    pub fn narrowed(&self, knowledge: &KnowledgeBase, options: &Options) -> Options {
         let mut options = options.clone();
         let suspects = self.suspects(knowledge);
         let signals = knowledge.signals().ids().filter(|&signal| !self.admits(knowledge, &suspects, signal));

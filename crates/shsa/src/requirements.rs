@@ -1,0 +1,149 @@
+//! What a planned substitution must meet, as it is asked on the command line, and what falls short.
+
+use crate::plan::{find_relation, find_signal};
+use crate::show;
+use anyhow::{Context, anyhow, bail};
+use serde_json::{Value, json};
+use shsa_core::knowledge::{KnowledgeBase, VariableId, integrity_level};
+use shsa_core::plan::{self, Graph, Limits, Options, Requirements};
+use shsa_core::substitution::Substitution;
+use shsa_core::time::Span;
+use shsa_format::recording::parse_span;
+
+/// How many candidates are asked why they are none, at most.
+const MOST_ASKED: usize = 1_000;
+
+/// Requirements on the command line.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Requirements")]
+pub(crate) struct RequirementArguments {
+    /// Meet what the need of the variable asks: age, width, integrity.
+    #[arg(long)]
+    for_need: bool,
+    /// The largest age of what a substitution rests on, such as 300ms.
+    #[arg(long, value_name = "SPAN", value_parser = parse_span)]
+    max_latency: Option<Span>,
+    /// The largest width of its values, in the unit of the variable.
+    #[arg(long, value_name = "WIDTH")]
+    max_width: Option<f64>,
+    /// The least rate of its signals, in observations a second.
+    #[arg(long, value_name = "HZ")]
+    min_rate: Option<f64>,
+    /// The least integrity level of its signals and relations (their property `integrity`), A to D.
+    #[arg(long, value_name = "LEVEL")]
+    integrity: Option<String>,
+    /// A suspect: no signal that shares an origin with it is used; may be given several times.
+    #[arg(long, value_name = "SIGNAL")]
+    independent_of: Vec<String>,
+    /// A relation that must not be used; may be given several times.
+    #[arg(long, value_name = "RELATION")]
+    exclude_relation: Vec<String>,
+    /// List also what falls short, and why.
+    #[arg(long)]
+    why: bool,
+}
+
+impl RequirementArguments {
+    /// What is asked of substitutions of a variable; relations that are excluded go into the options.
+    ///
+    /// # Errors
+    /// Names that the model does not have, numbers that make no sense, no need of that variable.
+    pub(crate) fn read(
+        &self,
+        knowledge: &KnowledgeBase,
+        variable: VariableId,
+        options: &mut Options,
+    ) -> anyhow::Result<Requirements> {
+        for name in &self.exclude_relation {
+            options.forbidden_relations.push(find_relation(knowledge, name)?);
+        }
+        let mut requirements =
+            if self.for_need { of_need(knowledge, variable)? } else { Requirements::default() };
+        let unit = knowledge.variables()[variable].unit.clone();
+        let in_si = |width: f64| unit.as_ref().map_or(width, |unit| unit.to_si_difference(width));
+        requirements.max_latency = self.max_latency.or(requirements.max_latency);
+        requirements.max_width =
+            positive("--max-width", self.max_width)?.map(in_si).or(requirements.max_width);
+        requirements.min_rate_hz = positive("--min-rate", self.min_rate)?;
+        if let Some(name) = &self.integrity {
+            let level = integrity_level(name)
+                .with_context(|| format!("'{name}' is no integrity level; write A, B, C or D"))?;
+            requirements.integrity = Some(level);
+        }
+        let suspects = self.independent_of.iter().map(|name| find_signal(knowledge, name));
+        requirements.independent_of = suspects.collect::<anyhow::Result<_>>()?;
+        Ok(requirements)
+    }
+
+    /// Whether what falls short is to be listed.
+    pub(crate) fn asks_why(&self) -> bool {
+        self.why
+    }
+}
+
+fn of_need(knowledge: &KnowledgeBase, variable: VariableId) -> anyhow::Result<Requirements> {
+    let need = knowledge.needs().iter().find(|need| need.variable == variable);
+    let name = &knowledge.variables()[variable].name;
+    need.map(Requirements::of).ok_or_else(|| anyhow!("the model has no need of '{name}'"))
+}
+
+fn positive(flag: &str, value: Option<f64>) -> anyhow::Result<Option<f64>> {
+    match value {
+        Some(value) if value.is_nan() || value < 0.0 => {
+            bail!("{flag} {value} makes no sense: give a number from 0 on")
+        }
+        value => Ok(value),
+    }
+}
+
+/// A candidate that falls short, with its reasons.
+pub(crate) struct Refused {
+    pub(crate) substitution: Substitution,
+    pub(crate) reasons: Vec<String>,
+}
+
+/// The best candidates that would be there without the requirements, and why each is none.
+pub(crate) fn refused(
+    knowledge: &KnowledgeBase,
+    graph: &Graph,
+    variable: VariableId,
+    options: &Options,
+    requirements: &Requirements,
+    limits: Limits,
+) -> Vec<Refused> {
+    let anything = Options {
+        substitute_provided: options.substitute_provided,
+        without_empty: options.without_empty,
+        ..Options::default()
+    };
+    let candidates = plan::best(graph, variable, &anything, MOST_ASKED, limits).substitutions;
+    let asked = candidates.into_iter().map(|(substitution, _)| {
+        let shortfalls = requirements.shortfalls(knowledge, options, &substitution);
+        let reasons = shortfalls.iter().map(|shortfall| shortfall.describe(knowledge)).collect();
+        Refused { substitution, reasons }
+    });
+    asked.filter(|refused| !refused.reasons.is_empty()).collect()
+}
+
+impl Refused {
+    fn relations(&self, knowledge: &KnowledgeBase) -> Vec<String> {
+        let relations = self.substitution.relations();
+        relations.into_iter().map(|relation| knowledge.relations()[relation].name.clone()).collect()
+    }
+
+    /// As one JSON object.
+    pub(crate) fn to_json(&self, knowledge: &KnowledgeBase) -> Value {
+        json!({ "relations": self.relations(knowledge), "because": self.reasons })
+    }
+}
+
+/// A table of what falls short.
+pub(crate) fn table(knowledge: &KnowledgeBase, refused: &[Refused]) -> String {
+    let row = |refused: &Refused| {
+        let relations = refused.relations(knowledge);
+        let relations =
+            if relations.is_empty() { "(its own signal)".to_owned() } else { relations.join(", ") };
+        vec![relations, refused.reasons.join("; ")]
+    };
+    show::table(&["falls short", "because"], refused.iter().map(row).collect())
+}
