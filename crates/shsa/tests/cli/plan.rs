@@ -147,3 +147,75 @@ signals: { s1: { variable: b }, s2: { variable: c } }
     assert_eq!(answer["substitutions"][0]["signals"], serde_json::json!(["s1", "s2"]));
     assert_eq!(answer["substitutions"][0]["formula"], "opaque(b, c)");
 }
+
+const QUALITIES: &str = "\
+shsa: 1
+variables: { speed: { unit: m/s }, position: { unit: m }, wheel: { unit: rad/s } }
+relations:
+  rate: speed = derivative(position, 500 ms)
+  rolling: { equation: speed = wheel * 0.5 m / 1 rad, error: 0.1, properties: { integrity: C } }
+signals:
+  /gnss: { variable: position, rate: 1 Hz, delay: 40 ms }
+  /wheel: { variable: wheel, rate: 50 Hz, value_error: 0.2, properties: { integrity: B } }
+  /wheel/raw: { variable: wheel, rate: 50 Hz, value_error: 0.2, derived_from: [/wheel] }
+needs:
+  speed: { max_age: 300 ms }
+";
+
+#[test]
+fn what_falls_short_is_not_given_and_tells_why() {
+    let folder = Folder::with(&[("car.yaml", QUALITIES.as_bytes())]);
+    let ask = |flags: &str, status: i32| {
+        let answer = folder.json(&format!("plan car.yaml speed --all --why {flags}"), status);
+        let relations = |key: &str| {
+            let list = answer[key].as_array().unwrap().iter();
+            list.map(|each| each["relations"][0].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+        };
+        (relations("substitutions"), answer["refused"].to_string())
+    };
+    assert_eq!(ask("", 0), (vec!["rate".to_owned(), "rolling".to_owned()], "[]".to_owned()));
+    let told = |flags: &str, left: &str, because: &str| {
+        let (found, refused) = ask(flags, 0);
+        assert_eq!(found, [left], "{flags}");
+        assert!(refused.contains(because), "{flags}: {refused}");
+    };
+    told("--for-need", "rolling", "it rests on values 0.54 s old, more than 0.3 s");
+    told("--max-latency 100ms", "rolling", "0.54 s old, more than 0.1 s");
+    told("--max-width 0.3", "rate", "its values are at least 0.4");
+    told("--min-rate 10", "rolling", "signals of position come 1 times a second, not 10");
+    told("--integrity B", "rolling", "signals of position have integrity none, not B");
+    told("--independent-of /wheel", "rate", "which is not independent of the suspects");
+    told("--exclude-relation rate", "rolling", "rate may not be used");
+    assert_eq!(ask("--integrity C", 1).0.len(), 0);
+    let text = folder.ends("plan car.yaml speed --for-need --why", 0).stdout;
+    assert!(text.contains("falls short  because\nrate         it rests on values 0.54 s old"), "{text}");
+    folder.refuses("plan car.yaml speed --integrity E", &["'E' is no integrity level; write A, B, C or D"]);
+    folder.refuses("plan car.yaml speed --max-width=-1", &["--max-width -1 makes no sense"]);
+    folder.refuses("plan car.yaml wheel --for-need", &["the model has no need of 'wheel'"]);
+    folder.refuses("plan car.yaml speed --exclude-relation rote", &["did you mean 'rate'?"]);
+    folder.refuses("plan car.yaml speed --max-latency 1s --engine dfs", &["by the engine best-first only"]);
+}
+
+#[test]
+fn threads_change_nothing() {
+    let folder = tank::folder();
+    let found = |threads: &str| folder.json(&format!("plan tank.yaml level --all --threads {threads}"), 0);
+    assert_eq!(found("3")["substitutions"], found("1")["substitutions"]);
+    folder.refuses("plan tank.yaml level --threads 0", &["expected a whole number from 1 on"]);
+}
+
+#[test]
+fn a_model_rates_by_its_own_formulas() {
+    let own = |utility: &str| {
+        let folder = Folder::with(&[("car.yaml", format!("{QUALITIES}utility: {utility}\n").as_bytes())]);
+        let found = folder.json("plan car.yaml speed --all", 0)["substitutions"].clone();
+        let list = found.as_array().unwrap().iter();
+        list.map(|each| (each["relations"][0].to_string(), each["utility"].as_f64().unwrap()))
+            .collect::<Vec<_>>()
+    };
+    let named = |name: &str, utility: f64| (format!("\"{name}\""), utility);
+    let slow = own("{ aggregate: sum, relation: 1, signal: 10 / rate }");
+    assert_eq!(slow, [named("rolling", -1.2), named("rate", -11.0)]);
+    let safe = own("{ aggregate: minimum, signal: integrity / 4, defaults: { integrity: 0 } }");
+    assert_eq!(safe, [named("rolling", 0.5), named("rate", 0.0)]);
+}
