@@ -4,3 +4,4 @@
 mod drafts;
 mod edits;
 mod parts;
+mod reload;
