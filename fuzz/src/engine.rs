@@ -224,6 +224,7 @@ impl Run<'_> {
             match &output {
                 Output::Publication(publication) => self.check(publication),
                 Output::Event(event) => assert!(event.time <= self.now, "from the future: {event:?}"),
+                Output::Reloaded(_) => {}
             }
             self.said.push(format!("{output:?}"));
         }

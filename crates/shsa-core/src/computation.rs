@@ -1,9 +1,9 @@
 //! A way of knowing at work: its inputs brought to one moment, its program evaluated.
 
 use crate::alignment::{Port, Reach, Sample};
-use crate::expression::{Assignment, InputKind, Program, State, Value};
+use crate::expression::{Assignment, InputKind, Program, State, Symbol, Value};
 use crate::interval::Interval;
-use crate::knowledge::{IdVec, KnowledgeBase, Shape, SignalId};
+use crate::knowledge::{Id, IdVec, KnowledgeBase, Lineage, Shape, SignalId, VariableId};
 use crate::substitution::Way;
 use crate::time::{Span, Validity};
 use alloc::vec::Vec;
@@ -62,7 +62,7 @@ enum Body {
 }
 
 /// Where an input of a program comes from.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Source {
     Signal(Input),
     Constant(Interval),
@@ -71,7 +71,7 @@ enum Source {
 }
 
 /// A signal as an input.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Input {
     signal: SignalId,
     shape: Shape,
@@ -89,6 +89,10 @@ impl Input {
         Input { signal, shape, max_rate, max_gap }
     }
 
+    fn succeeded(self, lineage: &Lineage) -> Option<Input> {
+        Some(Input { signal: lineage.signal(self.signal)?, ..self })
+    }
+
     fn max_gap(&self, port: &Port) -> Span {
         self.max_gap.or_else(|| port.spacing().map(|spacing| spacing.times(2))).unwrap_or(Span::MAX)
     }
@@ -102,6 +106,15 @@ impl Input {
                 let reading = port.scalar_at(moment, Reach { max_rate: self.max_rate, max_gap });
                 reading.map(|reading| Value::Scalar(reading.value))
             }
+        }
+    }
+}
+
+impl Source {
+    fn succeeded(self, lineage: &Lineage) -> Option<Source> {
+        match self {
+            Source::Signal(input) => input.succeeded(lineage).map(Source::Signal),
+            Source::Constant(_) | Source::Last => Some(self),
         }
     }
 }
@@ -156,6 +169,36 @@ impl Computation {
             window,
         };
         Some(Computation { way, trigger, timing, body })
+    }
+
+    /// Goes on from what an earlier computation remembers, which was made from the knowledge base before a change; whether
+    /// it does: only when both compute the same from the same signals in the same rhythm.
+    pub fn inherit(&mut self, old: &mut Computation, lineage: &Lineage) -> bool {
+        let rename = |symbol: Symbol| {
+            lineage.variable(VariableId::from_index(symbol.0 as usize)).map(VariableId::symbol)
+        };
+        if self.timing != old.timing || self.trigger != old.trigger.and_then(|signal| lineage.signal(signal))
+        {
+            return false;
+        }
+        match (&mut self.body, &mut old.body) {
+            (Body::Direct(own), Body::Direct(input)) => input.succeeded(lineage) == Some(*own),
+            (
+                Body::Computed { program, state, inputs },
+                Body::Computed { program: old_program, state: old_state, inputs: old_inputs },
+            ) => {
+                let is_same = program.is_renamed(old_program, rename)
+                    && old_inputs
+                        .iter()
+                        .map(|input| input.succeeded(lineage))
+                        .eq(inputs.iter().copied().map(Some));
+                if is_same {
+                    core::mem::swap(state, old_state);
+                }
+                is_same
+            }
+            _ => false,
+        }
     }
 
     /// What is computed.

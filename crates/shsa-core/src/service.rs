@@ -4,7 +4,7 @@
 
 use crate::alignment::{Port, Sample};
 use crate::computation::{Computation, Computed};
-use crate::knowledge::{IdVec, KnowledgeBase, SignalId};
+use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId};
 use crate::observation::Observation;
 use crate::substitution::Way;
 use crate::time::{Span, Validity};
@@ -30,6 +30,16 @@ impl Service {
             }
         }
         Some(Service { computation, pending: None })
+    }
+
+    /// Goes on from an earlier service of the same way, which was made from the knowledge base before a change; whether it
+    /// does: only when both compute the same.
+    pub fn inherit(&mut self, old: &mut Service, lineage: &Lineage) -> bool {
+        let is_same = self.computation.inherit(&mut old.computation, lineage);
+        if is_same {
+            self.pending = old.pending;
+        }
+        is_same
     }
 
     /// How old the outputs of a way are when its service gives them.

@@ -1,6 +1,6 @@
 //! A way of knowing a variable: the relations that compute it, in order, and the variables that they start from.
 
-use crate::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
+use crate::knowledge::{KnowledgeBase, Lineage, RelationId, SignalId, VariableId};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::String;
@@ -121,6 +121,29 @@ impl Way {
             (true, [Some(signal)]) => Some(*signal),
             _ => None,
         }
+    }
+
+    /// The same way in the knowledge base that took the place of its own; `None` when an element of it is gone, or a
+    /// signal that it reads means something else now. What its relations say is not compared.
+    #[must_use]
+    pub fn succeeded(&self, lineage: &Lineage) -> Option<Way> {
+        let Substitution { sink, steps, sources } = &self.substitution;
+        let step = |step: &Step| {
+            let (relation, output) = (lineage.relation(step.relation)?, lineage.variable(step.output)?);
+            Some(Step { relation, output })
+        };
+        let source = |(&variable, signal): (&VariableId, &Option<SignalId>)| {
+            let signal = match signal {
+                Some(signal) => Some(lineage.signal(*signal)?),
+                None => None,
+            };
+            Some((lineage.variable(variable)?, signal))
+        };
+        let mut pairs = sources.iter().zip(&self.signals).map(source).collect::<Option<Vec<_>>>()?;
+        pairs.sort_unstable();
+        let (sources, signals) = pairs.into_iter().unzip();
+        let (sink, steps) = (lineage.variable(*sink)?, steps.iter().map(step).collect::<Option<_>>()?);
+        Some(Way { substitution: Substitution { sink, steps, sources }, signals })
     }
 
     /// In words: the signals that it reads and the relations that it uses, such as `/a, /b by r1`.

@@ -1,8 +1,53 @@
 //! Drives an engine over recorded inputs, with the ticks that a live run would send, and keeps what comes out.
+//!
+//! A run has one era for each knowledge base that it goes through; what the engine says in one speaks with its ids.
 
 use shsa_core::engine::{Engine, Event, Input, Options, Output, Publication};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::Time;
+
+/// A stretch of a run under one knowledge base.
+#[derive(Clone, Debug)]
+pub struct Era {
+    /// When the knowledge base takes over; the first one is there from the beginning.
+    pub from: Time,
+    /// What the ids in `inputs` belong to.
+    pub knowledge: KnowledgeBase,
+    /// What brought it about: the name and the text of a file. None for the first era.
+    pub change: Option<(String, String)>,
+    /// What goes in, in the order of reception.
+    pub inputs: Vec<Input>,
+}
+
+impl Era {
+    /// The one era of a run whose knowledge base never changes.
+    #[must_use]
+    pub fn only(knowledge: KnowledgeBase, inputs: Vec<Input>) -> Era {
+        Era { from: Time::MIN, knowledge, change: None, inputs }
+    }
+}
+
+/// What goes into a run.
+#[derive(Clone, Copy, Debug)]
+pub enum Given<'a> {
+    /// An observation or a tick.
+    Input(&'a Input),
+    /// A new knowledge base.
+    Era(&'a Era),
+}
+
+/// An era that is over: its knowledge base, and how much had been said by its end.
+#[derive(Clone, Debug)]
+pub struct Past {
+    /// When the next one began.
+    pub until: Time,
+    /// What the ids of its events and publications belong to.
+    pub knowledge: KnowledgeBase,
+    /// How many events there had been.
+    pub events: usize,
+    /// How many values had been published.
+    pub publications: usize,
+}
 
 /// An engine under way, with all that it has said.
 #[derive(Debug)]
@@ -19,6 +64,10 @@ pub struct Run {
     pub events: Vec<Event>,
     /// Every value that the needs were served with, oldest first.
     pub publications: Vec<Publication>,
+    /// The eras before the present one.
+    pub past: Vec<Past>,
+    /// What the ids of the next output belong to.
+    knowledge: KnowledgeBase,
 }
 
 impl Run {
@@ -30,25 +79,35 @@ impl Run {
     /// # Errors
     /// Those of `record`.
     pub fn of<E>(
-        knowledge: &KnowledgeBase,
-        inputs: &[Input],
+        eras: &[Era],
         span: Option<(Time, Time)>,
-        mut record: impl FnMut(&Input) -> Result<(), E>,
+        mut record: impl FnMut(Given<'_>) -> Result<(), E>,
     ) -> Result<Run, E> {
-        let has_ticks = inputs.iter().any(|input| matches!(input, Input::Tick(_)));
-        let begins = inputs.first().map_or(Time(0), time);
+        let mut inputs = eras.iter().flat_map(|era| &era.inputs);
+        let has_ticks = inputs.clone().any(|input| matches!(input, Input::Tick(_)));
+        let first_input = inputs.next().map(time);
+        let begins = first_input.unwrap_or(Time(0));
         let (first, end) = span.unwrap_or((begins, begins));
-        let mut run = Run::new(knowledge, first.min(begins));
+        let none = KnowledgeBase::default();
+        let mut run = Run::new(eras.first().map_or(&none, |era| &era.knowledge), first.min(begins));
         if !has_ticks && first < begins {
             run.take(&Input::Tick(first), &mut record)?;
         }
-        for input in inputs {
-            if !has_ticks {
-                run.pass_until(time(input), &mut record)?;
+        for (number, era) in eras.iter().enumerate() {
+            if number > 0 {
+                if !has_ticks {
+                    run.pass_until(era.from, &mut record)?;
+                }
+                run.reload(era, &mut record)?;
             }
-            run.take(input, &mut record)?;
+            for input in &era.inputs {
+                if !has_ticks {
+                    run.pass_until(time(input), &mut record)?;
+                }
+                run.take(input, &mut record)?;
+            }
         }
-        if !has_ticks && !inputs.is_empty() {
+        if !has_ticks && first_input.is_some() {
             let end = end.max(run.last);
             run.pass_until(end, &mut record)?;
             run.take(&Input::Tick(end), &mut record)?;
@@ -66,7 +125,41 @@ impl Run {
             last: first,
             events: Vec::new(),
             publications: Vec::new(),
+            past: Vec::new(),
+            knowledge: knowledge.clone(),
         }
+    }
+
+    /// Every event with the knowledge base that its ids belong to, oldest first.
+    pub fn told_events(&self) -> impl Iterator<Item = (&KnowledgeBase, &Event)> {
+        let known = move |at: usize| self.known(|past| at < past.events);
+        self.events.iter().enumerate().map(move |(at, event)| (known(at), event))
+    }
+
+    /// The published values from the `from`th on, each with the knowledge base that its ids belong to, oldest first.
+    pub fn told_values(&self, from: usize) -> impl Iterator<Item = (&KnowledgeBase, &Publication)> {
+        let known = move |at: usize| self.known(|past| at < past.publications);
+        self.publications.iter().enumerate().skip(from).map(move |(at, publication)| (known(at), publication))
+    }
+
+    fn known(&self, is_in: impl Fn(&Past) -> bool) -> &KnowledgeBase {
+        let at = self.past.partition_point(|past| !is_in(past));
+        self.past.get(at).map_or(&self.knowledge, |past| &past.knowledge)
+    }
+
+    /// Lets the knowledge base of an era take over.
+    ///
+    /// # Errors
+    /// Those of `record`.
+    pub fn reload<E>(
+        &mut self,
+        era: &Era,
+        record: &mut impl FnMut(Given<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        record(Given::Era(era))?;
+        self.engine.reload(era.knowledge.clone(), era.from);
+        self.listen();
+        Ok(())
     }
 
     /// Sends the ticks that fall due before `moment`.
@@ -76,7 +169,7 @@ impl Run {
     pub fn pass_until<E>(
         &mut self,
         moment: Time,
-        record: &mut impl FnMut(&Input) -> Result<(), E>,
+        record: &mut impl FnMut(Given<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         let mut before = None;
         while let Some(due) = self.engine.next_deadline().filter(|due| *due < moment && before != Some(*due))
@@ -94,19 +187,28 @@ impl Run {
     pub fn take<E>(
         &mut self,
         input: &Input,
-        record: &mut impl FnMut(&Input) -> Result<(), E>,
+        record: &mut impl FnMut(Given<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
-        record(input)?;
+        record(Given::Input(input))?;
         self.last = self.last.max(time(input));
         self.observations += usize::from(matches!(input, Input::Observation(_)));
         self.engine.handle(input.clone());
+        self.listen();
+        Ok(())
+    }
+
+    fn listen(&mut self) {
         while let Some(output) = self.engine.poll() {
             match output {
                 Output::Event(event) => self.events.push(event),
                 Output::Publication(publication) => self.publications.push(publication),
+                Output::Reloaded(until) => {
+                    let knowledge = std::mem::replace(&mut self.knowledge, self.engine.knowledge().clone());
+                    let (events, publications) = (self.events.len(), self.publications.len());
+                    self.past.push(Past { until, knowledge, events, publications });
+                }
             }
         }
-        Ok(())
     }
 }
 

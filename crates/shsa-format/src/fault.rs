@@ -86,7 +86,10 @@ fn parse(text: &str) -> Result<Fault, String> {
 }
 
 /// A time from the start; zero needs no unit, and a bare number counts seconds.
-fn moment(text: &str) -> Result<Span, String> {
+///
+/// # Errors
+/// Why it is none, in words.
+pub fn moment(text: &str) -> Result<Span, String> {
     match text.trim().trim_end_matches(|c: char| c.is_alphabetic()).trim().parse::<f64>() {
         Ok(0.0) => Ok(Span::ZERO),
         Ok(seconds) if text.trim().ends_with(|c: char| c.is_ascii_digit()) && seconds > 0.0 => {

@@ -2,8 +2,12 @@
 //!
 //! The first line says what it is and names the signals; then one line an input: `{"tick_ns": 5}` or
 //! `{"signal": 0, "time_ns": 5, "received_ns": 6, "value": 1.5}`, where `signal` is an index into the names. Numbers
-//! that JSON does not know are the texts `nan`, `inf` and `-inf`.
+//! that JSON does not know are the texts `nan`, `inf` and `-inf`. Where the model was changed, a line
+//! `{"reload_ns": 5, "file": "a.yaml", "text": "..", "signals": [..]}` holds the text that changed it, and the names that
+//! count from there on.
 
+use crate::drive::{Era, Given};
+use crate::model::live::{Live, Written};
 use serde::{Deserialize, Serialize};
 use shsa_core::engine::Input;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
@@ -25,6 +29,7 @@ struct Head {
 enum Line {
     Tick { tick_ns: i64 },
     Observation { signal: usize, time_ns: i64, received_ns: i64, value: Value },
+    Reload { reload_ns: i64, file: String, text: String, signals: Vec<String> },
 }
 
 #[derive(Serialize, Deserialize)]
@@ -108,7 +113,7 @@ impl<W: Write> JournalWriter<W> {
     /// # Errors
     /// What the output says.
     pub fn new(mut output: W, knowledge: &KnowledgeBase) -> io::Result<JournalWriter<W>> {
-        let signals = knowledge.signals().iter().map(|signal| signal.name.clone()).collect();
+        let signals = names(knowledge);
         write_line(&mut output, &Head { journal: FORMAT.to_owned(), signals })?;
         Ok(JournalWriter { output })
     }
@@ -117,11 +122,15 @@ impl<W: Write> JournalWriter<W> {
     ///
     /// # Errors
     /// What the output says.
-    pub fn record(&mut self, input: &Input) -> io::Result<()> {
+    pub fn record(&mut self, given: Given<'_>) -> io::Result<()> {
         use shsa_core::knowledge::Id;
-        let line = match input {
-            Input::Tick(time) => Line::Tick { tick_ns: time.0 },
-            Input::Observation(observation) => Line::Observation {
+        let line = match given {
+            Given::Era(era) => {
+                let (file, text) = era.change.clone().unwrap_or_default();
+                Line::Reload { reload_ns: era.from.0, file, text, signals: names(&era.knowledge) }
+            }
+            Given::Input(Input::Tick(time)) => Line::Tick { tick_ns: time.0 },
+            Given::Input(Input::Observation(observation)) => Line::Observation {
                 signal: observation.signal.index(),
                 time_ns: observation.stamp.0,
                 received_ns: observation.received.0,
@@ -145,6 +154,10 @@ fn write_line<W: Write>(output: &mut W, line: &impl Serialize) -> io::Result<()>
     output.write_all(b"\n")
 }
 
+fn names(knowledge: &KnowledgeBase) -> Vec<String> {
+    knowledge.signals().iter().map(|signal| signal.name.clone()).collect()
+}
+
 /// Why a journal cannot be replayed.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
@@ -156,13 +169,16 @@ pub enum JournalError {
         "the journal has a signal '{0}' that the model does not have; replay it with the model of its run"
     )]
     OtherModel(String),
+    /// A change of its run does not fit the model.
+    #[error("the model cannot be changed as in the journal's run; replay it with the model of its run\n{0}")]
+    OtherChange(String),
 }
 
 /// What a journal holds.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Journal {
-    /// The inputs, in order.
-    pub inputs: Vec<Input>,
+    /// The inputs, in order, under the knowledge bases of the run.
+    pub eras: Vec<Era>,
     /// Where it is damaged or cut short: line number and reason; reading ended there.
     pub damage: Option<(usize, String)>,
 }
@@ -173,41 +189,61 @@ pub fn is_journal(first_line: &str) -> bool {
     serde_json::from_str::<Head>(first_line).is_ok_and(|head| head.journal == FORMAT)
 }
 
-/// Reads a journal for a model; a damaged one gives what comes before the damage.
+/// Reads a journal for the model that its run began with; a damaged one gives what comes before the damage.
 ///
 /// # Errors
 /// When it cannot be read at all, or belongs to another model.
-pub fn read_journal(input: impl BufRead, knowledge: &KnowledgeBase) -> Result<Journal, JournalError> {
+pub fn read_journal(input: impl BufRead, mut live: Live) -> Result<Journal, JournalError> {
     let mut lines = input.lines();
     let first = lines.next().transpose()?.unwrap_or_default();
-    let head: Head = match serde_json::from_str(&first) {
-        Ok(head) => head,
-        Err(error) => return Ok(Journal { inputs: Vec::new(), damage: Some((1, error.to_string())) }),
-    };
-    let find = |name: &String| knowledge.signal(name).ok_or_else(|| JournalError::OtherModel(name.clone()));
-    let signals = head.signals.iter().map(find).collect::<Result<Vec<SignalId>, _>>()?;
+    let mut era = Era::only(live.knowledge().clone(), Vec::new());
     let mut journal = Journal::default();
+    let mut signals = match serde_json::from_str::<Head>(&first) {
+        Ok(head) => found(&head.signals, &era.knowledge)?,
+        Err(error) => return Ok(Journal { eras: vec![era], damage: Some((1, error.to_string())) }),
+    };
     for (number, line) in lines.enumerate() {
-        let input = line.map_err(|error| error.to_string()).and_then(|line| parse(&line, &signals));
-        match input {
-            Ok(input) => journal.inputs.push(input),
-            Err(reason) => {
-                journal.damage = Some((number + 2, reason));
-                break;
+        let line = line.map_err(|error| error.to_string());
+        let line = line.and_then(|line| serde_json::from_str(&line).map_err(|error| error.to_string()));
+        let damage = match line {
+            Ok(Line::Reload { reload_ns, file, text, signals: names }) => {
+                let written = Written { name: &file, text: &text };
+                live.change(written).map_err(|report| JournalError::OtherChange(report.render(false)))?;
+                signals = found(&names, live.knowledge())?;
+                let next = Era {
+                    from: Time(reload_ns),
+                    knowledge: live.knowledge().clone(),
+                    change: Some((file, text)),
+                    inputs: Vec::new(),
+                };
+                journal.eras.push(std::mem::replace(&mut era, next));
+                None
             }
+            Ok(Line::Tick { tick_ns }) => {
+                era.inputs.push(Input::Tick(Time(tick_ns)));
+                None
+            }
+            Ok(Line::Observation { signal, time_ns, received_ns, value }) => match signals.get(signal) {
+                Some(&signal) => {
+                    let (stamp, received, value) = (Time(time_ns), Time(received_ns), value.into());
+                    era.inputs.push(Input::Observation(Observation { signal, stamp, received, value }));
+                    None
+                }
+                None => Some(format!("there is no signal number {signal}")),
+            },
+            Err(reason) => Some(reason),
+        };
+        if let Some(reason) = damage {
+            journal.damage = Some((number + 2, reason));
+            break;
         }
     }
+    journal.eras.push(era);
     Ok(journal)
 }
 
-fn parse(line: &str, signals: &[SignalId]) -> Result<Input, String> {
-    match serde_json::from_str(line).map_err(|error| error.to_string())? {
-        Line::Tick { tick_ns } => Ok(Input::Tick(Time(tick_ns))),
-        Line::Observation { signal, time_ns, received_ns, value } => Ok(Input::Observation(Observation {
-            signal: *signals.get(signal).ok_or_else(|| format!("there is no signal number {signal}"))?,
-            stamp: Time(time_ns),
-            received: Time(received_ns),
-            value: value.into(),
-        })),
-    }
+/// The signals of these names.
+fn found(names: &[String], knowledge: &KnowledgeBase) -> Result<Vec<SignalId>, JournalError> {
+    let find = |name: &String| knowledge.signal(name).ok_or_else(|| JournalError::OtherModel(name.clone()));
+    names.iter().map(find).collect()
 }

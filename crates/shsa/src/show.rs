@@ -5,7 +5,8 @@ use shsa_core::diagnosis::Verdict;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::monitor::Absence;
 use shsa_core::unit::nearest;
-use shsa_format::model;
+use shsa_format::model::live::{Live, Written};
+use shsa_format::model::{self, Report};
 use std::fmt;
 use std::io::{IsTerminal, Write, stderr, stdout};
 use std::num::NonZeroUsize;
@@ -20,11 +21,36 @@ const MOST_NAMES: usize = 20;
 /// When the model has errors.
 pub(crate) fn load_model(path: &Path) -> anyhow::Result<KnowledgeBase> {
     let loaded = model::load_file(path);
-    let report = loaded.report.render(colour(stderr().is_terminal()));
-    if !report.is_empty() {
-        tell(report.trim_end());
-    }
+    tell_report(&loaded.report);
     if loaded.report.ok() { Ok(loaded.knowledge) } else { Err(AlreadyTold.into()) }
+}
+
+/// As [`load_model`], for a model that may be changed.
+///
+/// # Errors
+/// When the file cannot be read, or the model has errors.
+pub(crate) fn load_live(path: &Path) -> anyhow::Result<Live> {
+    let name = path.display().to_string();
+    let loaded =
+        model::read_text(path, "model").and_then(|text| Live::load(Written { name: &name, text: &text }));
+    match loaded {
+        Ok((live, report)) => {
+            tell_report(&report);
+            Ok(live)
+        }
+        Err(report) => {
+            tell_report(&report);
+            Err(AlreadyTold.into())
+        }
+    }
+}
+
+/// Tells the problems of a model, if there are any.
+pub(crate) fn tell_report(report: &Report) {
+    let text = report.render(colour(stderr().is_terminal()));
+    if !text.is_empty() {
+        tell(text.trim_end());
+    }
 }
 
 /// Writes a line to standard error; whoever has closed it does not want to know.

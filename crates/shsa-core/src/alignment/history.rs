@@ -87,6 +87,23 @@ impl History {
         self.start = 0;
     }
 
+    /// Makes room for at least `capacity` samples and keeps those that are there. Complexity: O(samples).
+    pub fn make_room(&mut self, capacity: usize) {
+        if capacity > self.capacity {
+            let oldest = self.start.min(self.samples.len());
+            self.samples.rotate_left(oldest);
+            self.start = 0;
+            self.capacity = capacity;
+            self.samples.reserve_exact(capacity.saturating_sub(self.samples.len()));
+        }
+    }
+
+    /// How many samples it has room for.
+    #[must_use]
+    pub fn capacity(&self) -> usize {
+        self.capacity
+    }
+
     /// The sample that is `back` before the newest (0 is the newest).
     #[must_use]
     pub fn newest(&self, back: usize) -> Option<&Sample> {

@@ -70,6 +70,14 @@ impl Port {
         }
     }
 
+    /// Goes on with all that the port of the same signal has received before a change, in no less room.
+    pub fn inherit(&mut self, old: Port) {
+        let capacity = self.scalars.capacity();
+        let Port { shape, range, .. } = *self;
+        *self = Port { shape, range, ..old };
+        self.scalars.make_room(capacity);
+    }
+
     /// Takes an observation in; `None` when it has no usable value.
     ///
     /// Late and reordered ones are kept in the order of time, the same one twice is dropped, and all are counted.

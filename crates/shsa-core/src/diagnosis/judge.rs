@@ -8,7 +8,7 @@
 
 use super::explain::{Finding, explain};
 use crate::interval::Interval;
-use crate::knowledge::{IdVec, KnowledgeBase, SignalId, SignalSet};
+use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId, SignalSet};
 use crate::monitor::{Monitor, Pair, Relationship};
 use crate::time::{Span, Time};
 use alloc::vec::Vec;
@@ -99,6 +99,25 @@ impl Judge {
             standings: IdVec::filled(count, |_| Standing::default()),
             next_review: None,
         }
+    }
+
+    /// Goes on with the verdicts before a change of the knowledge base. `compared` are the signals of all comparisons that
+    /// go on: a verdict that no such comparison could ever clear is dropped, and so is that on a signal which means
+    /// something else now. Gives the signals whose verdicts were dropped, and whether each is described anew.
+    pub fn inherit(&mut self, old: &Judge, lineage: &Lineage, compared: &SignalSet) -> Vec<(SignalId, bool)> {
+        self.next_review = old.next_review;
+        let mut dropped = Vec::new();
+        for (id, standing) in old.standings.enumerate() {
+            let Some(namesake) = lineage.namesake(id) else { continue };
+            match lineage.signal(id) {
+                Some(signal) if standing.verdict.is_none() || compared.contains(signal) => {
+                    self.standings[signal] = *standing;
+                }
+                same if standing.verdict.is_some() => dropped.push((namesake, same.is_none())),
+                _ => {}
+            }
+        }
+        dropped
     }
 
     /// When [`Judge::review`] must be called although no relationship has changed.

@@ -70,6 +70,20 @@ pub(super) fn decision(
     }
 }
 
+/// A signal that was accused before the knowledge base changed, and is not any more.
+pub(super) fn judged_anew(
+    knowledge: &KnowledgeBase,
+    signal: SignalId,
+    is_described_anew: bool,
+    now: Time,
+) -> Event {
+    let because = match is_described_anew {
+        true => "the changed model describes it anew",
+        false => "the comparisons that spoke about it are gone with the changed model",
+    };
+    event(knowledge, EventKind::Restored, signal, because.to_string(), now)
+}
+
 /// The disagreements that a signal is part of.
 fn disagreements(knowledge: &KnowledgeBase, monitor: &Monitor, signal: SignalId, now: Time) -> String {
     let against = |pair: &&Pair| {
@@ -130,6 +144,15 @@ pub(super) fn span(length: Span) -> String {
         seconds if seconds.abs() < 1.0 => format!("{:.0} ms", seconds * 1e3),
         seconds if seconds.abs() < 100.0 => format!("{seconds:.1} s"),
         seconds => format!("{seconds:.0} s"),
+    }
+}
+
+/// The first of some names, and how many there are beside.
+pub(super) fn listed(names: &[&str]) -> String {
+    let named = names.get(..MOST_NAMED.min(names.len())).unwrap_or_default().join(", ");
+    match names.len().saturating_sub(MOST_NAMED) {
+        0 => named,
+        more => format!("{named} and {more} more"),
     }
 }
 

@@ -23,6 +23,8 @@ pub enum Output {
     Event(Event),
     /// A value of a need, to be published under the need's name.
     Publication(Publication),
+    /// A new knowledge base has taken over at this moment: ids in what comes after this are its ids.
+    Reloaded(Time),
 }
 
 /// What has been decided.

@@ -9,6 +9,7 @@ mod explain;
 mod ways;
 mod standby;
 mod provider;
+mod reload;
 
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality};
 pub use provider::NeedStatus;
@@ -52,18 +53,21 @@ pub struct Engine {
     /// Signals that speak again after silence, and since when: not used before their probation is over.
     returning: Vec<(SignalId, Time)>,
     probation: Span,
+    options: Options,
 }
 
 impl Engine {
     /// Sets everything up; what is allocated for observations is allocated here.
     #[must_use]
-    pub fn new(knowledge: KnowledgeBase, mut options: Options) -> Engine {
+    pub fn new(knowledge: KnowledgeBase, options: Options) -> Engine {
+        let mut judge = options.judge;
         let probations = knowledge.needs().iter().map(|need| need.switching.probation);
-        options.judge.probation = probations.max().unwrap_or(options.judge.probation);
+        judge.probation = probations.max().unwrap_or(judge.probation);
         let graph = plan::Graph::new(&knowledge);
         let ways = ways::to_watch(&knowledge, &graph);
         let monitor = Monitor::new(&knowledge, ways, options.debounce);
-        let judge = Judge::new(&knowledge, options.judge);
+        let probation = judge.probation;
+        let judge = Judge::new(&knowledge, judge);
         let standby = Standby::new(&knowledge, &graph);
         let providers = IdVec::filled(knowledge.needs().len(), |need| {
             Provider::new(&knowledge, &graph, &standby, monitor.ports(), need)
@@ -80,7 +84,8 @@ impl Engine {
             waiting: false,
             changes: Vec::with_capacity(8),
             returning: Vec::new(),
-            probation: options.judge.probation,
+            probation,
+            options,
         }
     }
 

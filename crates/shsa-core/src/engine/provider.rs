@@ -4,6 +4,10 @@
 //! other ways contradict than support is held back even before there is a verdict, and a trusted way that is
 //! not contradicted fills in.
 
+mod inherit;
+
+pub(super) use inherit::Succession;
+
 use super::explain;
 use super::message::{Event, EventKind, Output, Publication, PublishedValue, Quality};
 use super::standby::Standby;
@@ -78,6 +82,8 @@ pub(super) struct Provider {
     blend: Option<(f64, Time)>,
     /// Whether it has been told that the need is not served.
     unserved: bool,
+    /// Whether a change of the knowledge base has brought another source that is preferred.
+    is_outdone: bool,
     published: u64,
     longest_gap: Span,
     widest: f64,
@@ -109,6 +115,7 @@ impl Provider {
             server: None,
             blend: None,
             unserved: false,
+            is_outdone: false,
             published: 0,
             longest_gap: Span::ZERO,
             widest: 0.0,
@@ -147,6 +154,18 @@ impl Provider {
         self.last.map(|(time, _)| time).or(self.started)
     }
 
+    /// Looks again for what may serve the need: without the first of these lists of lost signals that lets it be served.
+    fn find_sources(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        standby: &Standby,
+        lost: &[&[SignalId]],
+    ) {
+        let mut found = lost.iter().map(|lost| standby.sources(knowledge, graph, self.need, lost));
+        self.sources = found.find(|sources| !sources.is_empty()).unwrap_or_default();
+    }
+
     /// Starts the best source; whether there is one.
     fn start_best(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>) -> bool {
         let best = self.sources.first().map(|source| source.way.clone());
@@ -157,6 +176,7 @@ impl Provider {
 
     fn take_over(&mut self, knowledge: &KnowledgeBase, service: Option<Service>) {
         self.unfit_since = None;
+        self.is_outdone = false;
         self.active_rests_on = SignalSet::new();
         let inputs = service.iter().flat_map(|service| service.way().inputs());
         inputs.for_each(|signal| self.active_rests_on.extend(&knowledge.origins(signal)));
@@ -174,8 +194,7 @@ impl Provider {
         lost: &[&[SignalId]],
         now: Time,
     ) -> Option<Event> {
-        let mut found = lost.iter().map(|lost| standby.sources(knowledge, graph, self.need, lost));
-        self.sources = found.find(|sources| !sources.is_empty()).unwrap_or_default();
+        self.find_sources(knowledge, graph, standby, lost);
         let current = self.active.as_ref().map(|service| service.way().clone());
         if current.as_ref().is_some_and(|way| self.sources.iter().any(|source| source.way == *way)) {
             return None;
@@ -279,14 +298,14 @@ impl Provider {
             return None;
         }
         let left = self.active.as_ref().map(|service| service.way().describe(knowledge)).unwrap_or_default();
+        let is_outdone = self.is_outdone;
         self.start_best(knowledge, monitor.ports());
         self.switched = Some(now);
-        Some(self.event(
-            knowledge,
-            EventKind::Restored,
-            format!("its better source is trusted again; before: {left}"),
-            now,
-        ))
+        let why = match is_outdone {
+            true => "the changed model has a better source",
+            false => "its better source is trusted again",
+        };
+        Some(self.event(knowledge, EventKind::Restored, format!("{why}; before: {left}"), now))
     }
 
     /// Publishes what this moment brings.

@@ -49,7 +49,7 @@ pub(super) enum Register {
 }
 
 /// One operation on registers; unused arguments are `NONE`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Instruction {
     pub(super) operation: Operation,
     pub(super) arguments: [Register; 3],
@@ -58,7 +58,7 @@ pub(super) struct Instruction {
 
 /// A value that the next evaluation sees as the previous one. It is kept apart from where it is seen, so that an
 /// evaluation can give it out, and one that comes late does not change it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Retained {
     pub(super) current: Register,
     pub(super) kept: Register,
@@ -68,7 +68,7 @@ pub(super) struct Retained {
 pub(super) const NONE: Register = Register::Scalar(u32::MAX);
 
 /// Assignments compiled for evaluation; independent of the kind of number.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Program {
     pub(super) inputs: Vec<Input>,
     /// Where the inputs go, in the same order.
@@ -97,6 +97,17 @@ impl Program {
     #[must_use]
     pub fn inputs(&self) -> &[Input] {
         &self.inputs
+    }
+
+    /// Whether another program computes the same from inputs that `rename` gives other symbols: then a state of that
+    /// one is a state of this one. Time: linear in the programs.
+    #[must_use]
+    pub fn is_renamed(&self, other: &Program, rename: impl Fn(Symbol) -> Option<Symbol>) -> bool {
+        let renamed = |input: &Input| rename(input.symbol).map(|symbol| Input { symbol, ..*input });
+        let is_same = |(own, input): (&Input, &Input)| renamed(input) == Some(*own);
+        self.inputs.len() == other.inputs.len()
+            && self.inputs.iter().zip(&other.inputs).all(is_same)
+            && *self == Program { inputs: self.inputs.clone(), ..other.clone() }
     }
 
     /// The number of operations of an evaluation; each takes bounded time per element of the longest vector.

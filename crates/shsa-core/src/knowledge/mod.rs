@@ -8,21 +8,29 @@ mod id_set;
 mod utility;
 mod draft;
 mod build;
+mod lineage;
+mod change;
+mod parts;
+mod places;
 
 pub use build::build;
+pub use change::{Edit, Model, Section};
 pub use draft::{
     BodyDraft, Bounds, Diagnostic, Draft, NeedDraft, Place, PropertyDrafts, RelationDraft, Severity,
     SignalDraft, Text, UtilityDraft, VariableDraft,
 };
 pub use id_set::{IdSet, SignalSet};
 pub use ids::{Id, IdVec, NeedId, RelationId, SignalId, VariableId};
+pub use lineage::Lineage;
+pub use parts::{Contradiction, join, part};
 pub use utility::{Aggregate, Element, Fact, Inputs, OwnUtility, Rating, Utility, UtilityProblem};
 
 use crate::expression::Formula;
 use crate::interval::Interval;
 use crate::time::Span;
 use crate::unit::Unit;
-use alloc::collections::BTreeMap;
+use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -237,6 +245,12 @@ impl KnowledgeBase {
         self.version
     }
 
+    /// The same as the one that takes the place of another of this version.
+    #[must_use]
+    pub fn succeeding(self, version: u64) -> KnowledgeBase {
+        KnowledgeBase { version: self.version.max(version.saturating_add(1)), ..self }
+    }
+
     /// The relations that can produce `variable`, ascending.
     #[must_use]
     pub fn producers(&self, variable: VariableId) -> &[RelationId] {
@@ -261,6 +275,55 @@ impl KnowledgeBase {
             self.available[signal] = available;
             self.version += 1;
         }
+    }
+
+    /// Sets a property of an element, or takes it away; the version changes when this does.
+    ///
+    /// Complexity: logarithmic in the element's properties; O(model) with formulas of the model's own as utility, which may
+    /// read the property anywhere.
+    ///
+    /// # Errors
+    /// What is wrong with the number, in words; nothing has changed then.
+    pub fn set_property(&mut self, element: Element, name: &str, value: Option<f64>) -> Result<(), String> {
+        if let Some(sense) = value.and_then(|value| build::senseless(name, value)) {
+            return Err(String::from(sense));
+        }
+        let before = self.put_property(element, name, value);
+        if let Some(problem) = self.utility.check_after(self, element) {
+            self.put_property(element, name, before);
+            return Err(format!("{}: {}", problem.message, problem.help));
+        }
+        if before != value {
+            self.version += 1;
+        }
+        Ok(())
+    }
+
+    /// Gives the number that it had.
+    fn put_property(&mut self, element: Element, name: &str, value: Option<f64>) -> Option<f64> {
+        let properties = match element {
+            Element::Variable(id) => &mut self.variables[id].properties,
+            Element::Relation(id) => &mut self.relations[id].properties,
+            Element::Signal(id) => &mut self.signals[id].properties,
+        };
+        match value {
+            Some(value) => properties.insert(String::from(name), value),
+            None => properties.remove(name),
+        }
+    }
+
+    /// The same with the signals as available as those of the same name in another knowledge base.
+    #[must_use]
+    pub fn available_as(mut self, other: &KnowledgeBase) -> KnowledgeBase {
+        let withdrawn: BTreeSet<&str> = other
+            .signals
+            .enumerate()
+            .filter(|(id, _)| !other.available[*id])
+            .map(|(_, signal)| signal.name.as_str())
+            .collect();
+        let available = |id: SignalId| !withdrawn.contains(self.signals[id].name.as_str());
+        self.available = IdVec::filled(self.signals.len(), available);
+        self
     }
 
     /// Whether a variable is known without a relation: a constant, or carried by an available signal.

@@ -270,6 +270,15 @@ impl Utility {
         }
     }
 
+    /// The first problem after a property of one element has changed, where there was none before. Complexity: that of the
+    /// element with the norm; else O(model), as formulas of relations may read the accuracy of their inputs.
+    pub(super) fn check_after(&self, knowledge: &KnowledgeBase, element: Element) -> Option<UtilityProblem> {
+        match (self, element) {
+            (Utility::Norm, _) | (_, Element::Relation(_)) => self.check_element(knowledge, element),
+            (Utility::Own(_), _) => self.check(knowledge).into_iter().next(),
+        }
+    }
+
     fn check_relation(&self, knowledge: &KnowledgeBase, id: RelationId) -> Option<UtilityProblem> {
         let relation = &knowledge.relations()[id];
         let wrong = |message, help: &str| {

@@ -13,7 +13,9 @@ mod pair;
 mod watch;
 pub mod thesis;
 mod build;
+mod inherit;
 
+pub use inherit::Inheritance;
 pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};
 pub use watch::{Absence, Change, Watch};
 

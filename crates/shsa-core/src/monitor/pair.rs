@@ -90,6 +90,18 @@ impl Window {
         }
     }
 
+    /// Goes on with the comparisons of the same pair before a change; whether it does: only when both windows are as long.
+    pub fn inherit(&mut self, old: &Window) -> bool {
+        let (own, other) = ((self.n, self.k, self.declared), (old.n, old.k, old.declared));
+        let is_same = own == other
+            && (self.span, self.lag) == (old.span, old.lag)
+            && (!self.declared || self.period == old.period);
+        if is_same {
+            *self = *old;
+        }
+        is_same
+    }
+
     /// Takes a comparison in.
     pub fn record(&mut self, disagrees: bool, now: Time) {
         match self.last {

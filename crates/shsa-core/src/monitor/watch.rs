@@ -1,6 +1,6 @@
 //! The signals one by one: silence, and values that cannot be.
 
-use crate::knowledge::{IdVec, KnowledgeBase, SignalId};
+use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId};
 use crate::time::{Span, Time};
 
 /// Why a signal gives no usable value now.
@@ -19,6 +19,8 @@ struct Voice {
     heard: Option<Time>,
     valid: Option<Time>,
     absence: Option<Absence>,
+    /// When it came under watch, where that was after the start.
+    since: Option<Time>,
 }
 
 /// A change in what a signal says.
@@ -50,8 +52,31 @@ impl Watch {
             heard: None,
             valid: None,
             absence: None,
+            since: None,
         };
         Watch { voices: IdVec::filled(knowledge.signals().len(), voice), start: None, quiet_until: Time::MIN }
+    }
+
+    /// Goes on from the watch before a change: who has spoken from the same source is remembered, the others are under watch
+    /// from now on.
+    pub fn inherit(&mut self, old: &Watch, lineage: &Lineage, now: Time) {
+        self.start = old.start;
+        self.voices.iter_mut().for_each(|voice| voice.since = Some(now));
+        for (id, before) in old.voices.enumerate() {
+            let Some(id) = lineage.source(id) else { continue };
+            let timeout = self.voices[id].timeout;
+            let absence = before.absence.filter(|_| timeout.is_some());
+            self.voices[id] = Voice { timeout, absence, ..*before };
+        }
+        let Some(start) = self.start else { return };
+        let present = self.voices.iter().filter(|voice| voice.absence.is_none());
+        self.quiet_until = present.map(|voice| voice.deadline(voice.last(start))).min().unwrap_or(Time::MAX);
+    }
+
+    /// Whether a signal has ever given a possible value.
+    #[must_use]
+    pub fn has_spoken(&self, signal: SignalId) -> bool {
+        self.voices[signal].valid.is_some()
     }
 
     /// A signal has delivered something. Gives the change when it was absent until now.
@@ -96,7 +121,7 @@ impl Watch {
             if voice.absence.is_some() {
                 continue;
             }
-            let last = voice.valid.unwrap_or(start);
+            let last = voice.last(start);
             let deadline = voice.deadline(last);
             if now < deadline || deadline == Time::MAX {
                 next = next.min(deadline);
@@ -111,6 +136,11 @@ impl Watch {
 }
 
 impl Voice {
+    /// When it last gave a possible value, or came under watch.
+    fn last(&self, start: Time) -> Time {
+        self.valid.or(self.since).unwrap_or(start)
+    }
+
     /// The first moment at which it has been silent for too long since `last`; `Time::MAX` when it never is.
     fn deadline(&self, last: Time) -> Time {
         self.timeout.map_or(Time::MAX, |timeout| last + timeout + Span(1))

@@ -8,6 +8,8 @@ mod report;
 pub(crate) mod shape;
 pub(crate) mod tree;
 
+pub mod live;
+
 pub use report::{Located, Report};
 
 use shsa_core::knowledge::{Diagnostic, KnowledgeBase, Place, Severity, build};
@@ -65,7 +67,10 @@ pub fn load_file(path: &Path) -> Loaded {
 }
 
 /// The text of a file; `what` is what it should be.
-pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, Report> {
+///
+/// # Errors
+/// A file that cannot be read, or is no text.
+pub fn read_text(path: &Path, what: &str) -> Result<String, Report> {
     let mut bytes = Vec::new();
     let limit = MAX_BYTES as u64 + 1;
     let refused = |message: String, help| Report::whole(&path.display().to_string(), message, help);

@@ -1,5 +1,6 @@
 //! What must come of a story, and whether it has.
 
+use super::change;
 use super::curve::Curve;
 use crate::drive::Run;
 use shsa_core::diagnosis::Verdict;
@@ -81,11 +82,16 @@ impl Expectation {
         }
     }
 
-    /// What it sees of the engine at its moment, in words.
-    pub(super) fn look(&self, engine: &Engine) -> Option<String> {
+    /// What it sees of the engine at its moment, in words; its ids are those of `own`.
+    pub(super) fn look(&self, own: &KnowledgeBase, engine: &Engine) -> Option<String> {
+        let known = engine.knowledge();
         match self {
-            Expectation::Verdict { signal, .. } => Some(verdict_name(engine.verdict(*signal)).to_owned()),
-            Expectation::Source { need, .. } => engine.need_status(*need).source,
+            Expectation::Verdict { signal, .. } => {
+                let signal = change::signal(own, *signal, known);
+                let verdict = signal.map(|signal| verdict_name(engine.verdict(signal)));
+                Some(verdict.unwrap_or("no such signal").to_owned())
+            }
+            Expectation::Source { need, .. } => engine.need_status(change::need(own, *need, known)?).source,
             Expectation::Events { .. } | Expectation::Values { .. } => None,
         }
     }

@@ -4,11 +4,12 @@
 
 mod curve;
 mod trace;
+mod change;
 mod run;
 mod expect;
 mod read;
 
-use crate::drive::Run;
+use crate::drive::{Era, Run};
 use crate::model::{self, Report};
 use expect::{Evidence, Expectation};
 use shsa_core::engine::Event;
@@ -27,6 +28,8 @@ pub struct Story {
     /// The system that it is about.
     pub knowledge: KnowledgeBase,
     trace: Trace,
+    /// Knowledge bases that take over in the middle, in the order of time.
+    changes: Vec<Era>,
     expectations: Vec<Written>,
 }
 
@@ -50,7 +53,7 @@ pub struct Loaded {
 /// What came of a story.
 #[derive(Debug)]
 pub struct Outcome {
-    /// The engine at the end, with all events and published values.
+    /// The engine at the end, with all events and published values; these speak with the ids of the story's model.
     pub run: Run,
     /// What was expected and what was found, in file order.
     pub checks: Vec<Check>,
@@ -89,10 +92,12 @@ impl Story {
             .collect();
         let moments: Vec<Time> = looking.iter().map(|(_, time)| *time).collect();
         let mut seen = vec![None; self.expectations.len()];
-        let run = run::drive(self, &moments, |moment, engine| {
+        let mut run = run::drive(self, &moments, |moment, engine| {
             let at = looking[moment].0;
-            seen[at] = self.expectations[at].expectation.look(engine);
+            seen[at] = self.expectations[at].expectation.look(&self.knowledge, engine);
         });
+        (run.events, run.publications) = change::said(&run, &self.knowledge);
+        run.past.clear();
         let evidence = Evidence { knowledge: &self.knowledge, run: &run, seen };
         let check = |(at, written): (usize, &Written)| {
             let (met, found) = written.expectation.check(at, &evidence);

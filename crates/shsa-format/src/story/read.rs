@@ -1,9 +1,11 @@
 //! The shape of a story's file: which keys there are and what they hold.
 
+use super::change;
 use super::curve::{Curve, Definitions};
 use super::expect::{Between, Expectation, Limit, Times, VERDICTS};
 use super::trace::{Echo, Source, Trace};
 use super::{Loaded, Story, Written};
+use crate::drive::Era;
 use crate::fault::Fault;
 use crate::model::lines::Lines;
 use crate::model::reader::{Fields, Keys, Reader};
@@ -12,16 +14,17 @@ use crate::model::{self, Report, shape};
 use crate::recording::Sample;
 use shsa_core::engine::EventKind;
 use shsa_core::expression::parse_quantity;
-use shsa_core::knowledge::{Id, KnowledgeBase, NeedId, Place, SignalId, Text, VariableId, build};
+use shsa_core::knowledge::{Id, KnowledgeBase, Model, NeedId, Place, SignalId, Text, VariableId, build};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::{Dimension, Unit, nearest};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-const STORY: [&str; 5] = ["story", "why", "model", "trace", "expect"];
+const STORY: [&str; 6] = ["story", "why", "model", "trace", "changes", "expect"];
 const TRACE: [&str; 6] = ["duration", "seed", "truth", "signals", "faults", "rows"];
 const SOURCE: [&str; 9] = ["value", "rate", "from", "to", "jitter", "delay", "latency", "noise", "echo"];
+const CHANGE: [&str; 2] = ["at", "change"];
 const ROW: [&str; 4] = ["signal", "time", "received", "value"];
 const EVENT: [&str; 8] =
     ["event", "never", "signal", "variable", "because", "substitution", "between", "times"];
@@ -74,6 +77,7 @@ fn story(reader: &mut Reader, root: &Node, text: &str, folder: &Path) -> (Option
     }
     let mut writer = Writer { reader, knowledge: &knowledge, truths: BTreeMap::new(), end: Time(0) };
     let trace = writer.trace(trace);
+    let changes = fields.get("changes").map(|node| writer.changes(node, model)).unwrap_or_default();
     let lines = Lines::new(text);
     let written = |writer: &mut Writer<'_, '_>, node: &Node| {
         let Place { from, to } = node.place;
@@ -88,6 +92,7 @@ fn story(reader: &mut Reader, root: &Node, text: &str, folder: &Path) -> (Option
         why: why.text,
         knowledge,
         trace,
+        changes,
         expectations,
     });
     (story, report)
@@ -160,6 +165,31 @@ impl Writer<'_, '_> {
         let rows = items(self, "rows", "- { signal: /a, time: 5 s, value: 3 }");
         trace.rows = rows.iter().filter_map(|node| self.row(node)).collect();
         trace
+    }
+
+    /// The knowledge bases that take over in the middle, by time.
+    fn changes(&mut self, node: &Node, model: &Node) -> Vec<Era> {
+        let example = "- { at: 10 s, change: { signals: { /a: null } } }";
+        let mut changes = Vec::new();
+        for node in self.list(node, "a list of changes", example) {
+            let fields = self.reader.fields(node, "a change", &CHANGE, example);
+            let at = self.at(node, &fields);
+            let change = required(self.reader, node, &fields, "change");
+            changes.extend(at.zip(change));
+        }
+        changes.sort_by_key(|(at, _)| *at);
+        if matches!(model.value, Value::Scalar(_)) {
+            self.reader.wrong(model, "only a model that stands in the story can be changed", "write it here");
+            return Vec::new();
+        }
+        // Its problems are known already.
+        let Ok((mut model, _)) = Model::new(shape::draft(&mut Reader::default(), model)) else {
+            return Vec::new();
+        };
+        changes
+            .into_iter()
+            .filter_map(|(at, node)| change::changed(self.reader, &mut model, node, at))
+            .collect()
     }
 
     fn definitions(&mut self, node: &Node) -> Definitions {

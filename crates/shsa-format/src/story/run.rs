@@ -1,8 +1,8 @@
 //! Drives an engine through a story, and looks at it at the moments that the story asks about.
 
-use super::Story;
 use super::trace::Echo;
-use crate::drive::{Run, time};
+use super::{Story, change};
+use crate::drive::{Era, Run, time};
 use shsa_core::engine::{Engine, Input, PublishedValue};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::observation::{Observation, RawValue};
@@ -14,7 +14,8 @@ pub(super) fn drive(story: &Story, moments: &[Time], look: impl FnMut(usize, &En
     let mut order: Vec<usize> = (0..moments.len()).collect();
     order.sort_by_key(|&at| moments[at]);
     let run = Run::new(&story.knowledge, Time(0));
-    let mut stage = Stage { story, run, heard: 0, echoes: Vec::new(), moments, order, look };
+    let mut stage =
+        Stage { story, run, heard: 0, echoes: Vec::new(), moments, order, look, changes: &story.changes };
     for input in story.trace.inputs(&story.knowledge) {
         stage.echo_until(time(&input));
         stage.give(&input);
@@ -37,6 +38,8 @@ struct Stage<'a, L> {
     /// Moments that are still to come, as indices.
     order: Vec<usize>,
     look: L,
+    /// Changes of the model that are still to come.
+    changes: &'a [Era],
 }
 
 impl<L: FnMut(usize, &Engine)> Stage<'_, L> {
@@ -51,10 +54,33 @@ impl<L: FnMut(usize, &Engine)> Stage<'_, L> {
     }
 
     fn give(&mut self, input: &Input) {
+        self.change_until(time(input));
         self.look_until(time(input));
         pass(&mut self.run, time(input));
-        let Ok(()) = self.run.take(input, &mut |_| Ok::<(), Infallible>(()));
+        let Some(input) = self.known(input) else { return };
+        let Ok(()) = self.run.take(&input, &mut |_| Ok::<(), Infallible>(()));
         self.listen();
+    }
+
+    /// An input with the ids of the present model; none for a signal that it does not have.
+    fn known(&self, input: &Input) -> Option<Input> {
+        let mut input = input.clone();
+        if let Input::Observation(observation) = &mut input {
+            let known = self.run.engine.knowledge();
+            observation.signal = change::signal(&self.story.knowledge, observation.signal, known)?;
+        }
+        Some(input)
+    }
+
+    /// Lets the changes up to `moment` take over.
+    fn change_until(&mut self, moment: Time) {
+        while let Some((era, later)) = self.changes.split_first().filter(|(era, _)| era.from <= moment) {
+            self.changes = later;
+            self.look_until(era.from);
+            pass(&mut self.run, era.from);
+            let Ok(()) = self.run.reload(era, &mut |_| Ok::<(), Infallible>(()));
+            self.listen();
+        }
     }
 
     fn look_until(&mut self, moment: Time) {
@@ -67,9 +93,10 @@ impl<L: FnMut(usize, &Engine)> Stage<'_, L> {
 
     /// Sends the newest publications on their way back.
     fn listen(&mut self) {
-        let (story, new) = (self.story, self.run.publications.get(self.heard..).unwrap_or_default());
-        for publication in new {
-            let of_it = story.trace.echoes.iter().filter(|echo| echo.need == publication.need);
+        let story = self.story;
+        for (known, publication) in self.run.told_values(self.heard) {
+            let need = change::need(known, publication.need, &story.knowledge);
+            let of_it = story.trace.echoes.iter().filter(|echo| Some(echo.need) == need);
             let echo = |echo: &Echo| {
                 let value = repeated(&story.knowledge, echo, &publication.value);
                 let (stamp, received) = (publication.time, publication.time + echo.latency);

@@ -73,12 +73,14 @@ impl Healer for EngineNode {
     }
 
     fn poll(&mut self) -> Option<Gift> {
-        Some(match self.engine.poll()? {
-            Output::Event(event) => Gift::Decision(self.decision(event)),
+        match self.engine.poll()? {
+            Output::Event(event) => Some(Gift::Decision(self.decision(event))),
             Output::Publication(publication) => {
-                Gift::Dmin { stamp: middle(publication.validity), value: raw(&publication.value) }
+                Some(Gift::Dmin { stamp: middle(publication.validity), value: raw(&publication.value) })
             }
-        })
+            // The rover's model never changes.
+            Output::Reloaded(_) => None,
+        }
     }
 }
 

@@ -2,29 +2,27 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use shsa_core::engine::Input;
-use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::Time;
-use shsa_format::drive::Run;
+use shsa_format::drive::{Era, Given, Run};
 use std::io::{IsTerminal, stderr};
 
 /// How often the progress bar moves, in inputs.
 const PROGRESS_STEP: u64 = 4_096;
 
-/// Drives a new engine over all inputs and on to `end`; `record` sees everything that goes in, ticks included.
+/// Drives a new engine over all eras and on to the end; `record` sees everything that goes in, ticks included.
 pub(super) fn drive(
-    knowledge: &KnowledgeBase,
-    inputs: &[Input],
+    eras: &[Era],
     span: Option<(Time, Time)>,
-    mut record: impl FnMut(&Input) -> anyhow::Result<()>,
+    mut record: impl FnMut(Given<'_>) -> anyhow::Result<()>,
 ) -> anyhow::Result<Run> {
-    let progress = progress(inputs.len());
+    let progress = progress(eras.iter().map(|era| era.inputs.len()).sum());
     let mut observations = 0;
-    let run = Run::of(knowledge, inputs, span, |input| {
-        observations += u64::from(matches!(input, Input::Observation(_)));
+    let run = Run::of(eras, span, |given| {
+        observations += u64::from(matches!(given, Given::Input(Input::Observation(_))));
         if observations % PROGRESS_STEP == 0 {
             progress.set_position(observations);
         }
-        record(input)
+        record(given)
     });
     progress.finish_and_clear();
     run

@@ -33,12 +33,9 @@ pub(super) struct Report<'a> {
 }
 
 impl<'a> Report<'a> {
-    pub(super) fn new(
-        knowledge: &'a KnowledgeBase,
-        run: &'a Run,
-        clean: Option<&Run>,
-        source: &'a Source,
-    ) -> Report<'a> {
+    /// Needs and signals are those of the model at the end.
+    pub(super) fn new(run: &'a Run, clean: Option<&Run>, source: &'a Source) -> Report<'a> {
+        let knowledge = run.engine.knowledge();
         let need = |(id, need): (NeedId, &Need)| need_report(run, clean, id, need);
         Report { knowledge, run, source, needs: knowledge.needs().enumerate().map(need).collect() }
     }
@@ -61,26 +58,39 @@ impl<'a> Report<'a> {
     }
 
     fn json(&self, elapsed: Duration) -> Value {
-        let events: Vec<Value> = self.run.events.iter().map(|event| self.event_json(event)).collect();
+        let events: Vec<Value> =
+            self.run.told_events().map(|(known, event)| self.event_json(known, event)).collect();
         let needs: Map<String, Value> = self.needs.iter().map(|need| self.need_json(need)).collect();
         let signals: Map<String, Value> =
             self.knowledge.signals().ids().map(|signal| self.signal_json(signal)).collect();
-        json!({
+        let mut report = json!({
             "observations": self.run.observations,
             "duration_s": self.duration().seconds(),
             "elapsed_s": elapsed.as_secs_f64(),
             "events": events,
             "needs": needs,
             "signals": signals,
-        })
+        });
+        let reload = |(time, file): (Span, &str)| json!({ "time_s": time.seconds(), "file": file });
+        let reloads: Vec<Value> = self.reloads().map(reload).collect();
+        if let Some(report) = report.as_object_mut().filter(|_| !reloads.is_empty()) {
+            report.insert("reloads".to_owned(), Value::Array(reloads));
+        }
+        report
     }
 
-    fn event_json(&self, event: &Event) -> Value {
+    /// When the model was changed, and by which file.
+    fn reloads(&self) -> impl Iterator<Item = (Span, &str)> {
+        let eras = self.source.eras.iter().filter_map(|era| Some((era, era.change.as_ref()?)));
+        eras.map(|(era, (file, _))| (era.from - self.run.first, file.as_str()))
+    }
+
+    fn event_json(&self, known: &KnowledgeBase, event: &Event) -> Value {
         json!({
             "time_s": (event.time - self.run.first).seconds(),
             "kind": event.kind.name(),
-            "signal": event.signal.map(|signal| &self.knowledge.signals()[signal].name),
-            "variable": event.variable.map(|variable| &self.knowledge.variables()[variable].name),
+            "signal": event.signal.map(|signal| &known.signals()[signal].name),
+            "variable": event.variable.map(|variable| &known.variables()[variable].name),
             "because": event.because,
             "substitution": event.substitution,
         })
@@ -120,8 +130,7 @@ impl<'a> Report<'a> {
     }
 
     fn missing(&self, signal: SignalId) -> usize {
-        use shsa_core::knowledge::Id;
-        self.source.missing.get(signal.index()).copied().unwrap_or(0)
+        self.source.missing.get(&self.knowledge.signals()[signal].name).copied().unwrap_or(0)
     }
 
     fn verdict(&self, signal: SignalId) -> &'static str {
@@ -144,21 +153,34 @@ impl<'a> Report<'a> {
     }
 
     fn events_text(&self) -> String {
-        if self.run.events.is_empty() {
+        let mut lines: Vec<(Time, String)> = self
+            .run
+            .told_events()
+            .map(|(known, event)| (event.time, self.event_text(known, event)))
+            .collect();
+        for (since, file) in self.reloads() {
+            let time = self.run.first + since;
+            let word = show::paint(Paint::Bold, &format!("{:<11}", "reloaded"));
+            // What follows from the change is told after it.
+            let at = lines.partition_point(|(told, _)| *told < time);
+            lines.insert(at, (time, format!("{:>9.3} s  {word} {file}", since.seconds())));
+        }
+        if lines.is_empty() {
             return "No events: nothing failed, nothing was substituted.".to_owned();
         }
-        let lines = self.run.events.iter().map(|event| {
-            let time = format!("{:>9.3} s", (event.time - self.run.first).seconds());
-            let subject = match (event.signal, event.variable) {
-                (Some(signal), _) => self.knowledge.signals()[signal].name.clone(),
-                (None, Some(variable)) => self.knowledge.variables()[variable].name.clone(),
-                (None, None) => String::new(),
-            };
-            let kind = paint_kind(event.kind);
-            let source = event.substitution.as_ref().map_or(String::new(), |source| format!(" <- {source}"));
-            format!("{time}  {kind} {subject}{source}\n{}", show::wrapped(&event.because, 13))
-        });
-        lines.collect::<Vec<_>>().join("\n")
+        lines.into_iter().map(|(_, line)| line).collect::<Vec<_>>().join("\n")
+    }
+
+    fn event_text(&self, known: &KnowledgeBase, event: &Event) -> String {
+        let time = format!("{:>9.3} s", (event.time - self.run.first).seconds());
+        let subject = match (event.signal, event.variable) {
+            (Some(signal), _) => known.signals()[signal].name.as_str(),
+            (None, Some(variable)) => known.variables()[variable].name.as_str(),
+            (None, None) => "",
+        };
+        let kind = paint_kind(event.kind);
+        let source = event.substitution.as_ref().map_or(String::new(), |source| format!(" <- {source}"));
+        format!("{time}  {kind} {subject}{source}\n{}", show::wrapped(&event.because, 13))
     }
 
     fn needs_text(&self) -> String {
@@ -235,18 +257,22 @@ fn need_report(run: &Run, clean: Option<&Run>, id: NeedId, need: &Need) -> NeedR
         met: status.published > 0 && status.longest_gap.max(to_end) <= need.max_age,
         source: status.source,
         widest: status.widest,
-        error: clean.and_then(|clean| difference(values(run, id), &values(clean, id).collect::<Vec<_>>())),
+        error: clean
+            .and_then(|clean| difference(values(run, need), &values(clean, need).collect::<Vec<_>>())),
     }
 }
 
-/// The published scalars of a need: when, and the middle of the value.
-fn values(run: &Run, need: NeedId) -> impl Iterator<Item = (Time, f64)> + '_ {
-    run.publications.iter().filter(move |publication| publication.need == need).filter_map(|publication| {
-        match &publication.value {
+/// The published scalars of a need, by the name under which it is published: when, and the middle of the value.
+fn values<'r>(run: &'r Run, need: &'r Need) -> impl Iterator<Item = (Time, f64)> + 'r {
+    let of_need = |known: &KnowledgeBase, publication: &Publication| {
+        known.needs()[publication.need].signal == need.signal
+    };
+    run.told_values(0).filter(move |(known, publication)| of_need(known, publication)).filter_map(
+        |(_, publication)| match &publication.value {
             PublishedValue::Scalar(value) => Some((publication.time, value.midpoint())),
             PublishedValue::Vector(_) => None,
-        }
-    })
+        },
+    )
 }
 
 /// Root mean square and largest difference to the value that stood at the same moment.
@@ -264,12 +290,8 @@ fn difference(values: impl Iterator<Item = (Time, f64)>, reference: &[(Time, f64
 }
 
 /// Writes the values of all needs as JSON lines, in the variables' units.
-pub(super) fn write_values(
-    knowledge: &KnowledgeBase,
-    run: &Run,
-    mut output: impl Write,
-) -> anyhow::Result<()> {
-    for publication in &run.publications {
+pub(super) fn write_values(run: &Run, mut output: impl Write) -> anyhow::Result<()> {
+    for (knowledge, publication) in run.told_values(0) {
         writeln!(output, "{}", value_json(knowledge, publication))?;
     }
     output.flush()?;

@@ -9,6 +9,7 @@ mod contingency;
 mod help;
 mod monitor;
 mod plan;
+mod reload;
 mod replay;
 mod streams;
 mod thesis;

@@ -14,6 +14,8 @@ mod utility;
 #[cfg(test)]
 mod tests;
 
+pub(super) use quantity::senseless;
+
 use super::KnowledgeBase;
 use super::draft::{Diagnostic, Draft};
 use alloc::vec::Vec;

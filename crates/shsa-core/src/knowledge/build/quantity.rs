@@ -179,20 +179,25 @@ pub(super) fn properties(problems: &mut Problems, drafts: &[(Text, Text)]) -> Pr
             .filter(|name| *name == "integrity")
             .and_then(|_| integrity_level(&text.text));
         let Some(value) = level.or_else(|| number(problems, text)) else { continue };
-        let sense = match name.text.as_str() {
-            "accuracy" if !(0.0..=1.0).contains(&value) => "an accuracy lies between 0 and 1",
-            "prior" if value <= 0.0 || value >= 1.0 => {
-                "a prior is the probability of a fault, more than 0 and less than 1"
-            }
-            _ => "",
-        };
-        if !sense.is_empty() {
+        if let Some(sense) = senseless(&name.text, value) {
             problems.error(text, format!("`{}: {}` makes no sense", name.text, text.text), sense);
         } else if properties.insert(name.text.clone(), value).is_some() {
             problems.error(name, format!("`{}` is given twice", name.text), "keep one");
         }
     }
     properties
+}
+
+/// Why a property cannot have a value; `None` when it can.
+pub(in crate::knowledge) fn senseless(name: &str, value: f64) -> Option<&'static str> {
+    match name {
+        _ if !value.is_finite() => Some("a property is a finite number"),
+        "accuracy" if !(0.0..=1.0).contains(&value) => Some("an accuracy lies between 0 and 1"),
+        "prior" if value <= 0.0 || value >= 1.0 => {
+            Some("a prior is the probability of a fault, more than 0 and less than 1")
+        }
+        _ => None,
+    }
 }
 
 /// `0.15`, `5 cm`, `2 %`, or a sum of an absolute error and a share.

@@ -1,0 +1,426 @@
+//! Models in parts, one for each subsystem say: a part is taken out with all that it needs, and parts are joined again.
+//!
+//! What is given twice must say the same: other blanks, other digits (`1.0` and `1`) and other units of the same amount
+//! are no difference. Only a variable may be described in pieces: what one part leaves open, another one may say.
+
+use super::change::{Section, function_name};
+use super::draft::{
+    BodyDraft, Bounds, Draft, NeedDraft, Place, PropertyDrafts, RelationDraft, SignalDraft, Text,
+    UtilityDraft, VariableDraft,
+};
+use crate::expression::parse_quantity;
+use crate::unit::Unit;
+use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+/// Two parts that say different things about one name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Contradiction {
+    /// The name in the later part.
+    pub place: Place,
+    /// The name in the earlier part.
+    pub earlier: Place,
+    /// What is different, in one line.
+    pub message: String,
+}
+
+/// Puts parts together, in their order; what several of them give in the same words is there once.
+///
+/// Places tell the parts apart: where they come from different files, who reads them makes the places different.
+/// Time: O(n log n) in the elements.
+///
+/// # Errors
+/// Every contradiction between two parts. Whether the whole makes sense is for [`build()`](super::build()) to say.
+pub fn join(parts: &[Draft]) -> Result<Draft, Vec<Contradiction>> {
+    let mut joint = Joint::default();
+    for part in parts {
+        joint.add(part);
+    }
+    let found = joint.ledger.found;
+    if found.is_empty() { Ok(joint.whole) } else { Err(found) }
+}
+
+/// The part of a model that these names make: variables, constants, functions, relations, signals and needs, and all that
+/// they need to be understood.
+///
+/// A relation brings the variables, constants and functions that it names, a signal its variable and the signals that
+/// it is derived from, a need its variable. A variable brings what carries it and needs it. Elements stay in file
+/// order, so joining parts that cover all names gives the whole. Time: O(n log n) in the length of the draft.
+///
+/// # Errors
+/// The names that nothing in the model has.
+pub fn part(draft: &Draft, names: &[&str]) -> Result<Draft, Vec<String>> {
+    let wanted: BTreeSet<&str> = names.iter().copied().collect();
+    let known: BTreeSet<&str> = all_names(draft).map(|(_, name)| name).collect();
+    let unknown: Vec<String> = wanted.difference(&known).map(|name| (*name).to_string()).collect();
+    if !unknown.is_empty() {
+        return Err(unknown);
+    }
+    let index: BTreeMap<(Section, &str), usize> = indexed(draft);
+    let mut taken: BTreeSet<(Section, usize)> = BTreeSet::new();
+    let mut open: Vec<(Section, usize)> = index
+        .iter()
+        .filter(|((_, name), _)| wanted.contains(name))
+        .map(|((section, _), &at)| (*section, at))
+        .collect();
+    open.extend(about_variables(draft, &wanted));
+    while let Some((section, at)) = open.pop() {
+        if taken.insert((section, at)) {
+            needed(draft, section, at, |section, name| {
+                open.extend(index.get(&(section, name)).map(|&at| (section, at)))
+            });
+        }
+    }
+    Ok(taken_out(draft, &taken))
+}
+
+fn all_names(draft: &Draft) -> impl Iterator<Item = (Section, &str)> {
+    let variables = draft.variables.iter().map(|it| (Section::Variables, it.name.text.as_str()));
+    let constants = draft.constants.iter().map(|it| (Section::Constants, it.0.text.as_str()));
+    let functions = draft.functions.iter().map(|it| (Section::Functions, function_name(&it.0.text)));
+    let relations = draft.relations.iter().map(|it| (Section::Relations, it.name.text.as_str()));
+    let signals = draft.signals.iter().map(|it| (Section::Signals, it.name.text.as_str()));
+    let needs = draft.needs.iter().map(|it| (Section::Needs, it.variable.text.as_str()));
+    variables.chain(constants).chain(functions).chain(relations).chain(signals).chain(needs)
+}
+
+/// The places of all names in their sections.
+fn indexed(draft: &Draft) -> BTreeMap<(Section, &str), usize> {
+    let mut next: BTreeMap<Section, usize> = BTreeMap::new();
+    let mut index = BTreeMap::new();
+    for (section, name) in all_names(draft) {
+        let at = next.entry(section).or_default();
+        index.entry((section, name)).or_insert(*at);
+        *at += 1;
+    }
+    index
+}
+
+/// The signals and needs of these variables.
+fn about_variables(draft: &Draft, wanted: &BTreeSet<&str>) -> Vec<(Section, usize)> {
+    let is_wanted = |name: Option<&Text>| name.is_some_and(|name| wanted.contains(name.text.as_str()));
+    let signals = draft.signals.iter().enumerate().filter(|(_, it)| is_wanted(it.variable.as_ref()));
+    let needs = draft.needs.iter().enumerate().filter(|(_, it)| is_wanted(Some(&it.variable)));
+    let signals = signals.map(|(at, _)| (Section::Signals, at));
+    signals.chain(needs.map(|(at, _)| (Section::Needs, at))).collect()
+}
+
+/// Tells every name that an element needs to be understood, with the sections where it may be.
+fn needed<'d>(draft: &'d Draft, section: Section, at: usize, mut tell: impl FnMut(Section, &'d str)) {
+    let mut formula = |text: &'d Text| {
+        for word in text.text.split(|c: char| !c.is_alphanumeric() && c != '_') {
+            tell(Section::Variables, word);
+            tell(Section::Constants, word);
+            tell(Section::Functions, word);
+        }
+    };
+    match section {
+        Section::Variables | Section::Constants => {}
+        Section::Functions => draft.functions.iter().skip(at).take(1).for_each(|(_, body)| formula(body)),
+        Section::Relations => {
+            let Some(relation) = draft.relations.get(at) else { return };
+            match &relation.body {
+                BodyDraft::Equation(text) => formula(text),
+                BodyDraft::Structure { outputs, inputs } => {
+                    outputs.iter().chain(inputs).for_each(&mut formula)
+                }
+            }
+            relation.condition.iter().chain(relation.directions.iter().flatten()).for_each(formula);
+        }
+        Section::Signals => {
+            let Some(signal) = draft.signals.get(at) else { return };
+            signal.variable.iter().for_each(|name| tell(Section::Variables, &name.text));
+            signal.variable.iter().for_each(|name| tell(Section::Constants, &name.text));
+            signal.derived_from.iter().for_each(|name| tell(Section::Signals, &name.text));
+        }
+        Section::Needs => {
+            let Some(need) = draft.needs.get(at) else { return };
+            tell(Section::Variables, &need.variable.text);
+            tell(Section::Constants, &need.variable.text);
+        }
+    }
+}
+
+fn taken_out(draft: &Draft, taken: &BTreeSet<(Section, usize)>) -> Draft {
+    fn kept<T: Clone>(list: &[T], section: Section, taken: &BTreeSet<(Section, usize)>) -> Vec<T> {
+        list.iter()
+            .enumerate()
+            .filter(|(at, _)| taken.contains(&(section, *at)))
+            .map(|(_, it)| it.clone())
+            .collect()
+    }
+    Draft {
+        variables: kept(&draft.variables, Section::Variables, taken),
+        constants: kept(&draft.constants, Section::Constants, taken),
+        functions: kept(&draft.functions, Section::Functions, taken),
+        relations: kept(&draft.relations, Section::Relations, taken),
+        signals: kept(&draft.signals, Section::Signals, taken),
+        needs: kept(&draft.needs, Section::Needs, taken),
+        utility: draft.utility.clone(),
+    }
+}
+
+/// What has been joined so far.
+#[derive(Default)]
+struct Joint {
+    whole: Draft,
+    ledger: Ledger,
+}
+
+/// Which names there are, where they stand, and what does not fit.
+#[derive(Default)]
+struct Ledger {
+    places: BTreeMap<(Section, String), usize>,
+    found: Vec<Contradiction>,
+}
+
+impl Joint {
+    fn add(&mut self, part: &Draft) {
+        let Joint { whole, ledger } = self;
+        for draft in &part.variables {
+            match ledger.place(Section::Variables, &draft.name.text, whole.variables.len()) {
+                None => whole.variables.push(draft.clone()),
+                Some(at) => {
+                    whole.variables.iter_mut().skip(at).take(1).for_each(|known| ledger.merge(known, draft))
+                }
+            }
+        }
+        ledger.add(Section::Constants, &mut whole.constants, &part.constants, |it| &it.0, constant_fields);
+        ledger.add(Section::Functions, &mut whole.functions, &part.functions, |it| &it.0, function_fields);
+        ledger.add(Section::Relations, &mut whole.relations, &part.relations, |it| &it.name, relation_fields);
+        ledger.add(Section::Signals, &mut whole.signals, &part.signals, |it| &it.name, signal_fields);
+        ledger.add(Section::Needs, &mut whole.needs, &part.needs, |it| &it.variable, need_fields);
+        match (&whole.utility, &part.utility) {
+            (None, other) => whole.utility.clone_from(other),
+            (Some(one), Some(other)) => ledger.rate(one, other),
+            (Some(_), None) => {}
+        }
+    }
+}
+
+impl Ledger {
+    /// Where a name stands already; else it is noted that it will stand at `next`.
+    fn place(&mut self, section: Section, name: &str, next: usize) -> Option<usize> {
+        let key = (section, name.to_string());
+        let known = self.places.get(&key).copied();
+        if known.is_none() {
+            self.places.insert(key, next);
+        }
+        known
+    }
+
+    fn add<T: Clone>(
+        &mut self,
+        section: Section,
+        whole: &mut Vec<T>,
+        part: &[T],
+        name: impl Fn(&T) -> &Text,
+        fields: impl Fn(&T) -> Fields,
+    ) {
+        for element in part {
+            let text = name(element);
+            let key = if section == Section::Functions { function_name(&text.text) } else { &text.text };
+            let Some(at) = self.place(section, key, whole.len()) else {
+                whole.push(element.clone());
+                continue;
+            };
+            let Some(known) = whole.get(at) else { continue };
+            let clashes = different(&fields(known), &fields(element), |_, _| true);
+            self.note(section, (name(known), text), &clashes);
+        }
+    }
+
+    /// A variable may be described in pieces.
+    fn merge(&mut self, known: &mut VariableDraft, other: &VariableDraft) {
+        let both_speak = |one: &str, other: &str| !one.is_empty() && !other.is_empty();
+        let clashes = different(&variable_fields(known), &variable_fields(other), both_speak);
+        self.note(Section::Variables, (&known.name, &other.name), &clashes);
+        let VariableDraft { unit, shape, range, max_rate, properties, .. } = other.clone();
+        known.unit = known.unit.take().or(unit);
+        known.shape = known.shape.take().or(shape);
+        known.range = known.range.take().or(range);
+        known.max_rate = known.max_rate.take().or(max_rate);
+        if known.properties.is_empty() {
+            known.properties = properties;
+        }
+    }
+
+    fn rate(&mut self, one: &UtilityDraft, other: &UtilityDraft) {
+        let clashes = different(&utility_fields(one), &utility_fields(other), |_, _| true);
+        if !clashes.is_empty() {
+            let message = format!("two parts rate differently: {}", told(&clashes));
+            self.found.push(Contradiction { place: place(other), earlier: place(one), message });
+        }
+    }
+
+    fn note(&mut self, section: Section, (known, other): (&Text, &Text), clashes: &[Clash]) {
+        if clashes.is_empty() {
+            return;
+        }
+        let (what, name) = (section.singular(), &known.text);
+        let message = format!("two parts describe {what} `{name}` differently: {}", told(clashes));
+        self.found.push(Contradiction { place: other.place, earlier: known.place, message });
+    }
+}
+
+fn told(clashes: &[Clash]) -> String {
+    let shown = |words: &str| if words.is_empty() { "nothing".to_string() } else { format!("`{words}`") };
+    let clash = |(key, one, other): &Clash| format!("{key}: {} and {}", shown(one), shown(other));
+    clashes.iter().map(clash).collect::<Vec<_>>().join("; ")
+}
+
+/// A key, and what is said under it earlier and later.
+type Clash = (&'static str, String, String);
+
+/// Keys whose words mean something else.
+fn different(one: &Fields, other: &Fields, counts: impl Fn(&str, &str) -> bool) -> Vec<Clash> {
+    let pairs = one.iter().zip(other);
+    pairs
+        .filter(|((key, one), (_, other))| counts(one, other) && meaning(key, one) != meaning(key, other))
+        .map(|((key, one), (_, other))| (*key, one.clone(), other.clone()))
+        .collect()
+}
+
+/// What is said about an element: the key and the words, empty where nothing is.
+type Fields = Vec<(&'static str, String)>;
+
+/// Words without what makes no difference: blanks, and how numbers and units are written.
+fn meaning(key: &str, words: &str) -> String {
+    let one = |word: &str| {
+        let word = word.trim();
+        if key == "unit"
+            && let Ok(unit) = Unit::parse(word)
+        {
+            return format!("{:?} {} {}", unit.dimension, unit.scale, unit.offset);
+        }
+        match parse_quantity(word) {
+            Ok(read) => match read.unit {
+                Some(unit) => format!("{} {:?}", unit.to_si(read.value), unit.dimension),
+                None => format!("{}", read.value),
+            },
+            Err(_) => word.split_whitespace().collect(),
+        }
+    };
+    words.split(',').map(one).collect::<Vec<_>>().join(",")
+}
+
+fn words(text: Option<&Text>) -> String {
+    text.map_or_else(String::new, |text| text.text.clone())
+}
+
+fn bounds(bounds: Option<&Bounds>) -> String {
+    match bounds {
+        None => String::new(),
+        Some(Bounds::One(text)) => text.text.clone(),
+        Some(Bounds::Two(lo, hi)) => format!("{}, {}", lo.text, hi.text),
+    }
+}
+
+/// Names in alphabetical order.
+fn list<'t>(names: impl IntoIterator<Item = &'t Text>) -> String {
+    let mut names: Vec<&str> = names.into_iter().map(|name| name.text.as_str()).collect();
+    names.sort_unstable();
+    names.join(", ")
+}
+
+fn numbers(properties: &PropertyDrafts) -> String {
+    let mut numbers: Vec<String> = properties
+        .iter()
+        .map(|(name, value)| format!("{}: {}", name.text, meaning("", &value.text)))
+        .collect();
+    numbers.sort_unstable();
+    numbers.join(", ")
+}
+
+fn variable_fields(draft: &VariableDraft) -> Fields {
+    let range = draft.range.as_ref().map(|(lo, hi)| format!("{}, {}", lo.text, hi.text));
+    [
+        ("unit", words(draft.unit.as_ref())),
+        ("shape", words(draft.shape.as_ref())),
+        ("range", range.unwrap_or_default()),
+        ("max_rate", words(draft.max_rate.as_ref())),
+        ("properties", numbers(&draft.properties)),
+    ]
+    .into()
+}
+
+fn place(draft: &UtilityDraft) -> Place {
+    match draft {
+        UtilityDraft::Named(text) | UtilityDraft::Own { at: text, .. } => text.place,
+    }
+}
+
+fn utility_fields(draft: &UtilityDraft) -> Fields {
+    let none = PropertyDrafts::new();
+    let (name, aggregate, relation, signal, defaults) = match draft {
+        UtilityDraft::Named(name) => (Some(name), None, None, None, &none),
+        UtilityDraft::Own { aggregate, relation, signal, defaults, .. } => {
+            (None, aggregate.as_ref(), relation.as_ref(), signal.as_ref(), defaults)
+        }
+    };
+    [
+        ("utility", words(name)),
+        ("aggregate", words(aggregate)),
+        ("relation", words(relation)),
+        ("signal", words(signal)),
+        ("defaults", numbers(defaults)),
+    ]
+    .into()
+}
+
+fn constant_fields((_, value): &(Text, Bounds)) -> Fields {
+    [("value", bounds(Some(value)))].into()
+}
+
+fn function_fields((head, body): &(Text, Text)) -> Fields {
+    [("head", head.text.clone()), ("formula", body.text.clone())].into()
+}
+
+fn relation_fields(draft: &RelationDraft) -> Fields {
+    let (equation, outputs, inputs) = match &draft.body {
+        BodyDraft::Equation(text) => (text.text.clone(), String::new(), String::new()),
+        BodyDraft::Structure { outputs, inputs } => (String::new(), list(outputs), list(inputs)),
+    };
+    [
+        ("equation", equation),
+        ("outputs", outputs),
+        ("inputs", inputs),
+        ("for", list(draft.directions.iter().flatten())),
+        ("when", words(draft.condition.as_ref())),
+        ("error", bounds(draft.error.as_ref())),
+        ("properties", numbers(&draft.properties)),
+    ]
+    .into()
+}
+
+fn signal_fields(draft: &SignalDraft) -> Fields {
+    [
+        ("variable", words(draft.variable.as_ref())),
+        ("source", words(draft.source.as_ref())),
+        ("unit", words(draft.unit.as_ref())),
+        ("rate", words(draft.rate.as_ref())),
+        ("value_error", bounds(draft.value_error.as_ref())),
+        ("time_error", bounds(draft.time_error.as_ref())),
+        ("delay", words(draft.delay.as_ref())),
+        ("timeout", words(draft.timeout.as_ref())),
+        ("derived_from", list(&draft.derived_from)),
+        ("properties", numbers(&draft.properties)),
+    ]
+    .into()
+}
+
+fn need_fields(draft: &NeedDraft) -> Fields {
+    [
+        ("signal", words(draft.signal.as_ref())),
+        ("max_age", words(draft.max_age.as_ref())),
+        ("max_width", words(draft.max_width.as_ref())),
+        ("integrity", words(draft.integrity.as_ref())),
+        ("hold", words(draft.hold.as_ref())),
+        ("probation", words(draft.probation.as_ref())),
+        ("blend", words(draft.blend.as_ref())),
+        ("hysteresis", words(draft.hysteresis.as_ref())),
+    ]
+    .into()
+}

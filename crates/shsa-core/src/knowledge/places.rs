@@ -1,0 +1,91 @@
+//! The texts of a draft one by one, to move their places: drafts of several files keep theirs apart so.
+
+use super::draft::{BodyDraft, Bounds, Draft, Place, PropertyDrafts, Text, UtilityDraft};
+use alloc::vec::Vec;
+
+impl Draft {
+    /// The same with every place this many bytes further: as if so much other text stood before it.
+    #[must_use]
+    pub fn moved(mut self, by: u32) -> Draft {
+        self.texts(&mut |text| {
+            text.place.from = text.place.from.saturating_add(by);
+            text.place.to = text.place.to.saturating_add(by);
+        });
+        self
+    }
+
+    /// Where all of its texts stand.
+    #[must_use]
+    pub fn places(&self) -> Vec<Place> {
+        let mut places = Vec::new();
+        self.clone().texts(&mut |text| places.push(text.place));
+        places
+    }
+
+    /// Changes every text.
+    fn texts(&mut self, each: &mut dyn FnMut(&mut Text)) {
+        for it in &mut self.variables {
+            each(&mut it.name);
+            [&mut it.unit, &mut it.shape, &mut it.max_rate].into_iter().flatten().for_each(&mut *each);
+            it.range.iter_mut().flat_map(|(lo, hi)| [lo, hi]).for_each(&mut *each);
+            properties(&mut it.properties, each);
+        }
+        for (name, value) in &mut self.constants {
+            each(name);
+            bounds(value, each);
+        }
+        self.functions.iter_mut().flat_map(|(head, body)| [head, body]).for_each(&mut *each);
+        for it in &mut self.relations {
+            each(&mut it.name);
+            match &mut it.body {
+                BodyDraft::Equation(text) => each(text),
+                BodyDraft::Structure { outputs, inputs } => {
+                    outputs.iter_mut().chain(inputs).for_each(&mut *each)
+                }
+            }
+            it.directions.iter_mut().flatten().chain(&mut it.condition).for_each(&mut *each);
+            it.error.iter_mut().for_each(|error| bounds(error, each));
+            properties(&mut it.properties, each);
+        }
+        for it in &mut self.signals {
+            each(&mut it.name);
+            let texts = [
+                &mut it.variable,
+                &mut it.source,
+                &mut it.unit,
+                &mut it.rate,
+                &mut it.delay,
+                &mut it.timeout,
+            ];
+            texts.into_iter().flatten().chain(&mut it.derived_from).for_each(&mut *each);
+            it.value_error.iter_mut().chain(&mut it.time_error).for_each(|error| bounds(error, each));
+            properties(&mut it.properties, each);
+        }
+        for it in &mut self.needs {
+            each(&mut it.variable);
+            let limits = [&mut it.signal, &mut it.max_age, &mut it.max_width, &mut it.integrity];
+            let switching = [&mut it.hold, &mut it.probation, &mut it.blend, &mut it.hysteresis];
+            limits.into_iter().chain(switching).flatten().for_each(&mut *each);
+        }
+        match &mut self.utility {
+            Some(UtilityDraft::Named(text)) => each(text),
+            Some(UtilityDraft::Own { at, aggregate, relation, signal, defaults }) => {
+                each(at);
+                [aggregate, relation, signal].into_iter().flatten().for_each(&mut *each);
+                properties(defaults, each);
+            }
+            None => {}
+        }
+    }
+}
+
+fn bounds(bounds: &mut Bounds, each: &mut dyn FnMut(&mut Text)) {
+    match bounds {
+        Bounds::One(text) => each(text),
+        Bounds::Two(lo, hi) => [lo, hi].into_iter().for_each(each),
+    }
+}
+
+fn properties(properties: &mut PropertyDrafts, each: &mut dyn FnMut(&mut Text)) {
+    properties.iter_mut().flat_map(|(name, value)| [name, value]).for_each(each);
+}

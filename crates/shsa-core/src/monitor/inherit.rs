@@ -1,0 +1,75 @@
+//! A monitor goes on from the one before a change of the knowledge base: what is the same keeps what it knows.
+
+use super::{Monitor, Pair, WatchedWay, WayIndex};
+use crate::knowledge::{Id, Lineage, SignalSet};
+use crate::time::Time;
+use alloc::collections::BTreeMap;
+use alloc::vec::Vec;
+
+/// What a monitor has taken over from the one before.
+#[derive(Clone, Debug, Default)]
+pub struct Inheritance {
+    /// For each way of the old monitor, the same one of the new; `None` where it is gone or computes something else.
+    ways: Vec<Option<WayIndex>>,
+    /// The signals of all comparisons that go on.
+    pub compared: SignalSet,
+}
+
+impl Inheritance {
+    /// The way that goes on from one of the old monitor.
+    #[must_use]
+    pub fn way(&self, old: WayIndex) -> Option<WayIndex> {
+        self.ways.get(old.0 as usize).copied().flatten()
+    }
+}
+
+impl Monitor {
+    /// Takes over the ports of signals that mean the same, the silences, the outputs of ways that compute the same, and
+    /// the recent comparisons of pairs of these. Time: O(n log n) in signals, ways and pairs, and their samples.
+    ///
+    /// Call it between two moments: nothing may wait to be compared.
+    pub fn inherit(&mut self, old: Monitor, lineage: &Lineage, now: Time) -> Inheritance {
+        self.watch.inherit(&old.watch, lineage, now);
+        for (index, port) in old.ports.into_iter().enumerate() {
+            if let Some(signal) = lineage.signal(Id::from_index(index)) {
+                self.ports[signal].inherit(port);
+            }
+        }
+        let ways = self.inherit_ways(old.ways, lineage);
+        let mut inheritance = Inheritance { ways, compared: SignalSet::new() };
+        self.inherit_pairs(&old.pairs, &mut inheritance);
+        inheritance
+    }
+
+    fn inherit_ways(&mut self, old: Vec<WatchedWay>, lineage: &Lineage) -> Vec<Option<WayIndex>> {
+        let key = |way: &crate::substitution::Way| (way.substitution.clone(), way.signals.clone());
+        let places: BTreeMap<_, usize> =
+            self.ways.iter().enumerate().map(|(at, way)| (key(way.computation.way()), at)).collect();
+        let mut inherit = |mut old: WatchedWay| {
+            let at = *places.get(&key(&old.computation.way().succeeded(lineage)?))?;
+            let way = self.ways.get_mut(at)?;
+            if !way.computation.inherit(&mut old.computation, lineage) {
+                return None;
+            }
+            let capacity = way.outputs.capacity();
+            way.outputs = old.outputs;
+            way.outputs.make_room(capacity);
+            Some(WayIndex(u32::try_from(at).unwrap_or(u32::MAX)))
+        };
+        old.into_iter().map(&mut inherit).collect()
+    }
+
+    fn inherit_pairs(&mut self, old: &[Pair], inheritance: &mut Inheritance) {
+        let places: BTreeMap<_, usize> =
+            self.pairs.iter().enumerate().map(|(at, pair)| ((pair.way, pair.other), at)).collect();
+        for before in old {
+            let both = inheritance.way(before.way).zip(inheritance.way(before.other));
+            let place = both.and_then(|both| places.get(&both));
+            let Some(pair) = place.and_then(|&at| self.pairs.get_mut(at)) else { continue };
+            if pair.window.inherit(&before.window) {
+                pair.disagreement = before.disagreement;
+                inheritance.compared.extend(&pair.signals);
+            }
+        }
+    }
+}

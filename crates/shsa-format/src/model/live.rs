@@ -1,0 +1,376 @@
+//! A model in use, with the texts that it was read from: it is changed by further texts, and every problem is told with the
+//! file and line that it comes from.
+//!
+//! A text with the key `shsa` is a whole model and takes the place of the old one. Any other is a change: its entries are
+//! added, or replace those of the same name, and `null` removes. `available: { /gnss: false }` withdraws a signal, and
+//! `properties: { signals: { /gnss: { accuracy: 0.5 } } }` sets a property without writing the signal again.
+
+use shsa_core::knowledge::{
+    self, Diagnostic, Draft, Edit, KnowledgeBase, Model, Place, Section, Severity, Text,
+};
+use std::collections::BTreeSet;
+
+use super::reader::Reader;
+use super::report::Report;
+use super::tree::{self, Node, Value};
+use super::{MAX_BYTES, shape};
+
+/// The sections of a model whose entries a change may remove.
+const SECTIONS: [(&str, Section); 6] = [
+    ("variables", Section::Variables),
+    ("constants", Section::Constants),
+    ("functions", Section::Functions),
+    ("relations", Section::Relations),
+    ("signals", Section::Signals),
+    ("needs", Section::Needs),
+];
+
+/// Of these, whose elements have properties.
+const WITH_PROPERTIES: [(&str, Section); 3] =
+    [("variables", Section::Variables), ("relations", Section::Relations), ("signals", Section::Signals)];
+
+/// A model that can be changed.
+#[derive(Clone, Debug)]
+pub struct Live {
+    model: Model,
+    texts: Texts,
+}
+
+/// A text that says what a model is, or what changes in it.
+#[derive(Clone, Copy, Debug)]
+pub struct Written<'t> {
+    /// What reports call it: the path of a file.
+    pub name: &'t str,
+    /// YAML or JSON.
+    pub text: &'t str,
+}
+
+impl Live {
+    /// Reads and checks a model; gives its warnings, too.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    pub fn load(written: Written<'_>) -> Result<(Live, Report), Report> {
+        let read = read(written, 0)?;
+        let texts = Texts::default().with(written, &read, 0);
+        match Model::new(read.draft) {
+            Ok((model, found)) if read.is_right => {
+                let report = texts.report(0, read.problems, found);
+                Ok((Live { model, texts }, report))
+            }
+            Ok((_, found)) | Err(found) => Err(texts.report(0, read.problems, found)),
+        }
+    }
+
+    /// What is known at present.
+    #[must_use]
+    pub fn knowledge(&self) -> &KnowledgeBase {
+        self.model.knowledge()
+    }
+
+    /// What the model says at present.
+    #[must_use]
+    pub fn draft(&self) -> &Draft {
+        self.model.draft()
+    }
+
+    /// Makes a change, or takes a whole new model over; gives the warnings about the model as it is then.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the text, or with the model as it were then; nothing has changed then.
+    pub fn change(&mut self, written: Written<'_>) -> Result<Report, Report> {
+        let base = self.texts.room(written.text.len());
+        let read = read(written, base)?;
+        let mut texts = self.texts.clone().with(written, &read, base);
+        let mut model = self.model.clone();
+        let changed = match read.is_whole {
+            true => model.replace(read.draft),
+            false => model.edit(&[edits_of(read.draft), read.edits].concat()),
+        };
+        match changed {
+            Ok(found) if read.is_right => {
+                let report = texts.report(base, read.problems, found);
+                texts.forget(model.draft());
+                *self = Live { model, texts };
+                Ok(report)
+            }
+            Ok(found) | Err(found) => Err(texts.report(base, read.problems, found)),
+        }
+    }
+}
+
+/// Puts the models of several files together.
+///
+/// # Errors
+/// What is wrong with each of them, where they contradict each other, and what is wrong with the whole.
+pub fn join(parts: &[Written<'_>]) -> Result<(Live, Report), Report> {
+    let mut texts = Texts::default();
+    let mut drafts = Vec::new();
+    let (mut report, mut is_right) = (Report::default(), true);
+    for part in parts {
+        let base = texts.room(part.text.len());
+        let read = read(*part, base)?;
+        texts = texts.with(*part, &read, base);
+        is_right &= read.is_right;
+        report.diagnostics.extend(texts.report(base, read.problems, Vec::new()).diagnostics);
+        drafts.push(read.draft);
+    }
+    let joint = knowledge::join(&drafts).map_err(|found| {
+        let contradictions = found.iter().map(|found| texts.contradiction(found)).collect();
+        Report {
+            diagnostics: [std::mem::take(&mut report.diagnostics), texts.locate(contradictions).diagnostics]
+                .concat(),
+        }
+    })?;
+    let built = Model::new(joint);
+    let (Ok((_, found)) | Err(found)) = &built;
+    report.diagnostics.extend(texts.locate(found.clone()).diagnostics);
+    match built {
+        Ok((model, _)) if is_right => Ok((Live { model, texts }, report)),
+        _ => Err(report),
+    }
+}
+
+/// What a change says that stands in another file, as a story.
+pub(crate) fn edits(reader: &mut Reader, node: Node) -> Vec<Edit> {
+    let (node, edits) = split(reader, node, 0);
+    [edits_of(shape::draft(reader, &node)), edits].concat()
+}
+
+/// What a text says.
+struct Read {
+    /// A whole model, or what is added or replaced.
+    draft: Draft,
+    is_whole: bool,
+    /// What is removed, withdrawn, or given another property.
+    edits: Vec<Edit>,
+    /// What is wrong with its shape, at places of the text itself.
+    problems: Vec<Diagnostic>,
+    is_right: bool,
+    rewritten: BTreeSet<u32>,
+}
+
+/// Reads a text whose places begin at `base`.
+fn read(written: Written<'_>, base: u32) -> Result<Read, Report> {
+    let refused = |message: &str, help| Report::whole(written.name, message.to_owned(), help);
+    if written.text.len() > MAX_BYTES {
+        return Err(refused("a model has at most 64 MiB", "is this a model?"));
+    }
+    let tree = tree::read(written.text);
+    let Some(root) = tree.root else {
+        if tree.problems.is_empty() {
+            return Err(refused(
+                "there is nothing in it",
+                "write `shsa: 1` and a model, or what changes in it",
+            ));
+        }
+        return Err(Report::locate(written.name, written.text, tree.problems, &tree.rewritten));
+    };
+    let mut reader = Reader::default();
+    let has_version =
+        matches!(&root.value, Value::Map(entries) if entries.iter().any(|(name, _)| name.text == "shsa"));
+    let (root, edits) = if has_version { (root, Vec::new()) } else { split(&mut reader, root, base) };
+    let draft = shape::draft(&mut reader, &root).moved(base);
+    let problems = [tree.problems, reader.problems].concat();
+    let is_right = problems.iter().all(|problem| problem.severity != Severity::Error);
+    Ok(Read { draft, is_whole: has_version, edits, problems, is_right, rewritten: tree.rewritten })
+}
+
+/// Takes out of a change what is no part of a model, and makes a model of the rest.
+fn split(reader: &mut Reader, root: Node, base: u32) -> (Node, Vec<Edit>) {
+    let Value::Map(entries) = root.value else { return (root, Vec::new()) };
+    let moved = |text: &Text| {
+        let Place { from, to } = text.place;
+        Text { place: Place { from: from.saturating_add(base), to: to.saturating_add(base) }, ..text.clone() }
+    };
+    let version = Text { text: "shsa".to_owned(), place: root.place };
+    let one =
+        Node { place: root.place, value: Value::Scalar(Text { text: "1".to_owned(), place: root.place }) };
+    let (mut kept, mut edits) = (vec![(version, one)], Vec::new());
+    for (key, node) in entries {
+        match key.text.as_str() {
+            "available" => edits.extend(available(reader, &node, &moved)),
+            "properties" => edits.extend(properties(reader, &node, &moved)),
+            "utility" if matches!(node.value, Value::Null) => edits.push(Edit::Utility(None)),
+            name => {
+                let section = SECTIONS.iter().find(|(known, _)| *known == name).map(|(_, section)| *section);
+                kept.push(match (section, node.value) {
+                    (Some(section), Value::Map(entries)) => {
+                        let (removed, put): (Vec<_>, Vec<_>) =
+                            entries.into_iter().partition(|(_, node)| matches!(node.value, Value::Null));
+                        edits.extend(removed.iter().map(|(name, _)| Edit::Remove(section, moved(name))));
+                        (key, Node { place: node.place, value: Value::Map(put) })
+                    }
+                    (_, value) => (key, Node { place: node.place, value }),
+                });
+            }
+        }
+    }
+    (Node { place: root.place, value: Value::Map(kept) }, edits)
+}
+
+/// `{ /gnss: false }`
+fn available(reader: &mut Reader, node: &Node, moved: &impl Fn(&Text) -> Text) -> Vec<Edit> {
+    let entries = reader.entries(node, "signals with `true` or `false`", "/gnss: false");
+    let mut edits = Vec::new();
+    for (name, node) in entries {
+        match &node.value {
+            Value::Scalar(text) if text.text == "true" => edits.push(Edit::Available(moved(name), true)),
+            Value::Scalar(text) if text.text == "false" => edits.push(Edit::Available(moved(name), false)),
+            _ => reader.wrong(node, "a signal is available or not", "write `true` or `false`"),
+        }
+    }
+    edits
+}
+
+/// `{ signals: { /gnss: { accuracy: 0.5, prior: null } } }`
+fn properties(reader: &mut Reader, node: &Node, moved: &impl Fn(&Text) -> Text) -> Vec<Edit> {
+    let example = "properties: { signals: { /gnss: { accuracy: 0.5 } } }";
+    let known = WITH_PROPERTIES.map(|(name, _)| name);
+    let fields = reader.fields(node, "what has properties", &known, example);
+    let mut edits = Vec::new();
+    for (key, section) in WITH_PROPERTIES {
+        let elements =
+            fields.get(key).map_or(&[][..], |node| reader.entries(node, "names", "/gnss: { accuracy: 0.5 }"));
+        for (element, node) in elements {
+            for (name, node) in reader.entries(node, "named numbers", "{ accuracy: 0.5 }") {
+                let (element, name) = (moved(element), moved(name));
+                let value = match &node.value {
+                    Value::Null => None,
+                    _ => match reader.text(node, "a number", "accuracy: 0.5") {
+                        Some(value) => Some(moved(&value)),
+                        None => continue,
+                    },
+                };
+                edits.push(Edit::Property { section, element, name, value });
+            }
+        }
+    }
+    edits
+}
+
+/// Everything that a draft holds, as something to add or replace.
+fn edits_of(draft: Draft) -> Vec<Edit> {
+    let Draft { variables, constants, functions, relations, signals, needs, utility } = draft;
+    let variables = variables.into_iter().map(Edit::Variable);
+    let constants = constants.into_iter().map(|(name, bounds)| Edit::Constant(name, bounds));
+    let functions = functions.into_iter().map(|(head, body)| Edit::Function(head, body));
+    let relations = relations.into_iter().map(Edit::Relation);
+    let signals = signals.into_iter().map(Edit::Signal);
+    let needs = needs.into_iter().map(Edit::Need);
+    let utility = utility.map(|utility| Edit::Utility(Some(utility)));
+    variables
+        .chain(constants)
+        .chain(functions)
+        .chain(relations)
+        .chain(signals)
+        .chain(needs)
+        .chain(utility)
+        .collect()
+}
+
+/// Texts one after the other, so that every place belongs to one of them.
+#[derive(Clone, Debug, Default)]
+struct Texts {
+    /// In the order of their places.
+    kept: Vec<Kept>,
+}
+
+#[derive(Clone, Debug)]
+struct Kept {
+    /// Where its places begin.
+    base: u32,
+    name: String,
+    text: String,
+    /// Starts of scalars whose text differs from the source.
+    rewritten: BTreeSet<u32>,
+}
+
+impl Kept {
+    /// Behind its last place, which is the end of the text.
+    fn end(&self) -> u32 {
+        self.base.saturating_add(u32::try_from(self.text.len()).unwrap_or(u32::MAX)).saturating_add(1)
+    }
+}
+
+impl Texts {
+    /// Where a text of this length fits between the others.
+    fn room(&self, length: usize) -> u32 {
+        let length = u32::try_from(length).unwrap_or(u32::MAX).saturating_add(1);
+        let mut base = 0;
+        for kept in &self.kept {
+            if kept.base.saturating_sub(base) >= length {
+                break;
+            }
+            base = kept.end();
+        }
+        base
+    }
+
+    fn with(mut self, written: Written<'_>, read: &Read, base: u32) -> Texts {
+        let (name, text) = (written.name.to_owned(), written.text.to_owned());
+        let at = self.kept.partition_point(|kept| kept.base < base);
+        self.kept.insert(at, Kept { base, name, text, rewritten: read.rewritten.clone() });
+        self
+    }
+
+    /// Lets go of the texts of which nothing is left in the model.
+    fn forget(&mut self, draft: &Draft) {
+        let used: BTreeSet<usize> = draft.places().into_iter().filter_map(|place| self.find(place)).collect();
+        let mut at = 0;
+        self.kept.retain(|_| {
+            at += 1;
+            used.contains(&(at - 1))
+        });
+    }
+
+    fn find(&self, place: Place) -> Option<usize> {
+        self.kept.partition_point(|kept| kept.base <= place.from).checked_sub(1)
+    }
+
+    /// What was found in the shape of the text that begins here, and in the model that came of it.
+    fn report(&self, base: u32, shape: Vec<Diagnostic>, found: Vec<Diagnostic>) -> Report {
+        let moved = |mut problem: Diagnostic| {
+            problem.place.from = problem.place.from.saturating_add(base);
+            problem.place.to = problem.place.to.saturating_add(base);
+            problem
+        };
+        self.locate(shape.into_iter().map(moved).chain(found).collect())
+    }
+
+    fn locate(&self, found: Vec<Diagnostic>) -> Report {
+        let mut of_text: Vec<Vec<Diagnostic>> = self.kept.iter().map(|_| Vec::new()).collect();
+        for mut problem in found {
+            let Some(at) = self.find(problem.place) else { continue };
+            let base = self.kept[at].base;
+            problem.place.from -= base;
+            problem.place.to = problem.place.to.saturating_sub(base);
+            of_text[at].push(problem);
+        }
+        let located = self.kept.iter().zip(of_text);
+        let located = located.flat_map(|(kept, found)| {
+            Report::locate(&kept.name, &kept.text, found, &kept.rewritten).diagnostics
+        });
+        Report { diagnostics: located.collect() }
+    }
+
+    /// At the later place, with the file and line of the earlier one as help.
+    fn contradiction(&self, found: &knowledge::Contradiction) -> Diagnostic {
+        let earlier = Diagnostic {
+            severity: Severity::Error,
+            place: found.earlier,
+            span: None,
+            message: String::new(),
+            help: None,
+        };
+        let at = self.locate(vec![earlier]).diagnostics;
+        let at = at.first().map(|found| format!("{}:{}:{}", found.file, found.line, found.column));
+        Diagnostic {
+            severity: Severity::Error,
+            place: found.place,
+            span: None,
+            message: found.message.clone(),
+            help: at.map(|at| format!("it is described at {at} already: make both the same, or keep one")),
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Changes of the model in the middle of a story, and one set of names for all of it.
+
+use crate::drive::{Era, Run};
+use crate::model::live;
+use crate::model::reader::Reader;
+use crate::model::tree::Node;
+use shsa_core::engine::{Event, Publication};
+use shsa_core::knowledge::{Diagnostic, KnowledgeBase, Model, NeedId, Severity, SignalId, VariableId};
+use shsa_core::time::Time;
+
+/// Changes a model at a moment, and gives what takes over then; `node` is written as for `shsa replay --reload`.
+pub(super) fn changed(reader: &mut Reader, model: &mut Model, node: &Node, at: Time) -> Option<Era> {
+    let edits = live::edits(reader, node.clone());
+    match model.edit(&edits) {
+        Ok(_) => {
+            let (knowledge, inputs) = (model.knowledge().clone(), Vec::new());
+            Some(Era { from: at, knowledge, change: None, inputs })
+        }
+        Err(found) => {
+            let is_error = |found: &Diagnostic| found.severity == Severity::Error;
+            reader.problems.extend(found.into_iter().filter(is_error));
+            None
+        }
+    }
+}
+
+/// The signal of another knowledge base with the same name.
+pub(super) fn signal(of: &KnowledgeBase, signal: SignalId, to: &KnowledgeBase) -> Option<SignalId> {
+    to.signal(&of.signals()[signal].name)
+}
+
+/// The need of another knowledge base that publishes under the same name.
+pub(super) fn need(of: &KnowledgeBase, need: NeedId, to: &KnowledgeBase) -> Option<NeedId> {
+    let name = &of.needs()[need].signal;
+    to.needs().enumerate().find(|(_, need)| need.signal == *name).map(|(id, _)| id)
+}
+
+fn variable(of: &KnowledgeBase, variable: VariableId, to: &KnowledgeBase) -> Option<VariableId> {
+    to.variable(&of.variables()[variable].name)
+}
+
+/// All that a run has said, with the ids of one knowledge base: what speaks of a need that it does not have is left out.
+pub(super) fn said(run: &Run, knowledge: &KnowledgeBase) -> (Vec<Event>, Vec<Publication>) {
+    let event = |(known, event): (&KnowledgeBase, &Event)| Event {
+        signal: event.signal.and_then(|id| signal(known, id, knowledge)),
+        variable: event.variable.and_then(|id| variable(known, id, knowledge)),
+        ..event.clone()
+    };
+    let publication = |(known, publication): (&KnowledgeBase, &Publication)| {
+        Some(Publication { need: need(known, publication.need, knowledge)?, ..publication.clone() })
+    };
+    (run.told_events().map(event).collect(), run.told_values(0).filter_map(publication).collect())
+}
