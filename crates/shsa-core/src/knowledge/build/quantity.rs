@@ -4,9 +4,11 @@ use super::problems::Problems;
 use crate::expression::{Quantity, parse_quantity};
 use crate::interval::Interval;
 use crate::knowledge::draft::{Bounds, Text};
+use crate::knowledge::properties::SharedNames;
 use crate::knowledge::{Properties, ValueError, integrity_level};
 use crate::time::Span;
 use crate::unit::{Dimension, Unit};
+use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::{String, ToString};
 
@@ -172,13 +174,16 @@ pub(super) fn constant(problems: &mut Problems, bounds: &Bounds) -> Option<(Unit
 }
 
 /// Named numbers; those that are shares or probabilities must be. (What the utility reads it checks itself.)
-pub(super) fn properties(problems: &mut Problems, drafts: &[(Text, Text)]) -> Properties {
-    let mut properties = Properties::new();
-    for (name, text) in drafts {
-        let level = Some(name.text.as_str())
-            .filter(|name| *name == "integrity")
-            .and_then(|_| integrity_level(&text.text));
-        let Some(value) = level.or_else(|| number(problems, text)) else { continue };
+pub(super) fn properties(
+    problems: &mut Problems,
+    names: &mut SharedNames,
+    drafts: &[(Text, Text)],
+) -> Properties {
+    let mut taken = BTreeSet::new();
+    let mut property = |(name, text): &'_ (Text, Text)| {
+        let level = Some(&name.text).filter(|name| *name == "integrity");
+        let level = level.and_then(|_| integrity_level(&text.text));
+        let value = level.or_else(|| number(problems, text))?;
         let sense = match name.text.as_str() {
             "accuracy" if !(0.0..=1.0).contains(&value) => "an accuracy lies between 0 and 1",
             "prior" if value <= 0.0 || value >= 1.0 => {
@@ -188,11 +193,15 @@ pub(super) fn properties(problems: &mut Problems, drafts: &[(Text, Text)]) -> Pr
         };
         if !sense.is_empty() {
             problems.error(text, format!("`{}: {}` makes no sense", name.text, text.text), sense);
-        } else if properties.insert(name.text.clone(), value).is_some() {
+            return None;
+        }
+        let name_shared = names.share(&name.text);
+        if drafts.len() > 1 && !taken.insert(name_shared.clone()) {
             problems.error(name, format!("`{}` is given twice", name.text), "keep one");
         }
-    }
-    properties
+        Some((name_shared, value))
+    };
+    drafts.iter().filter_map(&mut property).collect()
 }
 
 /// `0.15`, `5 cm`, `2 %`, or a sum of an absolute error and a share.
