@@ -103,6 +103,21 @@ pub trait Source {
     fn utility(&mut self) -> Option<UtilityDraft>;
 }
 
+impl Draft {
+    /// Everything that a source has.
+    #[must_use]
+    pub fn of(source: &mut dyn Source) -> Draft {
+        let mut draft = Draft { utility: source.utility(), ..Draft::default() };
+        source.variables(&mut |variable| draft.variables.push(variable.clone()));
+        source.constants(&mut |constant| draft.constants.push(constant.clone()));
+        source.functions(&mut |function| draft.functions.push(function.clone()));
+        source.relations(&mut |relation| draft.relations.push(relation.clone()));
+        source.signals(&mut |signal| draft.signals.push(signal.clone()));
+        source.needs(&mut |need| draft.needs.push(need.clone()));
+        draft
+    }
+}
+
 impl Source for &Draft {
     fn variables(&mut self, take: &mut dyn FnMut(&VariableDraft)) {
         self.variables.iter().for_each(take);

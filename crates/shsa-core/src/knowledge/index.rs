@@ -23,10 +23,10 @@ impl<I: Id> Index<I> {
     pub(crate) fn new<'n>(count: usize, name: impl Fn(I) -> &'n str) -> Self {
         let mut entries: Vec<(u32, I)> =
             (0..count).map(I::from_index).map(|id| (hash(name(id)), id)).collect();
-        entries.sort_unstable_by(|a, b| {
-            let by_hash = a.0.cmp(&b.0);
-            by_hash.then_with(|| name(a.1).cmp(name(b.1))).then_with(|| a.1.cmp(&b.1))
-        });
+        entries.sort_unstable();
+        for same in entries.chunk_by_mut(|a, b| a.0 == b.0).filter(|same| same.len() > 1) {
+            same.sort_unstable_by(|a, b| name(a.1).cmp(name(b.1)).then_with(|| a.1.cmp(&b.1)));
+        }
         let shift = (count.leading_zeros() + u32::BITS).saturating_sub(usize::BITS).clamp(1, u32::BITS - 1);
         let buckets = (u32::MAX >> shift) + 1;
         let mut starts = Vec::with_capacity(buckets as usize + 1);

@@ -45,7 +45,7 @@ impl Reader {
     pub(crate) fn entries<'n>(&mut self, node: &'n Node, what: &str, example: &str) -> &'n [(Text, Node)] {
         match &node.value {
             Value::Map(entries) => entries,
-            Value::Null => &[],
+            Value::Null | Value::Unread => &[],
             _ => {
                 self.expected(node, what, example);
                 &[]
@@ -131,7 +131,7 @@ impl Reader {
             Value::Null => "nothing",
             Value::Scalar(_) => "one value",
             Value::List(_) => "a list",
-            Value::Map(_) => "a mapping",
+            Value::Map(_) | Value::Unread => "a mapping",
         };
         self.wrong(node, &format!("expected {what}, found {found}"), &format!("write it like `{example}`"));
     }

@@ -232,6 +232,9 @@ fn is_share(text: &str) -> bool {
 }
 
 fn read(problems: &mut Problems, text: &Text) -> Option<Quantity> {
+    if let Some(value) = plain_number(&text.text) {
+        return Some(Quantity { value, unit: None });
+    }
     match parse_quantity(&text.text) {
         Ok(quantity) => Some(quantity),
         Err(problem) => {
@@ -239,6 +242,16 @@ fn read(problems: &mut Problems, text: &Text) -> Option<Quantity> {
             None
         }
     }
+}
+
+/// What most values of large models are: digits with a point between them, read without the formulas' parser.
+fn plain_number(text: &str) -> Option<f64> {
+    let bytes = text.as_bytes();
+    let ends = bytes.first().zip(bytes.last())?;
+    let plain = ends.0.is_ascii_digit() && ends.1.is_ascii_digit();
+    let plain = plain && bytes.iter().all(|byte| byte.is_ascii_digit() || *byte == b'.');
+    let value = if plain { text.parse().ok()? } else { return None };
+    Some(value).filter(|value: &f64| value.is_finite())
 }
 
 fn in_si(value: f64, unit: Option<&Unit>, kind: Kind) -> f64 {

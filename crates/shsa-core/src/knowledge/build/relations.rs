@@ -90,8 +90,11 @@ fn structure(
     }
     let found = names.variables.look_up_all(problems, outputs);
     let inputs = names.variables.look_up_all(problems, inputs);
-    report_constants(problems, outputs, names);
-    if found.is_empty() || outputs.iter().any(|name| is_constant(names, &name.text)) {
+    let constant = found.iter().any(|&id| names.variables.list[id].constant.is_some());
+    if constant {
+        report_constants(problems, outputs, names);
+    }
+    if found.is_empty() || constant {
         return None;
     }
     if let [output] = found.as_slice()

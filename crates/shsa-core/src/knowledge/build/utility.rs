@@ -13,7 +13,7 @@ use crate::knowledge::{KnowledgeBase, Properties};
 use alloc::boxed::Box;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
-use alloc::string::{String, ToString};
+use alloc::string::ToString;
 use alloc::vec::Vec;
 
 /// How many elements with a rating out of range are told.
