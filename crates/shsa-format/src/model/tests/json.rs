@@ -123,7 +123,7 @@ fn keys_and_numbers_of_json_are_checked_as_in_yaml() {
     assert_eq!(huge("1e308"), "");
     assert_eq!(huge("1e309"), "1:56 error: this number is too large");
     assert_eq!(huge(&"9".repeat(400)), "1:56 error: this number is too large");
-    assert_eq!(huge("true"), "1:56 error: a number is missing");
+    assert_eq!(huge("true"), "1:56 error: a number is missing before `true`");
 }
 
 #[test]
