@@ -176,7 +176,7 @@ impl<'a> Cursor<'a> {
         let (message, help) = match word.bytes().next() {
             None if rest.is_empty() => ("the text ends too early", None),
             None if rest.starts_with([']', '}']) => {
-                ("a value is missing", Some("take the comma before away"))
+                ("a value is missing", Some("take the comma before it away"))
             }
             None => ("a value is missing", None),
             Some(b'0'..=b'9' | b'-' | b'+' | b'.') => ("this is no number", Some("write it like `-1.5e-3`")),

@@ -89,7 +89,7 @@ fn broken_json_is_told_with_its_place_and_help() {
         "this escape is half a character (a character beyond U+FFFF is written as two: `\\ud83d\\ude00`)";
     check("\"a\": \"x\\ud83d\", 'b", &format!("2:8 none: {half}"));
     check("\"a\": \"\\ude00\\ud83d\", 'b", &format!("2:7 none: {half}"));
-    check("\"a\": [1,], \"b", &format!("2:9 none: a value is missing (take the comma before away)"));
+    check("\"a\": [1,], \"b", "2:9 none: a value is missing (take the comma before it away)");
     check("\"a\": 01 'b", "2:6 none: this is no number (write it like `-1.5e-3`)");
     check("\"a\": {\"b\": 1,}, \"b", &format!("2:14 none: a key in quotes is missing {closing}"));
 }

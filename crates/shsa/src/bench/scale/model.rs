@@ -1,6 +1,6 @@
 //! A large model: a plant of many subsystems that know a little of each other.
 //!
-//! A subsystem has 60 variables, of which 18 are measured, 100 relations and a need. A relation computes a variable from
+//! A subsystem has 60 variables, of which 38 are measured, 100 relations and a need. A relation computes a variable from
 //! two or three of the next ones; one in ten also reads a measured variable of another subsystem; one in twenty is an
 //! equation, usable in all directions, so there are cycles; the others are structure only, with a cost.
 
@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use std::io::{self, Write};
 
 /// What the models are, for those who read the numbers.
-pub(super) const DESCRIPTION: &str = "Each model is a plant of subsystems: 100 relations, 60 variables (18 of them \
+pub(super) const DESCRIPTION: &str = "Each model is a plant of subsystems: 100 relations, 60 variables (38 of them \
     measured) and a need each. Relations compute a variable from two or three of the next ones; one in ten reads another \
     subsystem, too; one in twenty is an equation, solved for all its variables; the others are structure only, with a cost.";
 
@@ -19,8 +19,8 @@ const RELATIONS: usize = 100;
 const VARIABLES: usize = 60;
 /// The first of those that are only measured.
 const LEAVES: usize = 45;
-/// Measured variables that relations compute, too.
-const BOTH: [usize; 3] = [5, 15, 25];
+/// Of those that relations compute, every second one is measured, too.
+const MEASURED: usize = 2;
 /// How far behind its output a relation's inputs are.
 const REACH: usize = 14;
 
@@ -36,7 +36,7 @@ pub(super) fn write(out: &mut impl Write, relations: usize, seed: u64) -> io::Re
         entries.extend((0..RELATIONS).map(|at| relation(&mut random, count, subsystem, at)));
     })?;
     section(out, "signals", count, |subsystem, entries| {
-        entries.extend((LEAVES..VARIABLES).chain(BOTH).map(|at| signal(&mut random, subsystem, at)));
+        entries.extend((0..VARIABLES).filter(is_measured).map(|at| signal(&mut random, subsystem, at)));
     })?;
     section(out, "needs", count, |subsystem, entries| {
         entries.push(format!("\"u{subsystem}_v0\": {{\"max_age\": \"300 ms\"}}"));
@@ -59,6 +59,10 @@ fn section(
         }
     }
     out.write_all(b"}")
+}
+
+fn is_measured(at: &usize) -> bool {
+    *at >= LEAVES || at.is_multiple_of(MEASURED)
 }
 
 fn variable(random: &mut ChaCha8Rng, subsystem: usize, at: usize) -> String {
@@ -112,7 +116,7 @@ mod tests {
         assert_eq!(loaded.report.render(false), "");
         let knowledge = loaded.knowledge;
         let sizes = [knowledge.variables().len(), knowledge.relations().len(), knowledge.signals().len()];
-        assert_eq!((sizes, knowledge.needs().len()), ([600, 1_000, 180], 10));
+        assert_eq!((sizes, knowledge.needs().len()), ([600, 1_000, 380], 10));
         let mut again = Vec::new();
         write(&mut again, 1_000, 1).unwrap();
         assert_eq!(text, again);
