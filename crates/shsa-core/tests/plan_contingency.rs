@@ -137,7 +137,7 @@ fn set_property(numbers: &mut Random, parts: &mut Parts) -> Element {
     match numbers.below(3) {
         0 if !parts.signals.is_empty() => {
             let id = SignalId::from_index(numbers.below(parts.signals.len()));
-            parts.signals[id].properties.insert("accuracy".into(), accuracy);
+            parts.signals[id].properties.insert("accuracy", accuracy);
             Element::Signal(id)
         }
         1 if !parts.relations.is_empty() => {
@@ -148,7 +148,7 @@ fn set_property(numbers: &mut Random, parts: &mut Parts) -> Element {
         }
         _ => {
             let id = VariableId::from_index(numbers.below(parts.variables.len()));
-            parts.variables[id].properties.insert("accuracy".into(), accuracy);
+            parts.variables[id].properties.insert("accuracy", accuracy);
             Element::Variable(id)
         }
     }

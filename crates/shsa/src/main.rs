@@ -1,5 +1,6 @@
 //! The command `shsa`: arguments, subcommands, exit statuses.
 
+mod bench;
 mod check;
 mod complete;
 mod contingency;
@@ -45,6 +46,8 @@ enum Command {
     Story(story::Arguments),
     /// Watch a simulated system break and heal.
     Demo(demo::DemoArgs),
+    /// Measure how fast this is, and how it grows.
+    Bench(bench::Arguments),
     /// Print completions for a shell.
     Completions(complete::Arguments),
 }
@@ -58,6 +61,7 @@ fn main() -> ExitCode {
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Story(arguments) => story::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
         Command::Completions(arguments) => complete::run(&arguments),
     };
     Outcome::from_result(outcome).into()

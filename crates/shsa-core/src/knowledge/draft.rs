@@ -26,6 +26,12 @@ pub struct Text {
     pub place: Place,
 }
 
+impl From<&Text> for Place {
+    fn from(text: &Text) -> Place {
+        text.place
+    }
+}
+
 /// One value, or the lowest and the highest.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Bounds {
@@ -75,6 +81,65 @@ pub enum UtilityDraft {
         /// Values of properties where they are not given.
         defaults: PropertyDrafts,
     },
+}
+
+/// A model that is read a piece at a time: of a large one, no piece is kept longer than it takes to check it.
+///
+/// Each list may be read more than once, and gives the same pieces then, in file order.
+pub trait Source {
+    /// Gives all variables.
+    fn variables(&mut self, take: &mut dyn FnMut(&VariableDraft));
+    /// Gives all constants.
+    fn constants(&mut self, take: &mut dyn FnMut(&(Text, Bounds)));
+    /// Gives all functions.
+    fn functions(&mut self, take: &mut dyn FnMut(&(Text, Text)));
+    /// Gives all relations.
+    fn relations(&mut self, take: &mut dyn FnMut(&RelationDraft));
+    /// Gives all signals.
+    fn signals(&mut self, take: &mut dyn FnMut(&SignalDraft));
+    /// Gives all needs.
+    fn needs(&mut self, take: &mut dyn FnMut(&NeedDraft));
+    /// The figure of merit.
+    fn utility(&mut self) -> Option<UtilityDraft>;
+}
+
+impl Draft {
+    /// Everything that a source has.
+    #[must_use]
+    pub fn of(source: &mut dyn Source) -> Draft {
+        let mut draft = Draft { utility: source.utility(), ..Draft::default() };
+        source.variables(&mut |variable| draft.variables.push(variable.clone()));
+        source.constants(&mut |constant| draft.constants.push(constant.clone()));
+        source.functions(&mut |function| draft.functions.push(function.clone()));
+        source.relations(&mut |relation| draft.relations.push(relation.clone()));
+        source.signals(&mut |signal| draft.signals.push(signal.clone()));
+        source.needs(&mut |need| draft.needs.push(need.clone()));
+        draft
+    }
+}
+
+impl Source for &Draft {
+    fn variables(&mut self, take: &mut dyn FnMut(&VariableDraft)) {
+        self.variables.iter().for_each(take);
+    }
+    fn constants(&mut self, take: &mut dyn FnMut(&(Text, Bounds))) {
+        self.constants.iter().for_each(take);
+    }
+    fn functions(&mut self, take: &mut dyn FnMut(&(Text, Text))) {
+        self.functions.iter().for_each(take);
+    }
+    fn relations(&mut self, take: &mut dyn FnMut(&RelationDraft)) {
+        self.relations.iter().for_each(take);
+    }
+    fn signals(&mut self, take: &mut dyn FnMut(&SignalDraft)) {
+        self.signals.iter().for_each(take);
+    }
+    fn needs(&mut self, take: &mut dyn FnMut(&NeedDraft)) {
+        self.needs.iter().for_each(take);
+    }
+    fn utility(&mut self) -> Option<UtilityDraft> {
+        self.utility.clone()
+    }
 }
 
 /// A physical quantity.

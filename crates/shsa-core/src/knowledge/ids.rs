@@ -93,6 +93,15 @@ impl<I: Id, T> IdVec<I, T> {
         self.items.pop()
     }
 
+    /// Keeps the elements for whose ids `keep` says so; those behind a dropped one get other ids.
+    pub(super) fn retain(&mut self, mut keep: impl FnMut(I) -> bool) {
+        let mut at = 0;
+        self.items.retain(|_| {
+            at += 1;
+            keep(I::from_index(at - 1))
+        });
+    }
+
     /// How many elements there are.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -121,7 +130,7 @@ impl<I: Id, T> IdVec<I, T> {
     }
 
     /// Ids with their elements, in order.
-    pub fn enumerate(&self) -> impl DoubleEndedIterator<Item = (I, &T)> {
+    pub fn enumerate(&self) -> impl DoubleEndedIterator<Item = (I, &T)> + Clone {
         self.items.iter().enumerate().map(|(index, item)| (I::from_index(index), item))
     }
 

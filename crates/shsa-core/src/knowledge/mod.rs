@@ -4,6 +4,9 @@
 //! are ordinary. What can change at run time is the availability of signals; every change bumps the version.
 
 mod ids;
+mod rows;
+mod index;
+mod properties;
 mod id_set;
 mod utility;
 mod draft;
@@ -13,29 +16,28 @@ mod change;
 mod parts;
 mod places;
 
-pub use build::build;
+pub use build::{build, build_from};
 pub use change::{Edit, Model, Section};
 pub use draft::{
     BodyDraft, Bounds, Diagnostic, Draft, NeedDraft, Place, PropertyDrafts, RelationDraft, Severity,
-    SignalDraft, Text, UtilityDraft, VariableDraft,
+    SignalDraft, Source, Text, UtilityDraft, VariableDraft,
 };
 pub use id_set::{IdSet, SignalSet};
 pub use ids::{Id, IdVec, NeedId, RelationId, SignalId, VariableId};
 pub use lineage::Lineage;
 pub use parts::{Contradiction, join, part};
+pub use properties::Properties;
 pub use utility::{Aggregate, Element, Fact, Inputs, OwnUtility, Rating, Utility, UtilityProblem};
 
 use crate::expression::Formula;
 use crate::interval::Interval;
 use crate::time::Span;
 use crate::unit::Unit;
-use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
-
-/// Named numbers of an element, such as `accuracy` or `cost`.
-pub type Properties = BTreeMap<String, f64>;
+use rows::Rows;
 
 /// Whether a variable is one number or a list of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -196,9 +198,9 @@ pub struct KnowledgeBase {
     utility: Utility,
     available: IdVec<SignalId, bool>,
     /// Relations that can produce each variable, ascending.
-    producers: IdVec<VariableId, Vec<RelationId>>,
+    producers: Rows<VariableId, RelationId>,
     /// Signals that carry each variable, ascending.
-    carriers: IdVec<VariableId, Vec<SignalId>>,
+    carriers: Rows<VariableId, SignalId>,
     version: u64,
 }
 
@@ -254,13 +256,13 @@ impl KnowledgeBase {
     /// The relations that can produce `variable`, ascending.
     #[must_use]
     pub fn producers(&self, variable: VariableId) -> &[RelationId] {
-        &self.producers[variable]
+        self.producers.row(variable)
     }
 
     /// The signals that carry `variable`, ascending, available or not.
     #[must_use]
     pub fn carriers(&self, variable: VariableId) -> &[SignalId] {
-        &self.carriers[variable]
+        self.carriers.row(variable)
     }
 
     /// Whether a signal may be used now.
@@ -330,7 +332,7 @@ impl KnowledgeBase {
     #[must_use]
     pub fn is_provided(&self, variable: VariableId) -> bool {
         self.variables[variable].constant.is_some()
-            || self.carriers[variable].iter().any(|&signal| self.available[signal])
+            || self.carriers(variable).iter().any(|&signal| self.available[signal])
     }
 
     /// A signal with all that it is derived from, transitively.
@@ -369,20 +371,15 @@ impl KnowledgeBase {
         signals: IdVec<SignalId, Signal>,
         needs: IdVec<NeedId, Need>,
     ) -> KnowledgeBase {
-        let mut producers = IdVec::filled(variables.len(), |_| Vec::new());
-        let mut carriers = IdVec::filled(variables.len(), |_| Vec::new());
         for relation in relations.iter_mut() {
             relation.inputs.sort_unstable();
             relation.inputs.dedup();
         }
-        for (id, relation) in relations.enumerate() {
-            for &output in &relation.outputs {
-                producers[output].push(id);
-            }
-        }
-        for (id, signal) in signals.enumerate() {
-            carriers[signal.variable].push(id);
-        }
+        let outputs = relations.enumerate().map(|(id, relation)| (id, relation.outputs.as_slice()));
+        let produced = outputs.flat_map(|(id, outputs)| outputs.iter().map(move |&output| (output, id)));
+        let producers = Rows::grouped(variables.len(), produced);
+        let carried = signals.enumerate().map(|(id, signal)| (signal.variable, id));
+        let carriers = Rows::grouped(variables.len(), carried);
         let available = IdVec::filled(signals.len(), |_| true);
         KnowledgeBase {
             variables,

@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 use super::reader::Reader;
 use super::report::Report;
 use super::tree::{self, Node, Value};
-use super::{MAX_BYTES, shape};
+use super::{MAX_YAML_BYTES, shape};
 
 /// The sections of a model whose entries a change may remove.
 const SECTIONS: [(&str, Section); 6] = [
@@ -153,7 +153,7 @@ struct Read {
 /// Reads a text whose places begin at `base`.
 fn read(written: Written<'_>, base: u32) -> Result<Read, Report> {
     let refused = |message: &str, help| Report::whole(written.name, message.to_owned(), help);
-    if written.text.len() > MAX_BYTES {
+    if written.text.len() > MAX_YAML_BYTES {
         return Err(refused("a model has at most 64 MiB", "is this a model?"));
     }
     let tree = tree::read(written.text);

@@ -2,6 +2,8 @@
 //!
 //! Every problem is reported at once, with file, line, column and help.
 
+mod cursor;
+mod json;
 pub(crate) mod lines;
 pub(crate) mod reader;
 mod report;
@@ -12,13 +14,20 @@ pub mod live;
 
 pub use report::{Located, Report};
 
-use shsa_core::knowledge::{Diagnostic, KnowledgeBase, Place, Severity, build};
+use reader::Reader;
+use shape::Model;
+use shsa_core::knowledge::{Diagnostic, KnowledgeBase, Place, Severity, build_from};
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// The largest model file in bytes.
-pub const MAX_BYTES: usize = 64 << 20;
+/// The largest model file in bytes: JSON of a million relations has about half of that.
+pub const MAX_BYTES: usize = 256 << 20;
+/// The largest YAML file in bytes: YAML takes longer and is kept as a tree.
+pub(crate) const MAX_YAML_BYTES: usize = 64 << 20;
+/// A text that is JSON up to here is not tried as YAML when it is broken behind.
+const SURELY_JSON: usize = 1 << 20;
 
 /// A model as far as it is right, and what is wrong with it.
 #[derive(Clone, Debug, Default)]
@@ -35,25 +44,47 @@ pub struct Loaded {
 #[must_use]
 pub fn load(text: &str, name: &str) -> Loaded {
     if text.len() > MAX_BYTES {
-        return refused(name, "a model has at most 64 MiB".to_owned(), "is this a model?");
+        return refused(name, format!("a model has at most {} MiB", MAX_BYTES >> 20), "is this a model?");
+    }
+    if !json::is_likely(text) {
+        return load_yaml(text, name);
+    }
+    match json::read(text) {
+        Ok((root, mut json)) => {
+            let mut reader = Reader::default();
+            let (knowledge, found) = build_from(&mut Model::new(&mut reader, &root, Some(&mut json)));
+            let problems = [json.problems, reader.problems, found].concat();
+            Loaded { knowledge, report: Report::locate(name, text, problems, &json.rewritten) }
+        }
+        Err(broken) => {
+            // YAML has braces and quotes, too.
+            if broken.at < SURELY_JSON && tree::read(text).root.is_some() {
+                return load_yaml(text, name);
+            }
+            let at = Place { from: tree::offset(broken.at), to: tree::offset(broken.at) };
+            let problems = vec![problem(at, &broken.message, broken.help)];
+            let report = Report::locate(name, text, problems, &BTreeSet::new());
+            Loaded { knowledge: KnowledgeBase::default(), report }
+        }
+    }
+}
+
+fn load_yaml(text: &str, name: &str) -> Loaded {
+    if text.len() > MAX_YAML_BYTES {
+        let message = format!("a model in YAML has at most {} MiB", MAX_YAML_BYTES >> 20);
+        return refused(name, message, "write it as JSON, whose keys stand in quotes");
     }
     let tree = tree::read(text);
-    let mut problems = tree.problems;
-    let mut knowledge = KnowledgeBase::default();
-    match &tree.root {
-        Some(root) => {
-            let mut reader = reader::Reader::default();
-            let draft = shape::draft(&mut reader, root);
-            let (built, found) = build(&draft);
-            knowledge = built;
-            problems.extend(reader.problems);
-            problems.extend(found);
-        }
-        None if problems.is_empty() => {
+    let Some(root) = &tree.root else {
+        if tree.problems.is_empty() {
             return refused(name, "the model is empty".to_owned(), "begin with `shsa: 1` and `variables:`");
         }
-        None => {}
-    }
+        let report = Report::locate(name, text, tree.problems, &tree.rewritten);
+        return Loaded { knowledge: KnowledgeBase::default(), report };
+    };
+    let mut reader = Reader::default();
+    let (knowledge, found) = build_from(&mut Model::new(&mut reader, root, None));
+    let problems = [tree.problems, reader.problems, found].concat();
     Loaded { knowledge, report: Report::locate(name, text, problems, &tree.rewritten) }
 }
 

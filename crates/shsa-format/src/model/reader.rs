@@ -2,6 +2,7 @@
 
 use shsa_core::knowledge::{Bounds, Diagnostic, Place, PropertyDrafts, Text};
 use shsa_core::unit::nearest;
+use std::fmt::Display;
 
 use super::problem;
 use super::tree::{Node, Value};
@@ -45,7 +46,7 @@ impl Reader {
     pub(crate) fn entries<'n>(&mut self, node: &'n Node, what: &str, example: &str) -> &'n [(Text, Node)] {
         match &node.value {
             Value::Map(entries) => entries,
-            Value::Null => &[],
+            Value::Null | Value::Unread => &[],
             _ => {
                 self.expected(node, what, example);
                 &[]
@@ -74,7 +75,7 @@ impl Reader {
     }
 
     /// A word, number or quantity.
-    pub(crate) fn text(&mut self, node: &Node, what: &str, example: &str) -> Option<Text> {
+    pub(crate) fn text(&mut self, node: &Node, what: &str, example: impl Display) -> Option<Text> {
         match &node.value {
             Value::Scalar(text) => Some(text.clone()),
             _ => {
@@ -105,7 +106,7 @@ impl Reader {
     }
 
     /// A list of names; one name stands for a list of one.
-    pub(crate) fn names(&mut self, node: &Node, what: &str, example: &str) -> Vec<Text> {
+    pub(crate) fn names(&mut self, node: &Node, what: &str, example: impl Display + Copy) -> Vec<Text> {
         match &node.value {
             Value::Scalar(name) => vec![name.clone()],
             Value::List(items) => {
@@ -126,12 +127,12 @@ impl Reader {
         entries.iter().filter_map(read).collect()
     }
 
-    fn expected(&mut self, node: &Node, what: &str, example: &str) {
+    fn expected(&mut self, node: &Node, what: &str, example: impl Display) {
         let found = match &node.value {
             Value::Null => "nothing",
             Value::Scalar(_) => "one value",
             Value::List(_) => "a list",
-            Value::Map(_) => "a mapping",
+            Value::Map(_) | Value::Unread => "a mapping",
         };
         self.wrong(node, &format!("expected {what}, found {found}"), &format!("write it like `{example}`"));
     }
@@ -146,7 +147,7 @@ pub(crate) struct Keys<'r, 'n> {
 impl Keys<'_, '_> {
     pub(crate) fn text(&mut self, key: &str, what: &str, example: &str) -> Option<Text> {
         let node = self.fields.get(key)?;
-        self.reader.text(node, what, &format!("{key}: {example}"))
+        self.reader.text(node, what, format_args!("{key}: {example}"))
     }
 
     pub(crate) fn span(&mut self, key: &str) -> Option<Text> {
@@ -155,6 +156,6 @@ impl Keys<'_, '_> {
 
     pub(crate) fn names(&mut self, key: &str, what: &str) -> Option<Vec<Text>> {
         let node = self.fields.get(key)?;
-        Some(self.reader.names(node, what, &format!("{key}: [speed, dmin]")))
+        Some(self.reader.names(node, what, format_args!("{key}: [speed, dmin]")))
     }
 }

@@ -6,7 +6,7 @@ use shsa_core::knowledge::{Diagnostic, Severity};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::lines::Lines;
+use super::lines::{Lines, boundary};
 
 /// How much of a long line is kept on each side of a problem, in bytes.
 const CONTEXT: usize = 100;
@@ -129,33 +129,25 @@ fn located(file: &str, lines: &Lines, found: Diagnostic, narrow: bool) -> Locate
         (from, to) = ((from + span.start).min(to), (from + span.end).min(to));
     }
     from = from.min(lines.bytes());
-    let start = lines.start(from);
-    let text = lines.text(from);
+    let (start, text) = lines.part(from, CONTEXT, 2 * CONTEXT);
     let begin = boundary(text, from - start);
-    let end = boundary(text, to.saturating_sub(start).max(begin));
-    let kept =
-        boundary(text, begin.saturating_sub(CONTEXT))..boundary(text, end.min(begin + CONTEXT) + CONTEXT);
+    let end = boundary(text, to.saturating_sub(start).clamp(begin, begin + CONTEXT));
+    let kept = boundary(text, end + CONTEXT);
     Located {
         severity: found.severity,
         message: printable(found.message),
         file: file.to_owned(),
         line: lines.number(from),
-        column: text[..begin].chars().count() + 1,
+        column: lines.column(start + begin),
         help: found.help.map(printable),
-        span: begin - kept.start..end.min(kept.end) - kept.start,
-        source_line: text[kept].to_owned(),
+        span: begin..end,
+        source_line: text[..kept].to_owned(),
     }
 }
 
 /// A file's control characters must not reach the terminal.
 fn printable(text: String) -> String {
     text.replace(char::is_control, "\u{fffd}")
-}
-
-/// The nearest start of a character at or before an offset.
-fn boundary(text: &str, at: usize) -> usize {
-    let at = at.min(text.len());
-    (0..=at).rev().find(|&at| text.is_char_boundary(at)).unwrap_or(0)
 }
 
 fn severity<S: Serializer>(severity: &Severity, serializer: S) -> Result<S::Ok, S::Error> {

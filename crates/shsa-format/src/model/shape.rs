@@ -1,9 +1,11 @@
 //! The shape of a model file: which keys there are and what they hold.
 
 use shsa_core::knowledge::{
-    BodyDraft, Draft, NeedDraft, RelationDraft, Severity, SignalDraft, Text, UtilityDraft, VariableDraft,
+    BodyDraft, Bounds, Draft, NeedDraft, RelationDraft, Severity, SignalDraft, Source, Text, UtilityDraft,
+    VariableDraft,
 };
 
+use super::json::Json;
 use super::problem;
 use super::reader::{Fields, Keys, Reader};
 use super::tree::{Node, Value};
@@ -32,40 +34,82 @@ const NEED: [&str; 8] =
 
 const UTILITY: [&str; 4] = ["aggregate", "relation", "signal", "defaults"];
 
-/// Reads the tree of a model into a draft.
+/// A model whose pieces are read from its tree, or from the text where the tree has none.
+pub(crate) struct Model<'r, 'n, 'j> {
+    reader: &'r mut Reader,
+    fields: Fields<'n>,
+    json: Option<&'r mut Json<'j>>,
+}
+
+/// All that a tree says, at once.
 pub(crate) fn draft(reader: &mut Reader, root: &Node) -> Draft {
-    let example = "shsa: 1";
-    let fields = reader.fields(root, "a model: a mapping", &MODEL, example);
-    version(reader, root, &fields);
-    let mut section = |key, example| match fields.get(key) {
-        Some(node) => reader.entries(node, "names with their values", example),
-        None => &[],
-    };
-    let variables = section("variables", "speed: { unit: m/s }");
-    let constants = section("constants", "wheel_base: 2.67 m");
-    let functions = section("functions", "clamp01(x): min(max(x, 0), 1)");
-    let relations = section("relations", "nearest: dmin = min(distances)");
-    let signals = section("signals", "/scan: { variable: distances }");
-    let needs = section("needs", "dmin: { max_age: 300 ms }");
-    Draft {
-        variables: variables.iter().map(|entry| variable(reader, entry)).collect(),
-        constants: constants
-            .iter()
-            .filter_map(|(name, node)| {
-                let what = "a value or the bounds of one";
-                Some((name.clone(), reader.bounds(node, what, "2.67 m")?))
-            })
-            .collect(),
-        functions: functions
-            .iter()
-            .filter_map(|(head, node)| {
-                Some((head.clone(), reader.text(node, "a formula", "min(max(x, 0), 1)")?))
-            })
-            .collect(),
-        relations: relations.iter().filter_map(|entry| relation(reader, entry)).collect(),
-        signals: signals.iter().map(|entry| signal(reader, entry)).collect(),
-        needs: needs.iter().map(|entry| need(reader, entry)).collect(),
-        utility: fields.get("utility").and_then(|node| utility(reader, node)),
+    Draft::of(&mut Model::new(reader, root, None))
+}
+
+impl<'r, 'n, 'j> Model<'r, 'n, 'j> {
+    /// Of a tree; `json` is the text that holds what is unread. Problems of the shape go to the reader.
+    pub(crate) fn new(reader: &'r mut Reader, root: &'n Node, json: Option<&'r mut Json<'j>>) -> Self {
+        let fields = reader.fields(root, "a model: a mapping", &MODEL, "shsa: 1");
+        version(reader, root, &fields);
+        Model { reader, fields, json }
+    }
+
+    /// Reads the entries of a section.
+    fn section(&mut self, key: &str, example: &str, take: &mut dyn FnMut(&mut Reader, &(Text, Node))) {
+        let Some(node) = self.fields.get(key) else { return };
+        match (&node.value, &mut self.json) {
+            (Value::Unread, Some(json)) => json.entries(node.place, &mut |entry| take(self.reader, entry)),
+            _ => {
+                let entries = self.reader.entries(node, "names with their values", example);
+                entries.iter().for_each(|entry| take(self.reader, entry));
+            }
+        }
+    }
+}
+
+impl Source for Model<'_, '_, '_> {
+    fn variables(&mut self, take: &mut dyn FnMut(&VariableDraft)) {
+        self.section("variables", "speed: { unit: m/s }", &mut |reader, entry| {
+            take(&variable(reader, entry))
+        });
+    }
+
+    fn constants(&mut self, take: &mut dyn FnMut(&(Text, Bounds))) {
+        self.section("constants", "wheel_base: 2.67 m", &mut |reader, (name, node)| {
+            if let Some(bounds) = reader.bounds(node, "a value or the bounds of one", "2.67 m") {
+                take(&(name.clone(), bounds));
+            }
+        });
+    }
+
+    fn functions(&mut self, take: &mut dyn FnMut(&(Text, Text))) {
+        self.section("functions", "clamp01(x): min(max(x, 0), 1)", &mut |reader, (head, node)| {
+            if let Some(body) = reader.text(node, "a formula", "min(max(x, 0), 1)") {
+                take(&(head.clone(), body));
+            }
+        });
+    }
+
+    fn relations(&mut self, take: &mut dyn FnMut(&RelationDraft)) {
+        self.section("relations", "nearest: dmin = min(distances)", &mut |reader, entry| {
+            if let Some(relation) = relation(reader, entry) {
+                take(&relation);
+            }
+        });
+    }
+
+    fn signals(&mut self, take: &mut dyn FnMut(&SignalDraft)) {
+        let example = "/scan: { variable: distances }";
+        self.section("signals", example, &mut |reader, entry| take(&signal(reader, entry)));
+    }
+
+    fn needs(&mut self, take: &mut dyn FnMut(&NeedDraft)) {
+        self.section("needs", "dmin: { max_age: 300 ms }", &mut |reader, entry| take(&need(reader, entry)));
+    }
+
+    fn utility(&mut self) -> Option<UtilityDraft> {
+        let node = self.fields.get("utility")?;
+        utility(self.reader, node)
     }
 }
 
@@ -138,8 +182,10 @@ fn relation(reader: &mut Reader, (name, node): &(Text, Node)) -> Option<Relation
 
 fn body(keys: &mut Keys, name: &Text) -> Option<BodyDraft> {
     let equation = keys.text("equation", "an equation", "dmin = min(distances)");
-    let mut outputs = keys.names("outputs", "the outputs").unwrap_or_default();
-    outputs.extend(keys.names("output", "the output").unwrap_or_default());
+    let outputs = match (keys.names("outputs", "the outputs"), keys.names("output", "the output")) {
+        (Some(all), Some(one)) => [all, one].concat(),
+        (all, one) => all.or(one).unwrap_or_default(),
+    };
     let inputs = keys.names("inputs", "the inputs");
     let structure = inputs.is_some() || !outputs.is_empty();
     match equation {

@@ -1,4 +1,4 @@
-//! The tree of a YAML or JSON text, each node with its place; JSON is a part of YAML 1.2 and read as such.
+//! The tree of a YAML text, each node with its place; JSON is a part of YAML 1.2 and can be read as such.
 //!
 //! Bounded against hostile texts: nesting and the copies that aliases make are limited, so time and space are
 //! linear in the text.
@@ -12,7 +12,11 @@ use super::lines::Lines;
 use super::problem;
 
 /// How deeply lists and mappings may nest, counted for block and flow style separately.
-const MAX_DEPTH: usize = 64;
+pub(crate) const MAX_DEPTH: usize = 64;
+/// How much of a line is looked at for tabs.
+const MAX_INDENT: usize = 1_000;
+/// Up to so many keys are compared with each other, without sorting.
+const FEW: usize = 12;
 /// How many values a model may hold: a hundred bytes each are kept.
 const MAX_NODES: usize = 4_000_000;
 /// How many nodes all aliases together may copy.
@@ -34,6 +38,8 @@ pub(crate) enum Value {
     Scalar(Text),
     List(Vec<Node>),
     Map(Vec<(Text, Node)>),
+    /// A mapping that is read from its place when it is needed; never in a tree of [`read`].
+    Unread,
 }
 
 /// What was read.
@@ -146,7 +152,9 @@ impl Builder<'_> {
         let place = Place { from: open.from, to: end.to.max(open.from) };
         let value = match open.children {
             Children::List(items) => Value::List(items),
-            Children::Map { entries, .. } => Value::Map(self.without_duplicates(entries)),
+            Children::Map { entries, .. } => {
+                Value::Map(without_duplicates(entries, &self.lines, &mut self.tree.problems))
+            }
         };
         self.finish(Node { place, value }, open.anchor, open.before);
     }
@@ -182,51 +190,11 @@ impl Builder<'_> {
         if plain && matches!(text, "" | "~" | "null" | "Null" | "NULL") {
             return Node { place, value: Value::Null };
         }
-        let text = Text { text: text.trim().to_owned(), place: self.narrowed(text.trim(), place) };
+        let text = Text {
+            text: text.trim().to_owned(),
+            place: narrowed(self.source, text.trim(), place, &mut self.tree.rewritten),
+        };
         Node { place, value: Value::Scalar(text) }
-    }
-
-    /// The place of the text itself, without quotes, when the source holds it as it is.
-    fn narrowed(&mut self, text: &str, place: Place) -> Place {
-        let written = self.source.get(place.from as usize..place.to as usize).unwrap_or("");
-        match written.find(text) {
-            Some(at) => {
-                let from = place.from + offset(at);
-                Place { from, to: from + offset(text.len()) }
-            }
-            None => {
-                self.tree.rewritten.insert(place.from);
-                place
-            }
-        }
-    }
-
-    fn without_duplicates(&mut self, mut entries: Vec<(Text, Node)>) -> Vec<(Text, Node)> {
-        let mut order: Vec<usize> = (0..entries.len()).collect();
-        order.sort_by(|&a, &b| entries[a].0.text.cmp(&entries[b].0.text).then(a.cmp(&b)));
-        let mut first = order.first().copied().unwrap_or(0);
-        let mut doubled = BTreeSet::new();
-        for &next in order.iter().skip(1) {
-            let (earlier, later) = (&entries[first].0, &entries[next].0);
-            if earlier.text == later.text {
-                let line = self.lines.number(earlier.place.from as usize);
-                let message = format!("`{}` is given twice", later.text);
-                let help = format!("it is given in line {line} already: keep one");
-                self.tree.problems.push(problem(later.place, &message, Some(&help)));
-                doubled.insert(next);
-            } else {
-                first = next;
-            }
-        }
-        if doubled.is_empty() {
-            return entries;
-        }
-        let mut index = 0;
-        entries.retain(|_| {
-            index += 1;
-            !doubled.contains(&(index - 1))
-        });
-        entries
     }
 
     fn alias(&mut self, anchor: usize, place: Place) -> bool {
@@ -255,12 +223,64 @@ impl Builder<'_> {
             ErrorKind::RecursionLimitExceeded => format!("nested more than {MAX_DEPTH} levels deep"),
             _ => format!("this is no YAML: {}", error.info()),
         };
-        let indented_by_tab = self.lines.text(at as usize).trim_start_matches(' ').starts_with('\t');
+        let indented_by_tab =
+            self.lines.part(at as usize, MAX_INDENT, 1).1.trim_start_matches(' ').starts_with('\t');
         let help = indented_by_tab.then_some("indent with blanks, not with tabs");
         self.tree.problems.push(problem(Place { from: at, to: at }, &message, help));
         self.tree.root = None;
         false
     }
+}
+
+/// The place of the text itself, without quotes, when the source holds it as it is.
+pub(crate) fn narrowed(source: &str, text: &str, place: Place, rewritten: &mut BTreeSet<u32>) -> Place {
+    let written = source.get(place.from as usize..place.to as usize).unwrap_or("");
+    match written.find(text) {
+        Some(at) => {
+            let from = place.from + offset(at);
+            Place { from, to: from + offset(text.len()) }
+        }
+        None => {
+            rewritten.insert(place.from);
+            place
+        }
+    }
+}
+
+/// Reports the keys that are given twice and drops the later ones.
+pub(crate) fn without_duplicates(
+    mut entries: Vec<(Text, Node)>,
+    lines: &Lines,
+    problems: &mut Vec<Diagnostic>,
+) -> Vec<(Text, Node)> {
+    if entries.len() <= FEW {
+        let is_new = |at: usize| entries[..at].iter().all(|(name, _)| name.text != entries[at].0.text);
+        if (1..entries.len()).all(is_new) {
+            return entries;
+        }
+    }
+    let mut order: Vec<usize> = (0..entries.len()).collect();
+    order.sort_by(|&a, &b| entries[a].0.text.cmp(&entries[b].0.text).then(a.cmp(&b)));
+    let mut first = order.first().copied().unwrap_or(0);
+    let mut doubled = BTreeSet::new();
+    for &next in order.iter().skip(1) {
+        let (earlier, later) = (&entries[first].0, &entries[next].0);
+        if earlier.text == later.text {
+            let line = lines.number(earlier.place.from as usize);
+            let message = format!("`{}` is given twice", later.text);
+            let help = format!("it is given in line {line} already: keep one");
+            problems.push(problem(later.place, &message, Some(&help)));
+            doubled.insert(next);
+        } else {
+            first = next;
+        }
+    }
+    let mut index = 0;
+    entries.retain(|_| {
+        index += 1;
+        !doubled.contains(&(index - 1))
+    });
+    entries
 }
 
 fn key_of(node: Node) -> Result<Text, Place> {
@@ -276,6 +296,6 @@ fn place(span: &Span) -> Place {
 }
 
 /// Byte offsets of a source of at most [`super::MAX_BYTES`] fit.
-fn offset(at: usize) -> u32 {
+pub(crate) fn offset(at: usize) -> u32 {
     u32::try_from(at).unwrap_or(u32::MAX)
 }

@@ -14,7 +14,7 @@ use crate::model::{self, Report, shape};
 use crate::recording::Sample;
 use shsa_core::engine::EventKind;
 use shsa_core::expression::parse_quantity;
-use shsa_core::knowledge::{Id, KnowledgeBase, Model, NeedId, Place, SignalId, Text, VariableId, build};
+use shsa_core::knowledge::{Id, KnowledgeBase, Model, NeedId, Place, SignalId, Text, VariableId, build_from};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::{Dimension, Unit, nearest};
@@ -40,7 +40,7 @@ const MAX_SAMPLES: i64 = 1_000_000;
 
 /// See [`super::load`].
 pub(super) fn load(text: &str, name: &str, folder: &Path) -> Loaded {
-    if text.len() > model::MAX_BYTES {
+    if text.len() > model::MAX_YAML_BYTES {
         let report = Report::whole(name, "a story has at most 64 MiB".to_owned(), "is this a story?");
         return Loaded { story: None, report };
     }
@@ -112,7 +112,7 @@ fn knowledge(reader: &mut Reader, node: &Node, folder: &Path) -> (KnowledgeBase,
         let loaded = model::load_file(&folder.join(&path.text));
         return (loaded.knowledge, loaded.report);
     }
-    let (knowledge, problems) = build(&shape::draft(reader, node));
+    let (knowledge, problems) = build_from(&mut shape::Model::new(reader, node, None));
     reader.problems.extend(problems);
     (knowledge, Report::default())
 }
@@ -314,7 +314,7 @@ impl Writer<'_, '_> {
                 let bound = |key| fields.get(key).and_then(number);
                 bound("lo").zip(bound("hi")).map(|(lo, hi)| RawValue::Interval { lo, hi })
             }
-            Value::Null => None,
+            Value::Null | Value::Unread => None,
         };
         if value.is_none() {
             let help = "write a number in the signal's unit, a list of numbers, or `{ lo: 1, hi: 2 }`";

@@ -4,7 +4,7 @@ use super::problems::Problems;
 use super::scope::Names;
 use super::variables::Variables;
 use crate::expression::{Function, Scope, check_function, parse_expression, parse_function_head};
-use crate::knowledge::draft::{Draft, Text};
+use crate::knowledge::draft::{Source, Text};
 use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::string::String;
@@ -12,33 +12,33 @@ use alloc::string::String;
 /// Reads functions by name; a broken one is left out.
 pub(super) fn build(
     problems: &mut Problems,
-    draft: &Draft,
+    source: &mut dyn Source,
     variables: &Variables,
 ) -> BTreeMap<String, Function> {
     let mut functions = BTreeMap::new();
-    for (head, body) in &draft.functions {
-        let Some(function) = function(problems, head, body) else { continue };
+    source.functions(&mut |(head, body)| {
+        let Some(function) = function(problems, head, body) else { return };
         let name = function.name.clone();
         let message = if variables.find(&name).is_some() {
             format!("`{name}` is a variable and a function")
         } else if functions.insert(name.clone(), function).is_some() {
             format!("function `{name}` is given twice")
         } else {
-            continue;
+            return;
         };
         problems.error(head, message, "keep one, or rename one");
-    }
+    });
     functions
 }
 
 /// Checks the bodies, now that all functions are known.
-pub(super) fn check(problems: &mut Problems, draft: &Draft, names: &Names) {
-    for (head, body) in &draft.functions {
+pub(super) fn check(problems: &mut Problems, source: &mut dyn Source, names: &Names) {
+    source.functions(&mut |(head, body)| {
         let known = parse_function_head(&head.text).ok().and_then(|(name, _)| names.function(&name));
         for problem in known.map(|function| check_function(function, names)).unwrap_or_default() {
             problems.inside(body, problem);
         }
-    }
+    });
 }
 
 fn function(problems: &mut Problems, head: &Text, body: &Text) -> Option<Function> {

@@ -17,7 +17,7 @@ mod tests;
 pub(super) use quantity::senseless;
 
 use super::KnowledgeBase;
-use super::draft::{Diagnostic, Draft};
+use super::draft::{Diagnostic, Draft, Source};
 use alloc::vec::Vec;
 use problems::Problems;
 use scope::Names;
@@ -25,23 +25,30 @@ use scope::Names;
 /// Checks a model and builds its knowledge base.
 ///
 /// Never fails: gives every error and warning in the order of the file, and a knowledge base, which is complete
-/// when there is no error and else holds what was right. Time: linear in the draft, but for looking up names
+/// when there is no error and else holds what was right. Time: linear in the draft, but for sorting names
 /// and for solving equations (bounded by their size).
 #[must_use]
-pub fn build(draft: &Draft) -> (KnowledgeBase, Vec<Diagnostic>) {
+pub fn build(mut draft: &Draft) -> (KnowledgeBase, Vec<Diagnostic>) {
+    build_from(&mut draft)
+}
+
+/// As [`build`], for a model that is read a piece at a time: beside the knowledge base, little is kept of each.
+#[must_use]
+pub fn build_from(source: &mut dyn Source) -> (KnowledgeBase, Vec<Diagnostic>) {
     let mut problems = Problems::default();
-    let variables = variables::build(&mut problems, draft);
-    let functions = functions::build(&mut problems, draft, &variables);
+    let variables = variables::build(&mut problems, source);
+    let functions = functions::build(&mut problems, source, &variables);
     let names = Names::new(&variables, &functions);
-    functions::check(&mut problems, draft, &names);
-    let (relations, undecided) = relations::build(&mut problems, draft, &names);
-    let signals = signals::build(&mut problems, draft, &variables);
-    let needs = needs::build(&mut problems, draft, &variables, &signals);
+    functions::check(&mut problems, source, &names);
+    let (relations, undecided) = relations::build(&mut problems, source, &names);
+    let signals = signals::build(&mut problems, source, &variables);
+    let (needs, needed) = needs::build(&mut problems, source, &variables, &signals);
     let mut mentioned = names.mentioned();
     mentioned.extend(&undecided);
-    let knowledge = KnowledgeBase::from_parts(variables.list.clone(), relations, signals, needs);
-    needs::check_providable(&mut problems, draft, &variables, &knowledge, &undecided);
-    variables::check_used(&mut problems, &variables, &knowledge, &mentioned);
-    let utility = utility::build(&mut problems, draft, &knowledge);
+    let (list, declared) = variables.into_parts();
+    let knowledge = KnowledgeBase::from_parts(list, relations, signals, needs);
+    needs::check_providable(&mut problems, &needed, &knowledge, &undecided);
+    variables::check_used(&mut problems, &declared, &knowledge, &mentioned);
+    let utility = utility::build(&mut problems, source, &knowledge);
     (knowledge.with_utility(utility), problems.sorted())
 }

@@ -3,7 +3,9 @@
 use super::problems::Problems;
 use super::quantity::{self, Kind};
 use super::variables::Variables;
-use crate::knowledge::draft::{Draft, NeedDraft, Text};
+use crate::knowledge::draft::{NeedDraft, Place, Source, Text};
+use crate::knowledge::index::Index;
+use crate::knowledge::rows::Rows;
 use crate::knowledge::{IdVec, KnowledgeBase, Need, NeedId, Signal, SignalId, Switching, VariableId};
 use crate::time::Span;
 use alloc::collections::{BTreeMap, BTreeSet};
@@ -15,46 +17,68 @@ const UNRATED_AGE: Span = Span::from_millis(1_000);
 /// The least default age: three periods of a 10 Hz sensor, the usual rate of the slow ones on a machine.
 const LEAST_AGE: Span = Span::from_millis(300);
 
+/// Where a need is declared, and of which variable it is.
+pub(super) struct Needed {
+    at: Place,
+    variable: VariableId,
+}
+
 /// Reads needs; one of an unknown variable is left out.
 pub(super) fn build(
     problems: &mut Problems,
-    draft: &Draft,
+    source: &mut dyn Source,
     variables: &Variables,
     signals: &IdVec<SignalId, Signal>,
-) -> IdVec<NeedId, Need> {
+) -> (IdVec<NeedId, Need>, Vec<Needed>) {
     let mut needs: IdVec<NeedId, Need> = IdVec::new();
-    let own: BTreeSet<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
-    let read: BTreeMap<&str, &str> =
-        signals.iter().map(|signal| (topic(signal), signal.name.as_str())).collect();
-    let mut taken = BTreeSet::new();
+    let mut published = Vec::new();
+    let mut needed = Vec::new();
     let ages = usual_ages(signals);
-    let mut names = Vec::new();
-    for draft in &draft.needs {
-        let need = need(problems, draft, variables, &ages);
-        if let Some(need) = need {
-            names.push((draft, need.signal.clone()));
+    source.needs(&mut |draft| {
+        if let Some(need) = need(problems, draft, variables, &ages) {
+            needed.push(Needed { at: draft.variable.place, variable: need.variable });
+            published.push(Place::from(draft.signal.as_ref().unwrap_or(&draft.variable)));
             needs.push(need);
         }
+    });
+    check_published(problems, &needs, &published, signals);
+    (needs, needed)
+}
+
+/// Reports needs that are published where another need or a signal is.
+fn check_published(
+    problems: &mut Problems,
+    needs: &IdVec<NeedId, Need>,
+    published: &[Place],
+    signals: &IdVec<SignalId, Signal>,
+) {
+    let name = |id: NeedId| needs[id].signal.as_str();
+    let index = Index::new(needs.len(), name);
+    let mut own = IdVec::filled(needs.len(), |_: NeedId| false);
+    let mut read: IdVec<NeedId, Option<&str>> = IdVec::filled(needs.len(), |_| None);
+    for signal in signals {
+        if let Some(id) = index.find(&signal.name, name) {
+            own[id] = true;
+        }
+        if let Some(id) = index.find(topic(signal), name) {
+            read[id] = Some(&signal.name);
+        }
     }
-    for (draft, name) in &names {
-        let at = draft.signal.as_ref().unwrap_or(&draft.variable);
-        if !taken.insert(name.as_str()) {
+    for (id, &at) in needs.ids().zip(published) {
+        let name = name(id);
+        if index.find(name, |id| needs[id].signal.as_str()) != Some(id) {
             let message = format!("two needs are published as `{name}`");
             problems.error(at, message, "give each need a name of its own");
-        } else if own.contains(name.as_str()) {
+        } else if own[id] {
             let message = format!("`{name}` is also the name of a signal");
             let help = "where the failed source may still speak, publish under another name";
             problems.warn(at, message, help);
-        } else if let Some(signal) = read.get(name.as_str()) {
+        } else if let Some(signal) = read[id] {
             let message = format!("signal `{signal}` reads `{name}`, which this need publishes");
-            problems.error(
-                at,
-                message,
-                "a substitute is no evidence: leave that signal out, or publish elsewhere",
-            );
+            let help = "a substitute is no evidence: leave that signal out, or publish elsewhere";
+            problems.error(at, message, help);
         }
     }
-    needs
 }
 
 /// Where a signal is found, without the field.
@@ -67,17 +91,15 @@ fn topic(signal: &Signal) -> &str {
 /// `undecided`: variables that broken relations name; they may be providable once these are corrected.
 pub(super) fn check_providable(
     problems: &mut Problems,
-    draft: &Draft,
-    variables: &Variables,
+    needed: &[Needed],
     knowledge: &KnowledgeBase,
     undecided: &BTreeSet<VariableId>,
 ) {
     let known = providable(knowledge, undecided);
-    for name in draft.needs.iter().map(|need| &need.variable) {
-        if variables.find(&name.text).is_some_and(|id| !known[id]) {
-            let help = "add a signal that carries it, or a relation whose inputs are provided";
-            problems.error(name, format!("nothing can provide `{}`", name.text), help);
-        }
+    for needed in needed.iter().filter(|needed| !known[needed.variable]) {
+        let name = &knowledge.variables()[needed.variable].name;
+        let help = "add a signal that carries it, or a relation whose inputs are provided";
+        problems.error(needed.at, format!("nothing can provide `{name}`"), help);
     }
 }
 
@@ -88,12 +110,9 @@ pub(super) fn providable(knowledge: &KnowledgeBase, given: &BTreeSet<VariableId>
     let variables = knowledge.variables();
     let mut known = IdVec::filled(variables.len(), |id| knowledge.is_provided(id) || given.contains(&id));
     let mut missing = IdVec::filled(knowledge.relations().len(), |id| knowledge.relations()[id].inputs.len());
-    let mut readers = IdVec::filled(variables.len(), |_| Vec::new());
-    for (id, relation) in knowledge.relations().enumerate() {
-        for &input in &relation.inputs {
-            readers[input].push(id);
-        }
-    }
+    let inputs = knowledge.relations().enumerate().map(|(id, relation)| (id, relation.inputs.as_slice()));
+    let read = inputs.flat_map(|(id, inputs)| inputs.iter().map(move |&input| (input, id)));
+    let readers = Rows::grouped(variables.len(), read);
     let mut open: Vec<VariableId> = variables.ids().filter(|&id| known[id]).collect();
     let mut ready: Vec<_> = knowledge.relations().ids().filter(|&id| missing[id] <= 1).collect();
     loop {
@@ -108,7 +127,7 @@ pub(super) fn providable(knowledge: &KnowledgeBase, given: &BTreeSet<VariableId>
             }
         }
         let Some(variable) = open.pop() else { return known };
-        for &id in &readers[variable] {
+        for &id in readers.row(variable) {
             missing[id] -= 1;
             if missing[id] <= 1 {
                 ready.push(id);

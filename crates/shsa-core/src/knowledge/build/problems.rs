@@ -22,13 +22,18 @@ pub(super) struct Problems {
 
 impl Problems {
     /// Adds an error about a whole piece of text.
-    pub(super) fn error(&mut self, text: &Text, message: impl Into<String>, help: impl Into<String>) {
-        self.push(Severity::Error, text.place, message.into(), help.into());
+    pub(super) fn error(
+        &mut self,
+        at: impl Into<Place>,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        self.push(Severity::Error, at.into(), message.into(), help.into());
     }
 
     /// Adds a warning about a whole piece of text.
-    pub(super) fn warn(&mut self, text: &Text, message: impl Into<String>, help: impl Into<String>) {
-        self.push(Severity::Warning, text.place, message.into(), help.into());
+    pub(super) fn warn(&mut self, at: impl Into<Place>, message: impl Into<String>, help: impl Into<String>) {
+        self.push(Severity::Warning, at.into(), message.into(), help.into());
     }
 
     /// Adds what was found inside a piece of text.
@@ -37,16 +42,17 @@ impl Problems {
         self.keep(Diagnostic { severity, place: text.place, span: Some(span), message, help });
     }
 
-    /// Adds that a name is not known, with the nearest of the known ones as help.
+    /// Adds that a name is not known, with the nearest of the `count` known ones as help.
     pub(super) fn unknown<'a>(
         &mut self,
         name: &Text,
         what: &str,
-        known: impl ExactSizeIterator<Item = &'a str>,
+        count: usize,
+        known: impl FnOnce() -> Vec<&'a str>,
         otherwise: &str,
     ) {
-        self.comparisons = self.comparisons.saturating_add(known.len());
-        let near = if self.comparisons > MAX_COMPARISONS { None } else { nearest(&name.text, known) };
+        self.comparisons = self.comparisons.saturating_add(count);
+        let near = if self.comparisons > MAX_COMPARISONS { None } else { nearest(&name.text, known()) };
         let help = near.map_or_else(|| otherwise.to_string(), |near| format!("did you mean `{near}`?"));
         self.error(name, format!("there is no {what} `{}`", name.text), help);
     }

@@ -4,9 +4,11 @@ use super::problems::Problems;
 use crate::expression::{Quantity, parse_quantity};
 use crate::interval::Interval;
 use crate::knowledge::draft::{Bounds, Text};
+use crate::knowledge::properties::SharedNames;
 use crate::knowledge::{Properties, ValueError, integrity_level};
 use crate::time::Span;
 use crate::unit::{Dimension, Unit};
+use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::{String, ToString};
 
@@ -172,20 +174,27 @@ pub(super) fn constant(problems: &mut Problems, bounds: &Bounds) -> Option<(Unit
 }
 
 /// Named numbers; those that are shares or probabilities must be. (What the utility reads it checks itself.)
-pub(super) fn properties(problems: &mut Problems, drafts: &[(Text, Text)]) -> Properties {
-    let mut properties = Properties::new();
-    for (name, text) in drafts {
-        let level = Some(name.text.as_str())
-            .filter(|name| *name == "integrity")
-            .and_then(|_| integrity_level(&text.text));
-        let Some(value) = level.or_else(|| number(problems, text)) else { continue };
+pub(super) fn properties(
+    problems: &mut Problems,
+    names: &mut SharedNames,
+    drafts: &[(Text, Text)],
+) -> Properties {
+    let mut taken = BTreeSet::new();
+    let mut property = |(name, text): &'_ (Text, Text)| {
+        let level = Some(&name.text).filter(|name| *name == "integrity");
+        let level = level.and_then(|_| integrity_level(&text.text));
+        let value = level.or_else(|| number(problems, text))?;
         if let Some(sense) = senseless(&name.text, value) {
             problems.error(text, format!("`{}: {}` makes no sense", name.text, text.text), sense);
-        } else if properties.insert(name.text.clone(), value).is_some() {
+            return None;
+        }
+        let name_shared = names.share(&name.text);
+        if drafts.len() > 1 && !taken.insert(name_shared.clone()) {
             problems.error(name, format!("`{}` is given twice", name.text), "keep one");
         }
-    }
-    properties
+        Some((name_shared, value))
+    };
+    drafts.iter().filter_map(&mut property).collect()
 }
 
 /// Why a property cannot have a value; `None` when it can.
@@ -228,6 +237,9 @@ fn is_share(text: &str) -> bool {
 }
 
 fn read(problems: &mut Problems, text: &Text) -> Option<Quantity> {
+    if let Some(value) = plain_number(&text.text) {
+        return Some(Quantity { value, unit: None });
+    }
     match parse_quantity(&text.text) {
         Ok(quantity) => Some(quantity),
         Err(problem) => {
@@ -235,6 +247,16 @@ fn read(problems: &mut Problems, text: &Text) -> Option<Quantity> {
             None
         }
     }
+}
+
+/// What most values of large models are: digits with a point between them, read without the formulas' parser.
+fn plain_number(text: &str) -> Option<f64> {
+    let bytes = text.as_bytes();
+    let ends = bytes.first().zip(bytes.last())?;
+    let plain = ends.0.is_ascii_digit() && ends.1.is_ascii_digit();
+    let plain = plain && bytes.iter().all(|byte| byte.is_ascii_digit() || *byte == b'.');
+    let value = if plain { text.parse().ok()? } else { return None };
+    Some(value).filter(|value: &f64| value.is_finite())
 }
 
 fn in_si(value: f64, unit: Option<&Unit>, kind: Kind) -> f64 {

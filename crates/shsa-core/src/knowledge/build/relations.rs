@@ -7,7 +7,9 @@ use crate::expression::{
     self, Equation, Formula, Node, Problem, check as check_formula, check_equation, parse_equation,
     parse_expression, solve,
 };
-use crate::knowledge::draft::{BodyDraft, Bounds, Draft, RelationDraft, Text};
+use crate::knowledge::draft::{BodyDraft, Bounds, Place, RelationDraft, Source, Text};
+use crate::knowledge::index::Index;
+use crate::knowledge::properties::SharedNames;
 use crate::knowledge::{IdVec, Relation, RelationId, ValueError, VariableId};
 use crate::unit::{Dimension, Unit};
 use alloc::collections::BTreeSet;
@@ -24,27 +26,44 @@ const MAX_DIRECTIONS: usize = 100;
 /// Reads relations; a broken one is left out, and the variables that it names are told apart.
 pub(super) fn build(
     problems: &mut Problems,
-    draft: &Draft,
+    source: &mut dyn Source,
     names: &Names,
 ) -> (IdVec<RelationId, Relation>, BTreeSet<VariableId>) {
     let mut relations = IdVec::new();
+    let mut names_of_properties = SharedNames::default();
+    let mut declared: IdVec<RelationId, Place> = IdVec::new();
     let mut undecided = BTreeSet::new();
-    let mut taken = BTreeSet::new();
-    for draft in &draft.relations {
+    source.relations(&mut |draft| {
         let relation = match &draft.body {
             BodyDraft::Equation(text) => equation(problems, draft, text, names),
             BodyDraft::Structure { outputs, inputs } => structure(problems, draft, outputs, inputs, names),
         };
-        let properties = quantity::properties(problems, &draft.properties);
-        if !taken.insert(draft.name.text.as_str()) {
-            problems.error(&draft.name, format!("relation `{}` is given twice", draft.name.text), "keep one");
-        } else if let Some(relation) = relation {
+        let properties = quantity::properties(problems, &mut names_of_properties, &draft.properties);
+        if let Some(relation) = relation {
             relations.push(Relation { properties, ..relation });
+            declared.push(draft.name.place);
         } else {
             undecided.extend(named_by(&draft.body, names));
         }
-    }
+    });
+    drop_repeated(problems, &mut relations, &declared);
     (relations, undecided)
+}
+
+/// Drops and reports the relations that have the name of an earlier one.
+fn drop_repeated(
+    problems: &mut Problems,
+    relations: &mut IdVec<RelationId, Relation>,
+    declared: &IdVec<RelationId, Place>,
+) {
+    let name = |id: RelationId| relations[id].name.as_str();
+    let repeated = Index::new(relations.len(), name).repeated(name);
+    for &(_, id) in &repeated {
+        problems.error(declared[id], format!("relation `{}` is given twice", name(id)), "keep one");
+    }
+    if !repeated.is_empty() {
+        relations.retain(|id| repeated.binary_search_by_key(&id, |&(_, later)| later).is_err());
+    }
 }
 
 fn named_by(body: &BodyDraft, names: &Names) -> Vec<VariableId> {
@@ -71,8 +90,11 @@ fn structure(
     }
     let found = names.variables.look_up_all(problems, outputs);
     let inputs = names.variables.look_up_all(problems, inputs);
-    report_constants(problems, outputs, names);
-    if found.is_empty() || outputs.iter().any(|name| is_constant(names, &name.text)) {
+    let constant = found.iter().any(|&id| names.variables.list[id].constant.is_some());
+    if constant {
+        report_constants(problems, outputs, names);
+    }
+    if found.is_empty() || constant {
         return None;
     }
     if let [output] = found.as_slice()

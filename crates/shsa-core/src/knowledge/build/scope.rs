@@ -14,7 +14,7 @@ const MAX_WORK: usize = 20_000_000;
 
 /// All names, with a note of which variables and constants a formula used.
 pub(super) struct Names<'a> {
-    pub(super) variables: &'a Variables<'a>,
+    pub(super) variables: &'a Variables,
     functions: &'a BTreeMap<String, Function>,
     used: RefCell<BTreeSet<VariableId>>,
     mentioned: RefCell<BTreeSet<VariableId>>,
@@ -23,7 +23,7 @@ pub(super) struct Names<'a> {
 }
 
 impl<'a> Names<'a> {
-    pub(super) fn new(variables: &'a Variables<'a>, functions: &'a BTreeMap<String, Function>) -> Names<'a> {
+    pub(super) fn new(variables: &'a Variables, functions: &'a BTreeMap<String, Function>) -> Names<'a> {
         Names {
             variables,
             functions,
@@ -80,10 +80,9 @@ impl Scope for Names<'_> {
     }
 
     fn names(&self) -> Vec<&str> {
-        let names = self.variables.names();
-        let comparisons = self.comparisons.get().saturating_add(names.len());
+        let comparisons = self.comparisons.get().saturating_add(self.variables.list.len());
         self.comparisons.set(comparisons);
-        if comparisons > MAX_COMPARISONS { Vec::new() } else { names.collect() }
+        if comparisons > MAX_COMPARISONS { Vec::new() } else { self.variables.names() }
     }
 
     fn function_names(&self) -> Vec<&str> {

@@ -3,13 +3,16 @@
 use super::problems::Problems;
 use super::quantity;
 use super::variables::Variables;
-use crate::knowledge::draft::{Draft, SignalDraft, Text};
-use crate::knowledge::{IdVec, Signal, SignalId, VariableId};
+use crate::knowledge::draft::{Place, SignalDraft, Source, Text};
+use crate::knowledge::index::Index;
+use crate::knowledge::properties::SharedNames;
+use crate::knowledge::rows::Rows;
+use crate::knowledge::{IdVec, Properties, Signal, SignalId, VariableId};
 use crate::time::Span;
 use crate::unit::Unit;
-use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::collections::BTreeSet;
 use alloc::format;
-use alloc::vec;
+use alloc::string::String;
 use alloc::vec::Vec;
 
 /// A rated signal is silent after this many periods: one or two are lost or late on every real bus.
@@ -20,27 +23,54 @@ const SILENT_AT_LEAST: Span = Span::from_millis(100);
 /// Reads signals; one without a known variable is left out.
 pub(super) fn build(
     problems: &mut Problems,
-    draft: &Draft,
+    source: &mut dyn Source,
     variables: &Variables,
 ) -> IdVec<SignalId, Signal> {
     let mut signals = IdVec::new();
-    let mut names: BTreeMap<&str, SignalId> = BTreeMap::new();
-    let mut origins = Vec::new();
-    for draft in &draft.signals {
-        let signal = signal(problems, draft, variables);
-        if names.contains_key(draft.name.text.as_str()) {
-            problems.error(&draft.name, format!("signal `{}` is given twice", draft.name.text), "keep one");
-        } else if let Some(signal) = signal {
-            names.insert(&draft.name.text, signals.push(signal));
-            origins.push(draft);
+    let mut names_of_properties = SharedNames::default();
+    let mut declared = IdVec::new();
+    let mut left_out = BTreeSet::new();
+    source.signals(&mut |draft| match signal(problems, draft, variables) {
+        Some(mut signal) => {
+            signal.properties = quantity::properties(problems, &mut names_of_properties, &draft.properties);
+            signals.push(signal);
+            declared.push(Declared { name: draft.name.place, derived_from: draft.derived_from.clone() });
         }
+        None => {
+            left_out.insert(draft.name.text.clone());
+        }
+    });
+    drop_repeated(problems, &mut signals, &mut declared);
+    let found = derivations(problems, &signals, &declared, &left_out);
+    for (id, origins) in found {
+        signals[id].derived_from = origins;
     }
-    let declared: BTreeSet<&str> = draft.signals.iter().map(|draft| draft.name.text.as_str()).collect();
-    for (signal, draft) in signals.iter_mut().zip(&origins) {
-        signal.derived_from = derivation(problems, &draft.derived_from, &names, &declared);
-    }
-    report_cycles(problems, &signals, &origins);
+    report_cycles(problems, &signals, &declared);
     signals
+}
+
+/// What later checks read of a draft.
+struct Declared {
+    name: Place,
+    derived_from: Vec<Text>,
+}
+
+/// Drops and reports the signals that have the name of an earlier one.
+fn drop_repeated(
+    problems: &mut Problems,
+    signals: &mut IdVec<SignalId, Signal>,
+    declared: &mut IdVec<SignalId, Declared>,
+) {
+    let name = |id: SignalId| signals[id].name.as_str();
+    let repeated = Index::new(signals.len(), name).repeated(name);
+    for &(_, id) in &repeated {
+        problems.error(declared[id].name, format!("signal `{}` is given twice", name(id)), "keep one");
+    }
+    if !repeated.is_empty() {
+        let keep = |id| repeated.binary_search_by_key(&id, |&(_, later)| later).is_err();
+        signals.retain(keep);
+        declared.retain(keep);
+    }
 }
 
 fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -> Option<Signal> {
@@ -63,7 +93,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
         delay: draft.delay.as_ref().and_then(|text| quantity::span(problems, text)).unwrap_or(Span::ZERO),
         timeout: timeout(problems, draft.timeout.as_ref(), rate_hz),
         derived_from: Vec::new(),
-        properties: quantity::properties(problems, &draft.properties),
+        properties: Properties::new(),
         unit,
     };
     variable.is_some().then_some(signal)
@@ -121,51 +151,66 @@ fn timeout(problems: &mut Problems, text: Option<&Text>, rate_hz: Option<f64>) -
     }
 }
 
-/// The signals of these names, ascending; `declared` holds also the names of signals that were left out.
-fn derivation(
+/// From which signals each derived one is derived, ascending; `left_out`: names of signals that were.
+fn derivations(
     problems: &mut Problems,
-    drafts: &[Text],
-    names: &BTreeMap<&str, SignalId>,
-    declared: &BTreeSet<&str>,
-) -> Vec<SignalId> {
-    let mut found = Vec::new();
-    for name in drafts {
-        match names.get(name.text.as_str()) {
-            Some(&id) => found.push(id),
-            None if declared.contains(name.text.as_str()) => {}
-            None => problems.unknown(name, "signal", declared.iter().copied(), "declare it under `signals`"),
-        }
+    signals: &IdVec<SignalId, Signal>,
+    declared: &IdVec<SignalId, Declared>,
+    left_out: &BTreeSet<String>,
+) -> Vec<(SignalId, Vec<SignalId>)> {
+    if declared.iter().all(|declared| declared.derived_from.is_empty()) {
+        return Vec::new();
     }
-    found.sort_unstable();
-    found.dedup();
-    found
+    let name = |id: SignalId| signals[id].name.as_str();
+    let index = Index::new(signals.len(), name);
+    let known = || {
+        let all = signals.ids().map(name).chain(left_out.iter().map(String::as_str));
+        all.collect::<BTreeSet<_>>().into_iter().collect()
+    };
+    let derived = declared.enumerate().filter(|(_, declared)| !declared.derived_from.is_empty());
+    let mut origins = |drafts: &[Text]| {
+        let mut found = Vec::new();
+        for text in drafts {
+            match index.find(&text.text, name) {
+                Some(id) => found.push(id),
+                None if left_out.contains(&text.text) => {}
+                None => {
+                    let help = "declare it under `signals`";
+                    problems.unknown(text, "signal", signals.len() + left_out.len(), known, help);
+                }
+            }
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    };
+    derived.map(|(id, declared)| (id, origins(&declared.derived_from))).collect()
 }
 
 /// Takes away, again and again, the signals that are derived from none that is left; what stays is in or behind a
 /// cycle, and the first of it is reported.
-fn report_cycles(problems: &mut Problems, signals: &IdVec<SignalId, Signal>, origins: &[&SignalDraft]) {
-    let mut waiting: Vec<usize> = signals.iter().map(|signal| signal.derived_from.len()).collect();
-    let mut derived: IdVec<SignalId, Vec<SignalId>> = IdVec::filled(signals.len(), |_| vec![]);
-    for (id, signal) in signals.enumerate() {
-        for &origin in &signal.derived_from {
-            derived[origin].push(id);
-        }
-    }
+fn report_cycles(
+    problems: &mut Problems,
+    signals: &IdVec<SignalId, Signal>,
+    declared: &IdVec<SignalId, Declared>,
+) {
+    let mut waiting = IdVec::filled(signals.len(), |id| signals[id].derived_from.len());
+    let origins = signals.enumerate().map(|(id, signal)| (id, signal.derived_from.as_slice()));
+    let origins = origins.flat_map(|(id, origins)| origins.iter().map(move |&origin| (origin, id)));
+    let derived = Rows::grouped(signals.len(), origins);
     let mut free: Vec<SignalId> =
         signals.enumerate().filter(|(_, signal)| signal.derived_from.is_empty()).map(|(id, _)| id).collect();
     while let Some(origin) = free.pop() {
-        for &id in &derived[origin] {
-            if let Some(count) = waiting.get_mut(crate::knowledge::Id::index(id)) {
-                *count -= 1;
-                if *count == 0 {
-                    free.push(id);
-                }
+        for &id in derived.row(origin) {
+            waiting[id] -= 1;
+            if waiting[id] == 0 {
+                free.push(id);
             }
         }
     }
-    if let Some((_, draft)) = waiting.iter().zip(origins).find(|(count, _)| **count > 0) {
-        let message = format!("signal `{}` is derived from itself", draft.name.text);
-        let at = draft.derived_from.first().unwrap_or(&draft.name);
+    if let Some((id, _)) = waiting.enumerate().find(|(_, count)| **count > 0) {
+        let message = format!("signal `{}` is derived from itself", signals[id].name);
+        let at = declared[id].derived_from.first().map_or(declared[id].name, Place::from);
         problems.error(at, message, "name only the signals that it is computed from");
     }
 }

@@ -6,21 +6,23 @@ use crate::expression::{
     self, Assignment, Formula, Function, Kind, Problem, Program, Scope, Shape, Symbol, check,
     parse_expression,
 };
-use crate::knowledge::draft::{Draft, RelationDraft, Text, UtilityDraft};
-use crate::knowledge::utility::{Aggregate, Element, Fact, OwnUtility, Rating, Utility};
+use crate::knowledge::draft::{Place, Source, Text, UtilityDraft};
+use crate::knowledge::properties::SharedNames;
+use crate::knowledge::utility::{Aggregate, Element, Fact, OwnUtility, Rating, Utility, UtilityProblem};
 use crate::knowledge::{KnowledgeBase, Properties};
 use alloc::boxed::Box;
-use alloc::collections::BTreeSet;
+use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
-use alloc::string::{String, ToString};
+use alloc::string::ToString;
 use alloc::vec::Vec;
 
 /// How many elements with a rating out of range are told.
 const MAX_TOLD: usize = 10;
 
 /// The utility as far as it is right, proven to get no better with more relations.
-pub(super) fn build(problems: &mut Problems, draft: &Draft, knowledge: &KnowledgeBase) -> Utility {
-    let (at, utility) = match &draft.utility {
+pub(super) fn build(problems: &mut Problems, source: &mut dyn Source, knowledge: &KnowledgeBase) -> Utility {
+    let draft = source.utility();
+    let (at, utility) = match &draft {
         None => (&Text::default(), Utility::Norm),
         Some(UtilityDraft::Named(name)) => {
             if name.text != "norm" {
@@ -32,7 +34,7 @@ pub(super) fn build(problems: &mut Problems, draft: &Draft, knowledge: &Knowledg
             (name, Utility::Norm)
         }
         Some(UtilityDraft::Own { at, aggregate, relation, signal, defaults }) => {
-            let defaults = quantity::properties(problems, defaults);
+            let defaults = quantity::properties(problems, &mut SharedNames::default(), defaults);
             let aggregate = aggregate.as_ref().and_then(|text| read_aggregate(problems, text));
             let relation = relation.as_ref().map(|text| {
                 let names = Names::new(
@@ -67,7 +69,7 @@ pub(super) fn build(problems: &mut Problems, draft: &Draft, knowledge: &Knowledg
             )
         }
     };
-    report(problems, draft, at, &utility, knowledge);
+    report(problems, source, at, &utility, knowledge);
     utility
 }
 
@@ -77,7 +79,8 @@ fn read_aggregate(problems: &mut Problems, text: &Text) -> Option<Aggregate> {
         problems.unknown(
             text,
             "aggregate",
-            Aggregate::NAMES.iter().map(|(name, _)| *name),
+            Aggregate::NAMES.len(),
+            || Aggregate::NAMES.iter().map(|(name, _)| *name).collect(),
             "write `product`, `sum` or `minimum`",
         );
     }
@@ -95,8 +98,8 @@ impl<'a> Names<'a> {
         given: impl Iterator<Item = &'a Properties>,
         defaults: &'a Properties,
     ) -> Names<'a> {
-        let mut properties: BTreeSet<&str> = defaults.keys().map(String::as_str).collect();
-        properties.extend(given.flat_map(|properties| properties.keys()).map(String::as_str));
+        let mut properties: BTreeSet<&str> = defaults.keys().collect();
+        properties.extend(given.flat_map(Properties::keys));
         let mut facts: Vec<(&str, Fact)> = built_in.to_vec();
         properties.retain(|name| built_in.iter().all(|(built_in, _)| built_in != name));
         facts.extend(
@@ -156,21 +159,22 @@ fn compiled(text: &str, formula: &Formula, names: &Names) -> Result<Rating, Prob
     Ok(Rating { text: text.to_string(), program, facts })
 }
 
-fn report(problems: &mut Problems, draft: &Draft, at: &Text, utility: &Utility, knowledge: &KnowledgeBase) {
+fn report(
+    problems: &mut Problems,
+    source: &mut dyn Source,
+    at: &Text,
+    utility: &Utility,
+    knowledge: &KnowledgeBase,
+) {
     let found = utility.check(knowledge);
-    let is_norm = matches!(utility, Utility::Norm);
-    for problem in found.iter().take(MAX_TOLD) {
-        let name = match problem.element {
-            Element::Variable(id) => {
-                find(draft.variables.iter().map(|v| &v.name), &knowledge.variables()[id].name)
-            }
-            Element::Relation(id) => {
-                let draft = draft.relations.iter().find(|r| r.name.text == knowledge.relations()[id].name);
-                draft.map(|draft| cost(draft).filter(|_| is_norm).unwrap_or(&draft.name))
-            }
-            Element::Signal(id) => find(draft.signals.iter().map(|s| &s.name), &knowledge.signals()[id].name),
-        };
-        problems.error(name.unwrap_or(at), problem.message.clone(), problem.help.clone());
+    if found.is_empty() {
+        return;
+    }
+    let told = found.get(..MAX_TOLD).unwrap_or(&found);
+    let places = places(source, matches!(utility, Utility::Norm), told, knowledge);
+    for problem in told {
+        let place = places.get(&problem.element).copied().unwrap_or(at.place);
+        problems.error(place, problem.message.clone(), problem.help.clone());
     }
     if found.len() > MAX_TOLD {
         let message = format!("the utility of {} more elements is out of range", found.len() - MAX_TOLD);
@@ -178,11 +182,31 @@ fn report(problems: &mut Problems, draft: &Draft, at: &Text, utility: &Utility, 
     }
 }
 
-/// Where the draft of a relation gives its cost.
-fn cost(draft: &RelationDraft) -> Option<&Text> {
-    draft.properties.iter().find(|(name, _)| name.text == "cost").map(|(_, value)| value)
-}
-
-fn find<'d>(mut names: impl Iterator<Item = &'d Text>, name: &str) -> Option<&'d Text> {
-    names.find(|text| text.text == name)
+/// Where the elements of some problems are declared; relations by their cost where it is what is wrong.
+fn places(
+    source: &mut dyn Source,
+    by_cost: bool,
+    told: &[UtilityProblem],
+    knowledge: &KnowledgeBase,
+) -> BTreeMap<Element, Place> {
+    let elements = || told.iter().map(|problem| problem.element);
+    let named = |element: Element, text: &str| match element {
+        Element::Variable(id) => knowledge.variables()[id].name == text,
+        Element::Relation(id) => knowledge.relations()[id].name == text,
+        Element::Signal(id) => knowledge.signals()[id].name == text,
+    };
+    let mut places = BTreeMap::new();
+    let mut note = |is_kind: fn(&Element) -> bool, name: &Text, at: Place| {
+        if let Some(element) = elements().filter(is_kind).find(|&element| named(element, &name.text)) {
+            places.entry(element).or_insert(at);
+        }
+    };
+    source.variables(&mut |v| note(|e| matches!(e, Element::Variable(_)), &v.name, v.name.place));
+    source.relations(&mut |draft| {
+        let cost = draft.properties.iter().find(|(name, _)| by_cost && name.text == "cost");
+        let at = cost.map_or(draft.name.place, |(_, value)| value.place);
+        note(|e| matches!(e, Element::Relation(_)), &draft.name, at);
+    });
+    source.signals(&mut |s| note(|e| matches!(e, Element::Signal(_)), &s.name, s.name.place));
+    places
 }

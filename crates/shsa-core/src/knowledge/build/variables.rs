@@ -2,35 +2,45 @@
 
 use super::problems::Problems;
 use super::quantity::{self, Kind};
-use crate::expression::{Node, is_reserved, parse_expression};
+use crate::expression::is_reserved;
 use crate::interval::Interval;
-use crate::knowledge::draft::{Bounds, Draft, Text, VariableDraft};
+use crate::knowledge::draft::{Bounds, Place, Source, Text, VariableDraft};
+use crate::knowledge::index::Index;
+use crate::knowledge::properties::SharedNames;
 use crate::knowledge::{IdVec, KnowledgeBase, Properties, Shape, Variable, VariableId};
 use crate::unit::Unit;
-use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::vec::Vec;
 
 /// Variables and constants with their names.
 #[derive(Default)]
-pub(super) struct Variables<'d> {
+pub(super) struct Variables {
     pub(super) list: IdVec<VariableId, Variable>,
-    names: BTreeMap<&'d str, VariableId>,
-    /// Where each is declared, in the order of the list.
-    declared: Vec<&'d Text>,
+    names: Index<VariableId>,
+    declared: Declared,
 }
 
-impl<'d> Variables<'d> {
+/// Where each variable and constant is declared.
+pub(super) type Declared = IdVec<VariableId, Place>;
+
+impl Variables {
     /// The variable of a name.
     pub(super) fn find(&self, name: &str) -> Option<VariableId> {
-        self.names.get(name).copied()
+        self.names.find(name, |id| self.list[id].name.as_str())
     }
 
     /// The variable of a name; an unknown one is reported.
     pub(super) fn look_up(&self, problems: &mut Problems, name: &Text) -> Option<VariableId> {
         let found = self.find(&name.text);
         if found.is_none() {
-            problems.unknown(name, "variable", self.names(), "declare it under `variables`");
+            problems.unknown(
+                name,
+                "variable",
+                self.list.len(),
+                || self.names(),
+                "declare it under `variables`",
+            );
         }
         found
     }
@@ -49,55 +59,80 @@ impl<'d> Variables<'d> {
     }
 
     /// All names, in alphabetical order.
-    pub(super) fn names(&self) -> impl ExactSizeIterator<Item = &'d str> + '_ {
-        self.names.keys().copied()
+    pub(super) fn names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = self.list.iter().map(|variable| variable.name.as_str()).collect();
+        names.sort_unstable();
+        names
     }
 
-    fn add(&mut self, problems: &mut Problems, name: &'d Text, variable: Variable) {
-        if let Some(&other) = self.names.get(name.text.as_str()) {
-            collision(problems, name, &self.list[other], &variable);
-            return;
+    /// What the knowledge base holds, and where each was declared.
+    pub(super) fn into_parts(self) -> (IdVec<VariableId, Variable>, Declared) {
+        (self.list, self.declared)
+    }
+
+    fn add(&mut self, place: Place, variable: Variable) {
+        self.list.push(variable);
+        self.declared.push(place);
+    }
+
+    /// Drops what has the name of an earlier one, reports it and other names that formulas could not use.
+    fn check_names(&mut self, problems: &mut Problems) {
+        self.index();
+        let repeated = self.names.repeated(|id| self.list[id].name.as_str());
+        for &(first, id) in &repeated {
+            collision(problems, self.declared[id], &self.list[first], &self.list[id]);
         }
-        if !is_name(&name.text) {
-            let help = "a name has letters, digits and `_`, begins with a letter, and means nothing else";
-            problems.error(name, format!("`{}` cannot be a name", name.text), help);
+        if !repeated.is_empty() {
+            let keep = |id: VariableId| repeated.binary_search_by_key(&id, |&(_, later)| later).is_err();
+            self.list.retain(keep);
+            self.declared.retain(keep);
+            self.index();
         }
-        let id = self.list.push(variable);
-        self.names.insert(&name.text, id);
-        self.declared.push(name);
+        for (variable, &place) in self.list.iter().zip(&self.declared) {
+            if !is_name(&variable.name) {
+                let help = "a name has letters, digits and `_`, begins with a letter, and means nothing else";
+                problems.error(place, format!("`{}` cannot be a name", variable.name), help);
+            }
+        }
+    }
+
+    fn index(&mut self) {
+        self.names = Index::new(self.list.len(), |id| self.list[id].name.as_str());
     }
 }
 
 /// Reads variables, then constants.
-pub(super) fn build<'d>(problems: &mut Problems, draft: &'d Draft) -> Variables<'d> {
+pub(super) fn build(problems: &mut Problems, source: &mut dyn Source) -> Variables {
     let mut variables = Variables::default();
-    for draft in &draft.variables {
-        let variable = variable(problems, draft);
-        variables.add(problems, &draft.name, variable);
-    }
-    for (name, bounds) in &draft.constants {
-        let variable = constant(problems, name, bounds);
-        variables.add(problems, name, variable);
-    }
+    let mut names_of_properties = SharedNames::default();
+    source.variables(&mut |draft| {
+        let properties = quantity::properties(problems, &mut names_of_properties, &draft.properties);
+        variables.add(draft.name.place, Variable { properties, ..variable(problems, draft) });
+    });
+    source.constants(&mut |(name, bounds)| variables.add(name.place, constant(problems, name, bounds)));
+    variables.check_names(problems);
     variables
 }
 
 /// Warns of variables and constants that nothing carries, computes, reads or needs.
 pub(super) fn check_used(
     problems: &mut Problems,
-    variables: &Variables,
+    declared: &Declared,
     knowledge: &KnowledgeBase,
     mentioned: &BTreeSet<VariableId>,
 ) {
-    let mut used = mentioned.clone();
-    used.extend(
-        knowledge.relations().iter().flat_map(|relation| relation.inputs.iter().chain(&relation.outputs)),
-    );
-    used.extend(knowledge.signals().iter().map(|signal| signal.variable));
-    used.extend(knowledge.needs().iter().map(|need| need.variable));
-    for (id, name) in variables.list.ids().zip(&variables.declared) {
-        if !used.contains(&id) && is_name(&name.text) {
-            problems.warn(name, format!("nothing uses `{}`", name.text), "");
+    let variables = knowledge.variables();
+    let mut used = IdVec::filled(variables.len(), |id| mentioned.contains(&id));
+    let related =
+        knowledge.relations().iter().flat_map(|relation| relation.inputs.iter().chain(&relation.outputs));
+    let carried = knowledge.signals().iter().map(|signal| &signal.variable);
+    let needed = knowledge.needs().iter().map(|need| &need.variable);
+    for &id in related.chain(carried).chain(needed) {
+        used[id] = true;
+    }
+    for (id, variable) in variables.enumerate() {
+        if !used[id] && is_name(&variable.name) {
+            problems.warn(declared[id], format!("nothing uses `{}`", variable.name), "");
         }
     }
 }
@@ -110,7 +145,7 @@ fn variable(problems: &mut Problems, draft: &VariableDraft) -> Variable {
         range: draft.range.as_ref().and_then(|range| possible(problems, range, unit.as_ref())),
         max_rate: draft.max_rate.as_ref().and_then(|text| max_rate(problems, text, unit.as_ref())),
         constant: None,
-        properties: quantity::properties(problems, &draft.properties),
+        properties: Properties::new(),
         unit,
     }
 }
@@ -164,21 +199,21 @@ fn max_rate(problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option
     Some(rate)
 }
 
-fn collision(problems: &mut Problems, name: &Text, first: &Variable, second: &Variable) {
+fn collision(problems: &mut Problems, at: Place, first: &Variable, second: &Variable) {
     let help = "keep one, or rename one";
     let kind = |variable: &Variable| if variable.constant.is_some() { "constant" } else { "variable" };
-    let (one, other) = (kind(first), kind(second));
+    let (one, other, name) = (kind(first), kind(second), &first.name);
     let message = match (first.constant, second.constant) {
-        (Some(one), Some(other)) if one != other => format!("constant `{}` has two values", name.text),
-        _ if one == other => format!("{one} `{}` is given twice", name.text),
-        _ => format!("`{}` is a {one} and a {other}", name.text),
+        (Some(one), Some(other)) if one != other => format!("constant `{name}` has two values"),
+        _ if one == other => format!("{one} `{name}` is given twice"),
+        _ => format!("`{name}` is a {one} and a {other}"),
     };
-    problems.error(name, message, help);
+    problems.error(at, message, help);
 }
 
 /// Whether a formula can use this name.
 fn is_name(text: &str) -> bool {
-    let alone =
-        matches!(parse_expression(text), Ok(read) if matches!(&read.node, Node::Name(name) if name == text));
-    alone && !is_reserved(text)
+    let begins = text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_');
+    let goes_on = text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+    begins && goes_on && !is_reserved(text)
 }

@@ -1,6 +1,7 @@
 //! Models in, knowledge bases and reports out.
 
 mod hostile;
+mod json;
 mod problems;
 mod right;
 

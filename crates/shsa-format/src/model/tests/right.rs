@@ -87,7 +87,7 @@ fn needs_have_sound_defaults() {
 fn json(node: &Node) -> String {
     let quoted = |text: &str| serde_json::to_string(text).unwrap();
     match &node.value {
-        Value::Null => "null".to_owned(),
+        Value::Null | Value::Unread => "null".to_owned(),
         Value::Scalar(text) if serde_json::from_str::<f64>(&text.text).is_ok() => text.text.clone(),
         Value::Scalar(text) => quoted(&text.text),
         Value::List(items) => format!("[{}]", items.iter().map(json).collect::<Vec<_>>().join(",")),

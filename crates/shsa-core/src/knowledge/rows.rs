@@ -1,0 +1,75 @@
+//! Lists of different lengths in one vector, one list an id.
+
+use super::ids::Id;
+use alloc::vec::Vec;
+use core::marker::PhantomData;
+
+/// A list for each id: four bytes an id and the items, without an allocation each.
+#[derive(Clone, Debug)]
+pub(crate) struct Rows<I, T> {
+    starts: Vec<u32>,
+    items: Vec<T>,
+    kind: PhantomData<I>,
+}
+
+impl<I: Id, T: Id> Rows<I, T> {
+    /// The second of each pair in the list of the first, in the order of the pairs; `count` lists.
+    ///
+    /// Time and space: linear in lists and pairs; the pairs are gone through twice.
+    pub(crate) fn grouped(count: usize, pairs: impl Iterator<Item = (I, T)> + Clone) -> Self {
+        let mut starts = Vec::from([0]);
+        starts.resize(count + 1, 0_u32);
+        for (id, _) in pairs.clone() {
+            if let Some(next) = starts.get_mut(id.index() + 1) {
+                *next += 1;
+            }
+        }
+        let mut sum = 0;
+        for start in &mut starts {
+            sum += *start;
+            *start = sum;
+        }
+        let mut items = Vec::new();
+        items.resize(sum as usize, T::from_index(0));
+        let mut free = starts.clone();
+        for (id, item) in pairs {
+            let Some(at) = free.get_mut(id.index()) else { continue };
+            if let Some(place) = items.get_mut(*at as usize) {
+                *place = item;
+            }
+            *at += 1;
+        }
+        Rows { starts, items, kind: PhantomData }
+    }
+}
+
+impl<I: Id, T> Rows<I, T> {
+    /// The list of an id; empty for an id of another kind of rows.
+    pub(crate) fn row(&self, id: I) -> &[T] {
+        let start = self.starts.get(id.index()).map_or(0, |&start| start as usize);
+        let end = self.starts.get(id.index() + 1).map_or(start, |&end| end as usize);
+        self.items.get(start..end).unwrap_or_default()
+    }
+}
+
+impl<I, T> Default for Rows<I, T> {
+    fn default() -> Self {
+        Rows { starts: Vec::from([0]), items: Vec::new(), kind: PhantomData }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::knowledge::{RelationId, VariableId};
+    use alloc::vec;
+
+    #[test]
+    fn pairs_are_grouped_in_their_order() {
+        let pairs = [(2, 7), (0, 1), (2, 3), (9, 9)];
+        let pairs = pairs.map(|(a, b)| (VariableId::from_index(a), RelationId::from_index(b)));
+        let rows = Rows::grouped(3, pairs.into_iter());
+        let row = |at| rows.row(VariableId::from_index(at)).iter().map(|id| id.index()).collect::<Vec<_>>();
+        assert_eq!([row(0), row(1), row(2), row(3)], [vec![1], vec![], vec![7, 3], vec![]]);
+    }
+}

@@ -1,0 +1,199 @@
+//! JSON texts as the same tree: checked as a whole first, then read a piece at a time.
+//!
+//! The large sections of a model are not kept as trees: [`Json::entries`] reads one entry after the other.
+
+use shsa_core::knowledge::{Diagnostic, Place, Text};
+use std::collections::BTreeSet;
+
+use super::cursor::{Broken, Cursor, Quoted};
+use super::lines::Lines;
+use super::tree::{self, Node, Value, offset};
+
+/// The sections that are read entry by entry.
+const SECTIONS: [&str; 3] = ["variables", "relations", "signals"];
+
+/// A text that is JSON.
+pub(crate) struct Json<'a> {
+    source: &'a str,
+    lines: Lines<'a>,
+    /// As [`tree::Tree::rewritten`].
+    pub(crate) rewritten: BTreeSet<u32>,
+    pub(crate) problems: Vec<Diagnostic>,
+}
+
+/// Whether a text begins as a JSON object does: with `{` and a quoted key.
+pub(crate) fn is_likely(source: &str) -> bool {
+    let inner = Cursor::new(source).rest().strip_prefix('{');
+    inner.is_some_and(|inner| inner.trim_start().starts_with('"'))
+}
+
+/// Checks an object's text and reads it, but for the entries of its large sections: these are [`Value::Unread`].
+///
+/// # Errors
+/// The first place where it is no JSON, or holds too much.
+///
+/// Time: linear in the text. Space: what is read, at most some million values.
+pub(crate) fn read(source: &str) -> Result<(Node, Json<'_>), Broken> {
+    let mut cursor = Cursor::new(source);
+    let from = cursor.place();
+    let mut parts = Vec::new();
+    cursor.object(|cursor, key| {
+        let begin = cursor.place();
+        let unread = cursor.is_object() && SECTIONS.contains(&cursor.inner(key));
+        if unread {
+            cursor.skip_section()?
+        } else {
+            cursor.skip(2)?
+        }
+        parts.push((key, Place { from: begin, to: cursor.place() }, unread));
+        Ok(())
+    })?;
+    let place = Place { from, to: cursor.place() };
+    cursor.end()?;
+    let (rewritten, problems) = (BTreeSet::new(), Vec::new());
+    let mut json = Json { source, lines: Lines::new(source), rewritten, problems };
+    let mut entries = Vec::new();
+    for (key, place, unread) in parts {
+        let mut at = cursor.moved_to(place.from);
+        let value = if unread { Node { place, value: Value::Unread } } else { json.node(&mut at)? };
+        entries.push((json.text(&cursor, key), value));
+    }
+    let value = json.map(entries);
+    Ok((Node { place, value }, json))
+}
+
+impl Json<'_> {
+    /// Reads the entries of an unread mapping one by one. Keys that are given twice come twice.
+    pub(crate) fn entries(&mut self, place: Place, take: &mut dyn FnMut(&(Text, Node))) {
+        let read = Cursor::new(self.source).moved_to(place.from).object(|cursor, key| {
+            let key = self.text(cursor, key);
+            take(&(key, self.node(cursor)?));
+            Ok(())
+        });
+        debug_assert!(read.is_ok(), "the text was checked as a whole");
+    }
+
+    fn node(&mut self, cursor: &mut Cursor) -> Result<Node, Broken> {
+        let from = cursor.place();
+        let value = match cursor.peek() {
+            Some(b'{') => {
+                let mut entries = Vec::new();
+                cursor.object(|cursor, key| {
+                    let key = self.text(cursor, key);
+                    entries.push((key, self.node(cursor)?));
+                    Ok(())
+                })?;
+                self.map(entries)
+            }
+            Some(b'[') => {
+                let mut items = Vec::new();
+                cursor.list(|cursor| {
+                    items.push(self.node(cursor)?);
+                    Ok(())
+                })?;
+                Value::List(items)
+            }
+            Some(b'"') => {
+                let quoted = cursor.string()?;
+                Value::Scalar(self.text(cursor, quoted))
+            }
+            _ => match cursor.word()? {
+                "null" => Value::Null,
+                word => {
+                    let place = Place { from, to: cursor.place() };
+                    Value::Scalar(Text { text: word.to_owned(), place })
+                }
+            },
+        };
+        Ok(Node { place: Place { from, to: cursor.place() }, value })
+    }
+
+    fn map(&mut self, entries: Vec<(Text, Node)>) -> Value {
+        Value::Map(tree::without_duplicates(entries, &self.lines, &mut self.problems))
+    }
+
+    /// The text between quotes, without blanks around it, and where it stands.
+    fn text(&mut self, cursor: &Cursor, quoted: Quoted) -> Text {
+        let inner = cursor.inner(quoted);
+        if quoted.escaped {
+            let decoded = decoded(inner);
+            let text = decoded.trim();
+            let place = tree::narrowed(self.source, text, quoted.place, &mut self.rewritten);
+            return Text { text: text.to_owned(), place };
+        }
+        let is_letter = |byte: Option<&u8>| byte.is_some_and(u8::is_ascii_graphic);
+        let bare = is_letter(inner.as_bytes().first()) && is_letter(inner.as_bytes().last());
+        let text = if bare { inner } else { inner.trim() };
+        let before = if bare { 0 } else { inner.len() - inner.trim_start().len() };
+        let from = if text.is_empty() { quoted.place.from } else { quoted.place.from + 1 + offset(before) };
+        Text { text: text.to_owned(), place: Place { from, to: from + offset(text.len()) } }
+    }
+}
+
+/// A checked text with its escapes replaced.
+fn decoded(inner: &str) -> String {
+    let mut parts = inner.split('\\');
+    let mut text = parts.next().unwrap_or("").to_owned();
+    let mut high = None;
+    while let Some(part) = parts.next() {
+        let mut rest = part.chars();
+        match rest.next() {
+            // The backslash itself: what stands between it and the next one is plain.
+            None => {
+                text.push('\\');
+                text.push_str(parts.next().unwrap_or(""));
+                continue;
+            }
+            Some('u') => {
+                let unit =
+                    part.get(1..5).and_then(|digits| u32::from_str_radix(digits, 16).ok()).unwrap_or(0);
+                match (high.take(), unit) {
+                    (None, 0xD800..=0xDBFF) => high = Some(unit),
+                    (Some(high), _) => {
+                        let point = 0x1_0000 + ((high - 0xD800) << 10) + unit.saturating_sub(0xDC00);
+                        text.extend(char::from_u32(point));
+                    }
+                    (None, _) => text.extend(char::from_u32(unit)),
+                }
+                rest = part.get(5..).unwrap_or("").chars();
+            }
+            Some('n') => text.push('\n'),
+            Some('t') => text.push('\t'),
+            Some('r') => text.push('\r'),
+            Some('b') => text.push('\u{8}'),
+            Some('f') => text.push('\u{c}'),
+            Some(other) => text.push(other),
+        }
+        text.push_str(rest.as_str());
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn escapes_are_what_another_reader_makes_of_them(
+            text in any::<String>(), every in any::<bool>(), slash in any::<bool>(),
+        ) {
+            let unit = |unit: u16| format!("\\u{unit:04x}");
+            let all = || text.encode_utf16().map(unit).collect::<String>();
+            let written = if every { format!("\"{}\"", all()) } else { serde_json::to_string(&text).unwrap() };
+            let written = if slash { written.replace('/', "\\/") } else { written };
+            let expected: String = serde_json::from_str(&written).unwrap();
+            let quoted = Cursor::new(&written).string().unwrap();
+            prop_assert_eq!(decoded(Cursor::new(&written).inner(quoted)), expected);
+        }
+
+        #[test]
+        fn what_is_json_is_what_another_reader_takes(text in "[\\[\\]{}\",:0-9eE+.\\\\u\\-a-f tn\n]{0,12}") {
+            let text = format!("{{\"a\":{text}}}");
+            let ours = read(&text).map(|_| ()).map_err(|broken| broken.message);
+            let theirs = serde_json::from_str::<serde::de::IgnoredAny>(&text);
+            prop_assert_eq!(ours.is_ok(), theirs.is_ok(), "{} {:?}", text, ours);
+        }
+    }
+}

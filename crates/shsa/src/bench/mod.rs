@@ -1,0 +1,25 @@
+//! `shsa bench`: measurements that anyone can repeat.
+
+mod scale;
+
+use crate::outcome::Outcome;
+
+/// Arguments of `shsa bench`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    /// How time and memory grow with the model.
+    Scale(scale::Arguments),
+}
+
+/// Runs one benchmark.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    match &arguments.command {
+        Command::Scale(arguments) => scale::run(arguments),
+    }
+}

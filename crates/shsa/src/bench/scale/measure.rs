@@ -1,0 +1,152 @@
+//! Measures one model: loading, setting up, planning, and what a change of a signal costs.
+
+use anyhow::{Context, bail};
+use serde_json::{Value, json};
+use shsa_core::knowledge::{Element, KnowledgeBase, SignalId, VariableId};
+use shsa_core::plan::{BestFirst, Contingency, Graph, Limits, Marks, Options, Preparation};
+use shsa_format::model;
+use std::path::Path;
+use std::time::Instant;
+
+/// How many signals are lost and found again, one after the other.
+const CHANGES: usize = 200;
+
+/// What was measured of one model; times in seconds, memory in bytes.
+pub(super) struct Measured {
+    values: Vec<f64>,
+}
+
+/// What is measured, in this order: the keys of the JSON object.
+const KEYS: [&str; 17] = [
+    "relations",
+    "variables",
+    "signals",
+    "needs",
+    "file_bytes",
+    "load_s",
+    "load_peak_bytes",
+    "graph_s",
+    "plans_s",
+    "plan_median_s",
+    "plan_worst_s",
+    "plans_limited",
+    "table_s",
+    "table_searches",
+    "change_median_s",
+    "change_worst_s",
+    "peak_bytes",
+];
+
+impl Measured {
+    /// The value of a key.
+    pub(super) fn get(&self, key: &str) -> f64 {
+        let at = KEYS.iter().position(|known| *known == key);
+        at.and_then(|at| self.values.get(at)).copied().unwrap_or(f64::NAN)
+    }
+
+    pub(super) fn to_json(&self) -> Value {
+        KEYS.iter().zip(&self.values).map(|(key, value)| (key.to_string(), json!(value))).collect()
+    }
+
+    pub(super) fn from_json(text: &[u8]) -> anyhow::Result<Measured> {
+        let value: Value =
+            serde_json::from_slice(text).context("the measuring process said something else")?;
+        let number = |key: &&str| value.get(key).and_then(Value::as_f64).unwrap_or(f64::NAN);
+        Ok(Measured { values: KEYS.iter().map(number).collect() })
+    }
+}
+
+/// Loads a model and measures what follows.
+pub(super) fn measure(path: &Path) -> anyhow::Result<Measured> {
+    let file_bytes = std::fs::metadata(path)?.len() as f64;
+    let began = Instant::now();
+    let loaded = model::load_file(path);
+    let load_s = began.elapsed().as_secs_f64();
+    let load_peak_bytes = peak_bytes();
+    if !loaded.report.ok() {
+        bail!("{}", loaded.report.render(false));
+    }
+    let mut knowledge = loaded.knowledge;
+    let began = Instant::now();
+    let mut graph = Graph::new(&knowledge);
+    let graph_s = began.elapsed().as_secs_f64();
+    let needed: Vec<VariableId> = knowledge.needs().iter().map(|need| need.variable).collect();
+    let (mut plans, limited) = plans(&graph, &needed);
+    let plans_s = plans.iter().sum();
+    let began = Instant::now();
+    let mut table = Contingency::new(&knowledge, &graph, needed.iter().copied(), Preparation::default());
+    let table_s = began.elapsed().as_secs_f64();
+    let searches = table.searches();
+    let mut changes = changes(&mut knowledge, &mut graph, &mut table);
+    let count = |count: usize| count as f64;
+    Ok(Measured {
+        values: vec![
+            count(knowledge.relations().len()),
+            count(knowledge.variables().len()),
+            count(knowledge.signals().len()),
+            count(knowledge.needs().len()),
+            file_bytes,
+            load_s,
+            load_peak_bytes,
+            graph_s,
+            plans_s,
+            median(&mut plans),
+            worst(&plans),
+            count(limited),
+            table_s,
+            searches as f64,
+            median(&mut changes),
+            worst(&changes),
+            peak_bytes(),
+        ],
+    })
+}
+
+/// How long the best plan of each variable takes, and how many searches a limit has stopped.
+fn plans(graph: &Graph, variables: &[VariableId]) -> (Vec<f64>, usize) {
+    let mut marks = Marks::default();
+    let options = Options { substitute_provided: false, without_empty: true, ..Options::default() };
+    let mut limited = 0;
+    let time = |&variable: &VariableId| {
+        let began = Instant::now();
+        let mut search = BestFirst::with_marks(&mut marks, graph, variable, &options, Limits::default());
+        limited += usize::from(search.next().is_none());
+        began.elapsed().as_secs_f64()
+    };
+    let times = variables.iter().map(time).collect();
+    (times, limited)
+}
+
+/// How long it takes after the loss of a signal, and after its return, until graph and table are current again.
+fn changes(knowledge: &mut KnowledgeBase, graph: &mut Graph, table: &mut Contingency) -> Vec<f64> {
+    let signals: Vec<SignalId> = knowledge.signals().ids().collect();
+    let step = (signals.len() / CHANGES).max(1);
+    let mut times = Vec::new();
+    for &signal in signals.iter().step_by(step) {
+        for available in [false, true] {
+            let began = Instant::now();
+            knowledge.set_available(signal, available);
+            graph.update(knowledge, &[Element::Signal(signal)]);
+            table.update(knowledge, graph, &[Element::Signal(signal)]);
+            times.push(began.elapsed().as_secs_f64());
+        }
+    }
+    times
+}
+
+fn median(times: &mut [f64]) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+fn worst(times: &[f64]) -> f64 {
+    times.iter().copied().fold(f64::NAN, f64::max)
+}
+
+/// The largest memory of this process so far; not a number where the system does not tell it.
+fn peak_bytes() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kibibytes = peak.and_then(|peak| peak.trim().strip_suffix(" kB")?.trim().parse::<f64>().ok());
+    kibibytes.map_or(f64::NAN, |kibibytes| kibibytes * 1024.0)
+}
