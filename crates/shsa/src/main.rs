@@ -3,6 +3,7 @@
 mod check;
 mod complete;
 mod contingency;
+mod convert;
 mod demo;
 mod monitor;
 mod outcome;
@@ -44,6 +45,8 @@ enum Command {
     Story(story::Arguments),
     /// Watch a simulated system break and heal.
     Demo(demo::DemoArgs),
+    /// Write a knowledge base in another form: YAML, JSON, Prolog, a drawing.
+    Convert(convert::Arguments),
     /// Print completions for a shell.
     Completions(complete::Arguments),
 }
@@ -57,6 +60,7 @@ fn main() -> ExitCode {
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Story(arguments) => story::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Completions(arguments) => complete::run(&arguments),
     };
     Outcome::from_result(outcome).into()
