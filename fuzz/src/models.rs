@@ -1,7 +1,8 @@
 //! Models: any text becomes a knowledge base or a report, in bounded time, and what is right can be planned.
 
 use shsa_core::plan::{Graph, Limits, Options, best};
-use shsa_format::model::load;
+use shsa_format::model::thesis::prolog;
+use shsa_format::model::{Form, load, read, write};
 
 /// Model files, as they are shipped.
 pub(crate) const CAR: &str = include_str!("../../models/car.yaml");
@@ -32,12 +33,34 @@ needs:
 utility: norm
 ";
 
+/// A file of the thesis's programs.
+const THESIS: &str = "\
+relations:
+  r: { y: { in: [a, xs], fct: 'math.sin(a) ** 2 if a > 0 else min(xs[1:3]) % 2', constraint: 'a < y <= 3' }, a: { in: [y, xs] } }
+  s: { z: { in: [y], fct: 'lambda u: u // -2' } }
+properties:
+  provision: { a: [/a, /b], xs: [/xs] }
+  constant: { c: 2 }
+  need: { y: [/y], z: 1 }
+  cost: { s: 2 }
+provision_properties: { /a: { pubrate: 10, accuracy: 0.5 } }
+";
+
+/// The other form of it.
+const GRAPH: &str = "graph: { a: [r], r: [b], b: [r] }\nproperties: { type: { a: 0, b: 0, r: 1 }, provided: [a], fct: { r: a + 1 } }\n";
+
+/// Facts of the thesis's programs.
+const FACTS: &str = "% facts\n:- use_module(library(lists)).\nfunction(y, r, [a, 'B c']).\nfunction(a, r, [y, 'B c']).\nimplementation(r, \"\nk = a.v\ny.v = 2 * k\ny.t = a.t\\n\").\nitomsOf(a, [\"/a\", a2]).\nitomOf(c, -1.5e3).\nquery(f(X)).\n";
+
 /// Steps after which a plan may be given up.
 const LIMITS: Limits = Limits { expansions: 1_000, states: 1_000 };
 
-/// Reads the bytes as a model.
+/// Reads the bytes as a model in every form, and writes it.
 pub fn run(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);
+    for form in [Form::Thesis, Form::Prolog] {
+        converted(&text, form);
+    }
     let loaded = load(&text, "m.yaml");
     for found in &loaded.report.diagnostics {
         assert!(found.source_line.get(found.span.clone()).is_some(), "no such place: {found:?}");
@@ -56,11 +79,32 @@ pub fn run(bytes: &[u8]) {
     }
 }
 
+/// What another form becomes is a model of ours, and can be written as facts again.
+fn converted(text: &str, form: Form) {
+    let Ok(source) = read(text, "m", Some(form)) else { return };
+    let written = write::yaml(&source.draft);
+    let loaded = source.build(text, "m");
+    for found in &loaded.report.diagnostics {
+        assert!(found.source_line.get(found.span.clone()).is_some(), "no such place: {found:?}");
+    }
+    if loaded.report.ok() {
+        let again = load(&written, "m.yaml");
+        assert!(again.report.ok(), "{}\n{written}", again.report.render(false));
+        let facts = prolog::write(&loaded.knowledge).text;
+        let again = load(&facts, "m.pl");
+        let is_empty = loaded.knowledge.variables().is_empty();
+        assert!(is_empty || again.report.ok(), "{}\n{facts}", again.report.render(false));
+    }
+}
+
 /// The shipped models that are short, and one of everything.
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
     let short = "shsa: 1\nvariables: { x: { unit: m }, y: }\nrelations: { r: y = x * 2 }\nsignals: { s: { variable: x } }\nneeds: { y: }\n";
     let json = "{\"shsa\": 1, \"variables\": {\"x\": {\"unit\": \"m\"}}, \"signals\": {\"s\": {\"variable\": \"x\"}}, \"needs\": {\"x\": {}}}";
     let yaml = "shsa: 1\nvariables: &all\n  ? x\n  : &one { unit: \"\\u006d\", <<: *one }\n  y: |\n    text\n  z: >-\n    !!str m\n";
-    [EVERYTHING, short, json, yaml, CAR, ROVER].iter().map(|text| text.as_bytes().to_vec()).collect()
+    [EVERYTHING, short, json, yaml, CAR, ROVER, THESIS, GRAPH, FACTS]
+        .iter()
+        .map(|text| text.as_bytes().to_vec())
+        .collect()
 }

@@ -13,8 +13,8 @@ struct Need {
     install: &'static [&'static str],
 }
 
-/// A toolchain of the minimal profile has neither; a Debian package or a Python wheel would be one more row.
-const NEEDS: [Need; 2] = [
+/// A toolchain of the minimal profile has neither of the first two; SWI-Prolog answers beside our searches.
+const NEEDS: [Need; 3] = [
     Need {
         name: "rustfmt",
         probe: &["cargo", "fmt", "--version"],
@@ -24,6 +24,11 @@ const NEEDS: [Need; 2] = [
         name: "clippy",
         probe: &["cargo", "clippy", "--version"],
         install: &["rustup", "component", "add", "clippy"],
+    },
+    Need {
+        name: "SWI-Prolog",
+        probe: &["swipl", "--version"],
+        install: &["sh", "-c", "apt-get update && apt-get install -y --no-install-recommends swi-prolog-nox"],
     },
 ];
 
@@ -43,12 +48,19 @@ fn provide_one(
     if succeeds(need.probe) {
         return Ok(());
     }
-    let line = need.install.join(" ");
+    let line = shown(need.install);
     println!("{} is absent: `{line}`", need.name);
     if install(need.install) && succeeds(need.probe) {
         return Ok(());
     }
     bail!("{} is absent and could not be installed; run `{line}`, then try again", need.name)
+}
+
+/// A command as one may copy it into a shell.
+fn shown(line: &[&str]) -> String {
+    let words =
+        line.iter().map(|word| if word.contains(' ') { format!("'{word}'") } else { (*word).to_owned() });
+    words.collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]
@@ -57,6 +69,11 @@ mod tests {
     use std::cell::Cell;
 
     const NEED: Need = Need { name: "tool", probe: &["tool", "--version"], install: &["get", "tool"] };
+
+    #[test]
+    fn commands_are_shown_as_they_can_be_copied() {
+        assert_eq!(shown(&["sh", "-c", "a && b"]), "sh -c 'a && b'");
+    }
 
     #[test]
     fn what_is_there_is_not_installed() {

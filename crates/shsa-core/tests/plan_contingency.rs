@@ -143,7 +143,7 @@ fn set_property(numbers: &mut Random, parts: &mut Parts) -> Element {
         1 if !parts.relations.is_empty() => {
             let id = RelationId::from_index(numbers.below(parts.relations.len()));
             let cost = if numbers.chance(0.05) { 0.5 } else { 1.0 + 9.0 * numbers.share() };
-            parts.relations[id].properties.insert("cost".into(), cost);
+            parts.relations[id].properties.insert("cost", cost);
             Element::Relation(id)
         }
         _ => {

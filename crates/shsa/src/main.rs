@@ -4,6 +4,7 @@ mod bench;
 mod check;
 mod complete;
 mod contingency;
+mod convert;
 mod demo;
 mod monitor;
 mod outcome;
@@ -46,6 +47,8 @@ enum Command {
     Story(story::Arguments),
     /// Watch a simulated system break and heal.
     Demo(demo::DemoArgs),
+    /// Write a knowledge base in another form: YAML, JSON, Prolog, a drawing.
+    Convert(convert::Arguments),
     /// Measure how fast this is, and how it grows.
     Bench(bench::Arguments),
     /// Print completions for a shell.
@@ -61,6 +64,7 @@ fn main() -> ExitCode {
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Story(arguments) => story::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Completions(arguments) => complete::run(&arguments),
     };

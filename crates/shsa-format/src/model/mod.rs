@@ -1,6 +1,7 @@
 //! Knowledge bases as YAML or JSON: the text becomes a tree, the tree a draft, and the core checks the draft.
 //!
-//! Every problem is reported at once, with file, line, column and help.
+//! Every problem is reported at once, with file, line, column and help. Files of the thesis's public programs (YAML
+//! and Prolog) become drafts too; [`write`] makes text of drafts again.
 
 mod cursor;
 mod json;
@@ -9,18 +10,22 @@ pub(crate) mod reader;
 mod report;
 pub(crate) mod shape;
 pub(crate) mod tree;
+pub mod thesis;
+pub mod write;
 
 pub mod live;
 
 pub use report::{Located, Report};
 
+use json::Json;
 use reader::Reader;
 use shape::Model;
-use shsa_core::knowledge::{Diagnostic, KnowledgeBase, Place, Severity, build_from};
+use shsa_core::knowledge::{Diagnostic, Draft, KnowledgeBase, Place, Severity, build, build_from};
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+use tree::{Node, Tree};
 
 /// The largest model file in bytes: JSON of a million relations has about half of that.
 pub const MAX_BYTES: usize = 256 << 20;
@@ -38,54 +43,142 @@ pub struct Loaded {
     pub report: Report,
 }
 
-/// Reads and checks a model; `name` is what the report calls the file.
+/// How a model is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// YAML; JSON is a part of it.
+    Yaml,
+    /// The YAML of the thesis's public programs: `relations` or `graph`, and `properties`.
+    Thesis,
+    /// Their Prolog facts: `function/3`, `implementation/2`, `itomsOf/2`, `itomOf/2`.
+    Prolog,
+}
+
+/// A model before it is checked, and what its text said that the draft does not.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// What the text says.
+    pub draft: Draft,
+    /// How it is written.
+    pub form: Form,
+    /// How many things of another form did not come over; each is a warning.
+    pub losses: usize,
+    problems: Vec<Diagnostic>,
+    rewritten: BTreeSet<u32>,
+}
+
+/// Reads and checks a model in any form; `name` is what the report calls the file.
 ///
 /// Never fails: what is wrong stands in the report. Time: linear in the text but for sorting and names.
 #[must_use]
 pub fn load(text: &str, name: &str) -> Loaded {
+    let mut reader = Reader::default();
+    let (knowledge, problems, rewritten) = match open(text, name, None) {
+        Err(report) => return Loaded { knowledge: KnowledgeBase::default(), report },
+        Ok(Opened::Json(root, mut json)) => {
+            let (knowledge, found) = build_from(&mut Model::new(&mut reader, &root, Some(&mut json)));
+            (knowledge, [json.problems, reader.problems, found].concat(), json.rewritten)
+        }
+        Ok(Opened::Yaml(root, tree)) => {
+            let (knowledge, found) = build_from(&mut Model::new(&mut reader, &root, None));
+            (knowledge, [tree.problems, reader.problems, found].concat(), tree.rewritten)
+        }
+        Ok(Opened::Other(source)) => return source.build(text, name),
+    };
+    Loaded { knowledge, report: Report::locate(name, text, problems, &rewritten) }
+}
+
+/// Reads a model without checking it; `form` is found out when it is not given.
+///
+/// # Errors
+/// A text that is too large, is broken, or holds nothing.
+pub fn read(text: &str, name: &str, form: Option<Form>) -> Result<Source, Report> {
+    let mut reader = Reader::default();
+    let (draft, problems, rewritten) = match open(text, name, form)? {
+        Opened::Json(root, mut json) => {
+            let draft = Draft::of(&mut Model::new(&mut reader, &root, Some(&mut json)));
+            (draft, [json.problems, reader.problems].concat(), json.rewritten)
+        }
+        Opened::Yaml(root, tree) => {
+            let draft = shape::draft(&mut reader, &root);
+            (draft, [tree.problems, reader.problems].concat(), tree.rewritten)
+        }
+        Opened::Other(source) => return Ok(*source),
+    };
+    Ok(Source { draft, form: Form::Yaml, losses: 0, problems, rewritten })
+}
+
+/// A text whose form is known.
+enum Opened<'t> {
+    /// Its pieces are read from the text as they are wanted.
+    Json(Node, Json<'t>),
+    Yaml(Node, Tree),
+    /// A form of the thesis.
+    Other(Box<Source>),
+}
+
+fn open<'t>(text: &'t str, name: &str, form: Option<Form>) -> Result<Opened<'t>, Report> {
+    let refused = |message: String, help| Report::whole(name, message, help);
     if text.len() > MAX_BYTES {
-        return refused(name, format!("a model has at most {} MiB", MAX_BYTES >> 20), "is this a model?");
+        return Err(refused(format!("a model has at most {} MiB", MAX_BYTES >> 20), "is this a model?"));
     }
+    if form == Some(Form::Prolog) || form.is_none() && thesis::is_prolog(text) {
+        return Ok(Opened::Other(Box::new(Source::taken(thesis::from_prolog(text), Form::Prolog))));
+    }
+    let is_thesis = |root: &Node| form == Some(Form::Thesis) || form.is_none() && thesis::is_thesis(root);
+    if let Some((root, json)) = open_json(text, name)?.filter(|(root, _)| !is_thesis(root)) {
+        return Ok(Opened::Json(root, json));
+    }
+    if text.len() > MAX_YAML_BYTES {
+        let message = format!("a model in YAML has at most {} MiB", MAX_YAML_BYTES >> 20);
+        return Err(refused(message, "write it as JSON, whose keys stand in quotes"));
+    }
+    let mut tree = tree::read(text);
+    let Some(root) = tree.root.take() else {
+        if tree.problems.is_empty() {
+            return Err(refused("the model is empty".to_owned(), "begin with `shsa: 1` and `variables:`"));
+        }
+        return Err(Report::locate(name, text, tree.problems, &tree.rewritten));
+    };
+    if !is_thesis(&root) {
+        return Ok(Opened::Yaml(root, tree));
+    }
+    let mut source = Source::taken(thesis::from_yaml(&root), Form::Thesis);
+    source.problems = [tree.problems, source.problems].concat();
+    source.rewritten.extend(tree.rewritten);
+    Ok(Opened::Other(Box::new(source)))
+}
+
+/// Reads a text as JSON; `None` when it may rather be YAML, which has braces and quotes, too.
+fn open_json<'t>(text: &'t str, name: &str) -> Result<Option<(Node, Json<'t>)>, Report> {
     if !json::is_likely(text) {
-        return load_yaml(text, name);
+        return Ok(None);
     }
     match json::read(text) {
-        Ok((root, mut json)) => {
-            let mut reader = Reader::default();
-            let (knowledge, found) = build_from(&mut Model::new(&mut reader, &root, Some(&mut json)));
-            let problems = [json.problems, reader.problems, found].concat();
-            Loaded { knowledge, report: Report::locate(name, text, problems, &json.rewritten) }
-        }
+        Ok(read) => Ok(Some(read)),
+        Err(broken) if broken.at < SURELY_JSON && tree::read(text).root.is_some() => Ok(None),
         Err(broken) => {
-            // YAML has braces and quotes, too.
-            if broken.at < SURELY_JSON && tree::read(text).root.is_some() {
-                return load_yaml(text, name);
-            }
             let at = Place { from: tree::offset(broken.at), to: tree::offset(broken.at) };
             let problems = vec![problem(at, &broken.message, broken.help)];
-            let report = Report::locate(name, text, problems, &BTreeSet::new());
-            Loaded { knowledge: KnowledgeBase::default(), report }
+            Err(Report::locate(name, text, problems, &BTreeSet::new()))
         }
     }
 }
 
-fn load_yaml(text: &str, name: &str) -> Loaded {
-    if text.len() > MAX_YAML_BYTES {
-        let message = format!("a model in YAML has at most {} MiB", MAX_YAML_BYTES >> 20);
-        return refused(name, message, "write it as JSON, whose keys stand in quotes");
+impl Source {
+    fn taken(taken: thesis::Taken, form: Form) -> Source {
+        let thesis::Taken { draft, problems, rewritten } = taken;
+        let losses = problems.iter().filter(|problem| problem.severity == Severity::Warning).count();
+        Source { draft, form, losses, problems, rewritten }
     }
-    let tree = tree::read(text);
-    let Some(root) = &tree.root else {
-        if tree.problems.is_empty() {
-            return refused(name, "the model is empty".to_owned(), "begin with `shsa: 1` and `variables:`");
-        }
-        let report = Report::locate(name, text, tree.problems, &tree.rewritten);
-        return Loaded { knowledge: KnowledgeBase::default(), report };
-    };
-    let mut reader = Reader::default();
-    let (knowledge, found) = build_from(&mut Model::new(&mut reader, root, None));
-    let problems = [tree.problems, reader.problems, found].concat();
-    Loaded { knowledge, report: Report::locate(name, text, problems, &tree.rewritten) }
+
+    /// Checks the draft; `text` and `name` are those that it was read from.
+    #[must_use]
+    pub fn build(self, text: &str, name: &str) -> Loaded {
+        let (knowledge, found) = build(&self.draft);
+        let problems = self.problems.into_iter().chain(found).collect();
+        Loaded { knowledge, report: Report::locate(name, text, problems, &self.rewritten) }
+    }
 }
 
 /// As [`load`] for a file; a file that cannot be read is an error in the report.
@@ -115,10 +208,6 @@ pub fn read_text(path: &Path, what: &str) -> Result<String, Report> {
         let at = error.utf8_error().valid_up_to();
         refused(format!("the {what} is no text: byte {at} is not UTF-8"), "save it as UTF-8")
     })
-}
-
-fn refused(name: &str, message: String, help: &str) -> Loaded {
-    Loaded { knowledge: KnowledgeBase::default(), report: Report::whole(name, message, help) }
 }
 
 pub(crate) fn problem(place: Place, message: &str, help: Option<&str>) -> Diagnostic {

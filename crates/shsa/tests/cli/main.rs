@@ -6,6 +6,7 @@ mod tank;
 
 mod check;
 mod contingency;
+mod convert;
 mod help;
 mod monitor;
 mod plan;

@@ -1,0 +1,263 @@
+//! Knowledge bases as the thesis's Prolog facts.
+
+use shsa_core::expression::{Node, Symbol, parse_equation};
+use shsa_core::knowledge::{Id, KnowledgeBase, Relation, RelationId, Utility, VariableId};
+use std::fmt::Write;
+
+use super::names::Taken;
+use super::statements;
+
+/// A text in another form, and what of the knowledge base it does not say.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Written {
+    /// The text, ending with a line feed.
+    pub text: String,
+    /// What is lost, a line each.
+    pub losses: Vec<String>,
+}
+
+/// Words that Python keeps for itself, as far as they could be names of ours.
+const KEYWORDS: [&str; 28] = [
+    "as", "assert", "async", "await", "break", "class", "continue", "def", "del", "elif", "else", "except",
+    "finally", "for", "from", "global", "import", "in", "is", "lambda", "nonlocal", "pass", "raise",
+    "return", "try", "while", "with", "yield",
+];
+
+/// How many names a loss tells.
+const MOST_NAMES: usize = 3;
+
+/// Writes `function/3`, `implementation/2` and `itomsOf/2`, values in SI.
+///
+/// The relation keeps its name for the variable before the `=` of its equation; where it is solved for others, the
+/// variable's name follows the relation's. A relation that is structure only keeps one name. A constant's value stands
+/// among its itoms. Time: linear in the knowledge base.
+#[must_use]
+pub fn write(knowledge: &KnowledgeBase) -> Written {
+    let mut writer = Writer { knowledge, text: String::new(), losses: Vec::new(), taken: Taken::default() };
+    writer.text += "% Relations: function(output, relation, [inputs]).\n";
+    for id in knowledge.relations().ids() {
+        writer.taken.unique(&knowledge.relations()[id].name);
+    }
+    let relations: Vec<Direction> =
+        knowledge.relations().ids().flat_map(|id| writer.directions(id)).collect();
+    for direction in &relations {
+        writer.function(direction);
+    }
+    writer.implementations(&relations);
+    writer.itoms();
+    writer.other_losses();
+    Written { text: writer.text, losses: writer.losses }
+}
+
+/// One output of a relation.
+struct Direction {
+    relation: RelationId,
+    output: VariableId,
+    name: String,
+}
+
+struct Writer<'k> {
+    knowledge: &'k KnowledgeBase,
+    text: String,
+    losses: Vec<String>,
+    taken: Taken,
+}
+
+impl Writer<'_> {
+    fn variable(&self, id: VariableId) -> &str {
+        &self.knowledge.variables()[id].name
+    }
+
+    fn line(&mut self, line: &str) {
+        self.text += line;
+        self.text += "\n";
+    }
+
+    /// The outputs of a relation, the one that its equation names first.
+    fn directions(&mut self, id: RelationId) -> Vec<Direction> {
+        let relation = &self.knowledge.relations()[id];
+        let mut outputs = relation.outputs.clone();
+        if let Some(at) = self.named_output(relation) {
+            outputs.swap(0, at);
+        }
+        let mut directions = Vec::new();
+        for (at, output) in outputs.into_iter().enumerate() {
+            let own = at == 0 || relation.formulas.is_empty();
+            let name = if own {
+                relation.name.clone()
+            } else {
+                self.taken.unique(&format!("{}_{}", relation.name, self.variable(output)))
+            };
+            directions.push(Direction { relation: id, output, name });
+        }
+        directions
+    }
+
+    /// Where the variable before the `=` stands among the outputs.
+    fn named_output(&self, relation: &Relation) -> Option<usize> {
+        let Node::Name(name) = parse_equation(&relation.text).ok()?.lhs.node else { return None };
+        relation.outputs.iter().position(|&output| self.variable(output) == name)
+    }
+
+    fn function(&mut self, direction: &Direction) {
+        let relation = &self.knowledge.relations()[direction.relation];
+        let inputs: Vec<String> =
+            relation.needs(direction.output).map(|input| atom(self.variable(input))).collect();
+        let output = atom(self.variable(direction.output));
+        self.line(&format!("function({output}, {}, [{}]).", atom(&direction.name), inputs.join(", ")));
+    }
+
+    fn implementations(&mut self, directions: &[Direction]) {
+        self.text += "\n% Their code, over values in SI units.\n";
+        let mut lost: Vec<(String, String)> = Vec::new();
+        for direction in directions {
+            let relation = &self.knowledge.relations()[direction.relation];
+            match self.code(relation, direction.output) {
+                Some(Ok(code)) => {
+                    self.line(&format!("implementation({}, {}).", atom(&direction.name), string(&code)));
+                }
+                Some(Err(why)) => lost.push((why, direction.name.clone())),
+                None => {}
+            }
+        }
+        lost.sort_by(|one, other| one.0.cmp(&other.0));
+        for group in lost.chunk_by(|one, other| one.0 == other.0) {
+            let names: Vec<&str> = group.iter().map(|(_, name)| name.as_str()).collect();
+            let why = group.first().map_or("", |(why, _)| why);
+            self.losses.push(format!("the formula of {}: {why}", told("relation", &names)));
+        }
+    }
+
+    /// The code of one output; `None` for structure only, else why there is none.
+    fn code(&self, relation: &Relation, output: VariableId) -> Option<Result<String, String>> {
+        let formula = relation.formula(output)?;
+        if relation.condition.is_some() {
+            return Some(Err("it holds under a condition, which a fact cannot say".to_owned()));
+        }
+        let variables = relation.inputs.iter().chain([&output]).map(|&id| self.variable(id));
+        if let Some(keyword) = variables.clone().find(|name| KEYWORDS.contains(name)) {
+            return Some(Err(format!("`{keyword}` is a word of Python")));
+        }
+        let name = |symbol: Symbol| format!("{}.v", self.variable(VariableId::from_index(symbol.0 as usize)));
+        let expression = statements::expression(formula, &name);
+        Some(
+            expression
+                .map(|text| format!("{}.v = {text}", self.variable(output)))
+                .map_err(|what| format!("{what} has no like in it")),
+        )
+    }
+
+    fn itoms(&mut self) {
+        self.text += "\n% What provides variables: itomsOf(variable, [names]).\n";
+        for (id, variable) in self.knowledge.variables().enumerate() {
+            let names: Vec<String> = match variable.constant {
+                Some(value) => vec![format!("{:?}", value.midpoint())],
+                None => self
+                    .knowledge
+                    .carriers(id)
+                    .iter()
+                    .map(|&signal| itom(&self.knowledge.signals()[signal].name))
+                    .collect(),
+            };
+            if !names.is_empty() {
+                self.line(&format!("itomsOf({}, [{}]).", atom(&variable.name), names.join(", ")));
+            }
+        }
+    }
+
+    fn other_losses(&mut self) {
+        let knowledge = self.knowledge;
+        let mut lose = |what: &str, kind: &str, names: Vec<&str>| {
+            if !names.is_empty() {
+                self.losses.push(format!("{what} of {}", told(kind, &names)));
+            }
+        };
+        let variables = knowledge.variables();
+        let names = |is: &dyn Fn(&shsa_core::knowledge::Variable) -> bool| {
+            variables.iter().filter(|variable| is(variable)).map(|variable| variable.name.as_str()).collect()
+        };
+        lose(
+            "the unit",
+            "variable",
+            names(&|variable| variable.unit.as_ref().is_some_and(|unit| unit.to_string() != "1")),
+        );
+        lose("the range", "variable", names(&|variable| variable.range.is_some()));
+        lose("the largest rate of change", "variable", names(&|variable| variable.max_rate.is_some()));
+        lose("the properties", "variable", names(&|variable| !variable.properties.is_empty()));
+        let inexact = |variable: &shsa_core::knowledge::Variable| {
+            variable.constant.is_some_and(|value| value.lo() != value.hi())
+        };
+        lose("the bounds", "constant", names(&inexact));
+        let relations = knowledge.relations().iter().filter(|relation| !relation.properties.is_empty());
+        lose("the properties", "relation", relations.map(|relation| relation.name.as_str()).collect());
+        let signals = |is: &dyn Fn(&shsa_core::knowledge::Signal) -> bool| {
+            let found = knowledge.signals().iter().filter(|signal| is(signal));
+            found.map(|signal| signal.name.as_str()).collect::<Vec<_>>()
+        };
+        lose("the source", "signal", signals(&|signal| signal.source != signal.name));
+        lose("the errors, rate and delays", "signal", signals(&is_timed));
+        lose("the origin", "signal", signals(&|signal| !signal.derived_from.is_empty()));
+        lose("the properties", "signal", signals(&|signal| !signal.properties.is_empty()));
+        let needs: Vec<&str> =
+            knowledge.needs().iter().map(|need| variables[need.variable].name.as_str()).collect();
+        lose("the name and demands", "need", needs);
+        if !matches!(knowledge.utility(), Utility::Norm) {
+            self.losses.push("how substitutions are rated".to_owned());
+        }
+    }
+}
+
+fn is_timed(signal: &shsa_core::knowledge::Signal) -> bool {
+    let usual = shsa_core::knowledge::ValueError::default();
+    let zero = shsa_core::time::Span::ZERO;
+    let is_late = signal.time_error != (zero, zero) || signal.delay != zero || signal.timeout.is_some();
+    is_late || signal.value_error != usual || signal.rate_hz.is_some()
+}
+
+/// `signal a`, `signals a, b`, `signals a, b, c and 4 more`.
+fn told(kind: &str, names: &[&str]) -> String {
+    let mut text = format!(
+        "{kind}{} {}",
+        if names.len() == 1 { "" } else { "s" },
+        names.iter().take(MOST_NAMES).copied().collect::<Vec<_>>().join(", ")
+    );
+    if names.len() > MOST_NAMES {
+        let _ = write!(text, " and {} more", names.len() - MOST_NAMES);
+    }
+    text
+}
+
+/// A name as an atom, in quotes when it is not written small.
+fn atom(name: &str) -> String {
+    let mut chars = name.chars();
+    let is_plain = chars.next().is_some_and(|c| c.is_ascii_lowercase())
+        && chars.all(|c| c.is_ascii_alphanumeric() || c == '_');
+    if is_plain { name.to_owned() } else { quoted(name, '\'') }
+}
+
+/// The name of a signal: an atom, or a string as topics are.
+fn itom(name: &str) -> String {
+    if atom(name) == name { name.to_owned() } else { string(name) }
+}
+
+fn string(text: &str) -> String {
+    quoted(text, '"')
+}
+
+fn quoted(text: &str, quote: char) -> String {
+    let mut quoted = String::from(quote);
+    for c in text.chars() {
+        match c {
+            '\\' => quoted += "\\\\",
+            '\n' => quoted += "\\n",
+            '\t' => quoted += "\\t",
+            _ if c == quote => quoted.extend(['\\', c]),
+            _ if c.is_control() => {
+                let _ = write!(quoted, "\\x{:x}\\", u32::from(c));
+            }
+            _ => quoted.push(c),
+        }
+    }
+    quoted.push(quote);
+    quoted
+}

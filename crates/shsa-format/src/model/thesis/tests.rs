@@ -1,0 +1,438 @@
+//! Python to formulas, and files of the thesis's programs to drafts of ours; the files here are our own.
+
+use super::clauses::is_prolog;
+use super::python::{Names, translate};
+use crate::model::{Form, load, read, write};
+use proptest::prelude::*;
+use shsa_core::knowledge::Severity;
+
+/// Translates code of a relation that computes `y` from `a`, `b`, `xs` and, called so here, `min_` (there `min`).
+fn translated(code: &str) -> String {
+    let inputs = vec![("a", "a"), ("b", "b"), ("xs", "xs"), ("dt", "dt_")];
+    let names = Names { output: Some("y"), inputs, plain_angles: false };
+    match translate(code, &names) {
+        Ok(translated) => translated.formula,
+        Err(trouble) => format!("{}: {}", code.get(trouble.span).unwrap_or("?"), trouble.message),
+    }
+}
+
+#[track_caller]
+fn check(code: &str, expected: &str) {
+    assert_eq!(translated(code), expected, "{code}");
+}
+
+#[test]
+fn expressions_become_formulas() {
+    check("9*a", "9 * a");
+    check("a - (b - 1_000.) - .5e-3", "a - (b - 1000) - 0.5e-3");
+    check("-a**2 ** -b", "-a^2^-b");
+    check("(a ** 2) ** b", "(a^2)^b");
+    check("(-a)**2 / (b*2)", "(-a)^2 / (b * 2)");
+    check("a // b + a % b", "floor(a / b) + (a - b * floor(a / b))");
+    check("--a + +b", "a + b");
+    check("dt * 2", "dt_ * 2");
+    check("# why\n  a + \\\n b ; # end", "a + b");
+    check("(a +\n b)", "a + b");
+}
+
+#[test]
+fn truths_become_conditions() {
+    check("a < b <= 3 and not (a == 1 or b != 2)", "a < b and b <= 3 and not (a == 1 or b != 2)");
+    check("a if a > b else b if b > 0 else 0", "if(a > b, a, if(b > 0, b, 0))");
+    check("(a if True else b) * 2", "if(true, a, b) * 2");
+    check("not not a > 1", "a > 1");
+}
+
+#[test]
+fn functions_of_python_become_ours() {
+    check("math.sqrt(abs(a)) + np.arctan2(a, b)", "sqrt(abs(a)) + atan2(a, b)");
+    check("min(xs) + max(a, b) + sum([a, b, 1])", "min(xs) + max(a, b) + sum(a, b, 1)");
+    check("xs[0] + xs[1:4][0] + len(xs) + xs.min()", "xs[0] + xs[1..4][0] + count(xs) + min(xs)");
+    check("np.mean(xs[2:]) - statistics.median(xs[:3])", "mean(xs[2..]) - median(xs[..3])");
+    check("math.log(a, 2) + math.log(b) + pow(a + 1, 2)", "ln(a) / ln(2) + ln(b) + (a + 1)^2");
+    check("math.degrees(a + b) + math.ceil(a) + math.pi", "(a + b) * 180 / pi + -floor(-a) + pi");
+    check(
+        "a + interval([-0.1, 0.1]) + interval[1, 2] + interval(0, 1)",
+        "a + interval(-0.1, 0.1) + interval(1, 2) + interval(0, 1)",
+    );
+    check("max((a, b))", "max(a, b)");
+    check("min([a])", "a");
+    check("math.cbrt(a) + float(b)", "root(a, 3) + b");
+}
+
+#[test]
+fn statements_in_a_row_become_one_formula() {
+    check("y = 2 * a", "2 * a");
+    check("\nk = a.v * 2\ny.v = k + b.v\ny.t = a.t\n", "a * 2 + b");
+    check("k = a + 1\nk = k * 2\ny = k", "(a + 1) * 2");
+    check("lambda u, v: u * v + 1", "a * b + 1");
+    check("lambda b, a: a - b", "a - b");
+    check("def f(u, v):\n    w = u - v\n    return w / 2", "(a - b) / 2");
+}
+
+#[test]
+fn what_is_no_formula_is_named() {
+    check("a ^ b", "^: `^` is an exclusive or in Python: a power is written `**`");
+    check("r = a", "r: this assigns to `r`, not to the output `y`");
+    check("b.v = 2 * a", "b: this assigns to `b`, not to the output `y`");
+    check("a * c", "c: `c` is no input of this relation");
+    check("y + a", "y: `y` is the output itself");
+    check("lookup(a)", "lookup: the function `lookup` is not known here");
+    check("a(b)", "a: `a` is a variable and is called like a function");
+    check("math.sin(a, b)", "math: `sin` with 2 arguments can not be taken over");
+    check("sum(x for x in xs)", "x: `x` is no input of this relation");
+    check("sum(a for a in xs)", "for: a loop can not be taken over");
+    check("[a, b]", "[: a list is no number here");
+    check("xs[-1]", "-: a place counted from the end can not be taken over");
+    check("xs[0:4:2]", ":: only one place, or a range without a step, can be taken out of a list");
+    check("a + 'b'", "'b': a text is no number");
+    check("if a > 0: y = 1", "if: `if` is a statement: only formulas can be taken over");
+    check("a.t - b.t", "t: the time of `a` can not be computed with");
+    check("y += a", "+=: `+=` changes a value: only plain assignments can be taken over");
+    check("a & b", "&: `&` works on bits or matrices: no formula here does");
+    check("0x1F", "0: only decimal numbers can be taken over");
+    check("1e999", "1e999: only decimal numbers can be taken over");
+    check("'open", "'open: a string is not closed");
+    check("a +", ": a number or a name is missing at the end");
+    check("(a + b", ": an operator is missing at the end");
+    check("a b", "b: an operator is missing before `b`");
+    check("", ": nothing computes the output");
+    check("# only words", ": nothing computes the output");
+    check("__import__('os').system('x')", "'os': a text is no number");
+}
+
+#[test]
+fn hostile_code_ends_at_a_limit() {
+    for code in [
+        "(".repeat(19_000),
+        "-(".repeat(9_000),
+        "2 ** ".repeat(3_000) + "a",
+        "not ".repeat(4_000) + "a",
+        "a if b else ".repeat(1_000) + "a",
+    ] {
+        assert!(translated(&code).len() < 25_000);
+    }
+    // each chain and each remainder writes its parts twice
+    let mut chain = "a".to_owned();
+    for _ in 0..40 {
+        chain = format!("a % ({chain} % b)");
+    }
+    check(&chain, translated(&chain).as_str());
+    assert!(translated(&chain).contains("more than 20000 bytes"), "{}", translated(&chain));
+    let doubled = "k = a + a\n".to_owned() + &"k = k + k\n".repeat(60) + "y = k";
+    assert!(translated(&doubled).contains("more than 20000 bytes"));
+    assert!(translated(&"a".repeat(30_000)).contains("more than 20000 bytes"));
+}
+
+/// The draft as YAML, and the problems of the loaded model, a line each.
+fn taken(text: &str) -> (String, String) {
+    let source = read(text, "m", None).expect("a model");
+    assert_ne!(source.form, Form::Yaml, "not seen as a file of the thesis");
+    let problems = load(text, "m").report.diagnostics;
+    let brief = problems.iter().map(|found| {
+        let severity = if found.severity == Severity::Error { "error" } else { "warning" };
+        format!("{}:{} {severity}: {}", found.line, found.column, found.message)
+    });
+    (write::yaml(&source.draft), brief.collect::<Vec<_>>().join("\n"))
+}
+
+#[track_caller]
+fn check_taken(text: &str, expected: &str, problems: &str) {
+    let (found, told) = taken(text);
+    assert!(found.trim() == expected.trim(), "found:\n{found}");
+    assert!(told == problems.trim(), "told:\n{told}");
+}
+
+const PRESS: &str = r#"
+utils: ["press.py"]
+relations:
+  by_area:
+    force: { in: [pressure, piston_area], fct: "pressure * piston_area" }
+  by_strain:
+    force:
+      in: [strain, stiffness]
+      fct: "strain * stiffness"
+      constraint: "abs(strain) < 0.01 and force >= 0"
+    strain:
+      in: [force, stiffness]
+      fct: "force / stiffness"
+  smallest:
+    gap: { in: [gaps], fct: "min(gaps[1:4])" }
+  tilt:
+    angle: { in: [left, right, width], fct: "math.atan2(left - right, width) + math.pi / 2" }
+  opaque:
+    wear: { in: [force, temperature], fct: "lookup(force, temperature)" }
+  both:
+    wear: { in: [heat, time], fct: "" }
+    heat: { in: [wear, time], fct: "" }
+  bumper:
+    force: { in: [strain], fct: "(strain < 2) * 5" }
+properties:
+  provision:
+    pressure: ["/pressure", "/pressure2"]
+    strain: ["/strain"]
+    gaps: ["/gaps"]
+    left: ["/sides"]
+    right: ["/sides"]
+    temperature: []
+  constant: { piston_area: 0.02, stiffness: 4.0e6, width: 0.8 }
+  need: { force: ["/force/safe"], angle: True, wear: 1 }
+  accuracy: { pressure: 0.9, strain: 1.4 }
+  cost: { by_strain: 2, opaque: 0.5 }
+  description: { force: "what presses" }
+provision_properties:
+  "/pressure": { pubrate: 50, accuracy: 0.95 }
+"#;
+
+const PRESS_TAKEN: &str = r#"shsa: 1
+
+variables:
+  force: {}
+  pressure: { properties: { accuracy: 0.9 } }
+  strain: {}
+  gap: {}
+  gaps: { shape: vector }
+  angle: {}
+  left: {}
+  right: {}
+  wear: {}
+  temperature: {}
+  heat: {}
+  time: {}
+
+constants:
+  piston_area: 0.02
+  stiffness: 4.0e6
+  width: 0.8
+
+relations:
+  by_area: { equation: force = pressure * piston_area, for: [force] }
+  by_strain_force:
+    equation: force = strain * stiffness
+    for: [force]
+    when: abs(strain) < 0.01 and force >= 0
+    properties: { cost: 2 }
+  by_strain_strain: { equation: strain = force / stiffness, for: [strain], properties: { cost: 2 } }
+  smallest:
+    equation: gap = min(gaps[1..4])
+    for: [gap]
+  tilt:
+    equation: angle = atan2(left - right, width) / 1 rad + pi / 2
+    for: [angle]
+  opaque: { output: wear, inputs: [force, temperature] }
+  both: { outputs: [wear, heat], inputs: [heat, time, wear] }
+  bumper: { output: force, inputs: [strain] }
+
+signals:
+  /pressure: { variable: pressure, rate: 50 Hz, properties: { accuracy: 0.95 } }
+  /pressure2: { variable: pressure }
+  /strain: { variable: strain }
+  /gaps: { variable: gaps }
+  /sides: { variable: left }
+  /sides_2: { variable: right, source: /sides }
+
+needs:
+  force: { signal: /force/safe }
+  angle: {}
+"#;
+
+#[test]
+fn the_yaml_of_the_thesis_comes_over() {
+    let told = "\
+2:1 warning: other files of Python are not read
+6:3 warning: the directions of relation `by_strain` have formulas or inputs of their own: it becomes by_strain_force, by_strain_strain
+19:45 warning: this cannot be taken over: the function `lookup` is not known here
+24:34 warning: this cannot be taken over: `*` takes a number, not true or false
+34:48 warning: this need is left out: nothing can provide `wear`
+35:38 warning: this is left out: `accuracy: 1.4` makes no sense
+36:33 warning: this is left out: the cost 0.5 of relation `opaque` is below 1
+37:3 warning: 1 `description` value is no number and left out";
+    check_taken(PRESS, PRESS_TAKEN, told);
+}
+
+#[test]
+fn a_graph_of_the_thesis_comes_over() {
+    let text = "\
+graph:
+  a: [r1, r2]
+  b: [r1]
+  r1: [c]
+  r2: [c, a]
+  c: [r2, a]
+  r3: []
+properties:
+  type: { a: 0, b: 0, c: 0, r1: 1, r2: 1, r3: 1 }
+  provided: { a: True, b: yes, c: False }
+  fct: { r1: a - b }
+";
+    let expected = "\
+shsa: 1
+
+variables:
+  c: {}
+  a: {}
+  b: {}
+
+relations:
+  r1: { equation: c = a - b, for: [c] }
+  r2: { outputs: [c, a], inputs: [a, c] }
+
+signals:
+  /a: { variable: a }
+  /b: { variable: b }
+";
+    let told = "\
+6:11 warning: this edge joins two variables, `c` and `a`: it is left out
+7:3 warning: relation `r3` feeds no variable: it is left out";
+    check_taken(text, expected, told);
+}
+
+#[test]
+fn wrong_yaml_of_the_thesis_is_placed() {
+    let problems = |text: &str| taken(text).1;
+    assert_eq!(
+        problems("graph: { a: [r] }\nproperties: { type: { a: 0, b: 7 } }\n"),
+        "1:10 warning: nothing uses `a`\n1:14 error: the type of `r` is missing\n2:32 error: this is no type of a node"
+    );
+    assert_eq!(
+        problems("relations: { r: { a: 3 } }\nproperties: {}\n"),
+        "1:22 error: expected what `a` is computed from"
+    );
+    assert_eq!(
+        problems("relations: { r: { x: { in: [pi, a-b, a b] } } }\nproperties: { provided: [pi] }\n"),
+        "1:29 warning: `pi` cannot be a variable's name in a formula: it becomes `pi_`\n\
+         1:33 warning: `a-b` cannot be a variable's name in a formula: it becomes `a_b`\n\
+         1:38 warning: `a b` cannot be a variable's name in a formula: it becomes `a_b_2`"
+    );
+}
+
+const FACTS: &str = r#"% A press as facts.
+:- use_module(library(shsa)).
+function(force, by_area, [pressure, area]).
+function(force, by_strain, [strain, stiffness]).   /* both
+   ways */ function(strain, by_strain, [force, stiffness]).
+function(wear, 'Wear map', [force, "oil temperature"]).
+implementation(by_area, "
+k = area.v  # local
+force.v = pressure.v * k
+force.t = pressure.t
+").
+implementation(by_strain, "force.v = strain.v * stiffness.v").
+implementation('Wear map', "
+try:
+    q.pop()
+except:
+    pass
+").
+itomsOf(pressure, ["/p1", p2]).  itomOf(strain, 'it''s').
+itomsOf(area, [0.02]). itomsOf(stiffness, [-3.5e6]). itomsOf(heat, []).
+query(substitution(force, X)).
+substitution(a, b) :- function(a, _, _).
+0.5::match(a, b).
+"#;
+
+const FACTS_TAKEN: &str = "\
+shsa: 1
+
+variables:
+  force: {}
+  pressure: {}
+  strain: {}
+  wear: {}
+  oil_temperature: {}
+  heat: {}
+
+constants:
+  area: 0.02
+  stiffness: -3.5e6
+
+relations:
+  by_area: { equation: force = pressure * area, for: [force] }
+  by_strain: { equation: force = strain * stiffness, for: [force, strain] }
+  Wear map: { output: wear, inputs: [force, oil_temperature] }
+
+signals:
+  /p1: { variable: pressure }
+  p2: { variable: pressure }
+  \"it's\": { variable: strain }
+";
+
+#[test]
+fn facts_of_prolog_come_over() {
+    let told = "\
+2:1 warning: not taken over: 1 directive, 1 other clause, 1 query clause, 1 rule
+6:37 warning: `oil temperature` cannot be a variable's name in a formula: it becomes `oil_temperature`
+14:1 warning: this cannot be taken over: `try` is a statement: only formulas can be taken over
+20:62 warning: nothing uses `heat`";
+    check_taken(FACTS, FACTS_TAKEN, told);
+}
+
+#[test]
+fn wrong_facts_are_placed() {
+    #[track_caller]
+    fn check(text: &str, expected: &str) {
+        assert_eq!(taken(text).1, expected, "{text}");
+    }
+    check("function(a, r).", "1:1 error: `function` has 3 arguments, not 2");
+    check("function(a, r, b).", "1:10 error: the arguments of `function` are of another kind");
+    check("function(a, r, [X]).", "1:17 error: `X` is a variable of Prolog: a fact holds names only");
+    check("function(a, r, [b c]).", "1:19 error: a `,` is missing before this");
+    check("function(a, r, [b, f(c)]).", "1:21 error: a `,` is missing before this");
+    check("function(a, r, [b]) x.", "1:21 error: something follows the fact");
+    check("function(a, r, [b.\n", "1:17 error: this fact is not closed");
+    check("function(a, r, [b])", "1:1 error: this clause does not end");
+    check("itomOf(a, 'b).", "1:11 error: this ' is not closed");
+    check("% nothing\n", "1:1 error: there is no fact of a knowledge base in this Prolog text");
+    check(
+        "function(a, r, [b]).\nfunction(a, r, [c]).",
+        "2:13 warning: relation `r` computes `a` in another way already: this one gets a name of its own",
+    );
+}
+
+#[test]
+fn prolog_is_told_from_yaml() {
+    for text in [
+        "% x",
+        "\u{feff} /* a */ f(x).",
+        ":- dynamic f/1.",
+        "function(a,r,[b]).",
+        "/* open",
+        "%!/usr/bin/env problog\n",
+    ] {
+        assert!(is_prolog(text), "{text}");
+    }
+    for text in
+        ["", "%YAML 1.2\n---\na: b", "shsa: 1", "f(x): a", "# c", "{\"a\": 1}", "hello", "Function(a)."]
+    {
+        assert!(!is_prolog(text), "{text}");
+    }
+}
+
+#[test]
+fn many_equal_names_stay_cheap() {
+    let facts: String = (0..30_000)
+        .map(|at| format!("function('{}', r{at}, []).\n", "-".repeat(at % 7) + &"+".repeat(at % 11)))
+        .collect();
+    assert!(load(&facts, "m").report.ok());
+    let needs: String = (0..20_000).map(|at| format!("n{at}: 1, ")).collect();
+    let text = format!(
+        "relations: {{ r: {{ x: {{ in: [a] }} }} }}\nproperties: {{ need: {{ {needs} }}, provided: [a] }}"
+    );
+    assert!(load(&text, "m").report.diagnostics.len() <= 20_001);
+}
+
+proptest! {
+    #[test]
+    fn any_text_is_read(text in "(function|implementation|itomsOf|\\(|\\)|\\[|\\]|,|\\.|\n| |a|B|'|\"|\\\\|x|:-|%|/\\*|\\*/|-|1|0'){0,60}") {
+        let found = load(&format!("function(a, r, [b]).\n{text}"), "m").report;
+        for problem in &found.diagnostics {
+            prop_assert!(problem.source_line.get(problem.span.clone()).is_some());
+        }
+    }
+
+    #[test]
+    fn any_code_is_translated_or_refused(code in "(a|b|xs|y|\\.v|\\.t| |\\(|\\)|\\[|\\]|:|,|\\*\\*|\\*|-|if|else|and|not|<|=|==|%|//|1|2\\.5|min|math\\.|lambda|def f|return|\n|\"){0,40}") {
+        let formula = translated(&code);
+        prop_assert!(formula.len() < 25_000);
+    }
+}

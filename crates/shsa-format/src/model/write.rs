@@ -1,0 +1,278 @@
+//! Drafts as text: YAML for people, JSON for programs; both load to the same draft again.
+
+use shsa_core::knowledge::{
+    BodyDraft, Bounds, Draft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text, UtilityDraft,
+    VariableDraft,
+};
+use std::fmt::Write;
+
+/// The longest line of a mapping that is written in one line.
+const MAX_LINE: usize = 110;
+
+/// The draft as YAML. Comments and the layout of what it was read from are not kept. Time: linear in the draft.
+#[must_use]
+pub fn yaml(draft: &Draft) -> String {
+    let mut text = String::new();
+    for (key, value) in sections(draft) {
+        match value {
+            Tree::Map(entries) if !entries.is_empty() => {
+                text += &format!("\n{key}:\n");
+                entries.iter().for_each(|(name, value)| yaml_entry(&mut text, "  ", name, value));
+            }
+            value => {
+                let _ = writeln!(text, "{key}: {}", flow(&value));
+            }
+        }
+    }
+    text
+}
+
+/// The draft as JSON, one entry a line; ends with a line feed. Time: linear in the draft.
+#[must_use]
+pub fn json(draft: &Draft) -> String {
+    let mut lines = Vec::new();
+    for (key, value) in sections(draft) {
+        match value {
+            Tree::Map(entries) => {
+                let entries: Vec<String> = entries
+                    .iter()
+                    .map(|(name, value)| format!("    {}: {}", quoted(name), json_value(value)))
+                    .collect();
+                lines.push(format!("  {}: {{\n{}\n  }}", quoted(key), entries.join(",\n")));
+            }
+            value => lines.push(format!("  {}: {}", quoted(key), json_value(&value))),
+        }
+    }
+    format!("{{\n{}\n}}\n", lines.join(",\n"))
+}
+
+/// What is written of a value.
+enum Tree {
+    /// A word, number or formula.
+    Text(String),
+    List(Vec<Tree>),
+    Map(Vec<(String, Tree)>),
+}
+
+fn text(text: &Text) -> Tree {
+    Tree::Text(text.text.clone())
+}
+
+fn list(texts: &[Text]) -> Tree {
+    Tree::List(texts.iter().map(text).collect())
+}
+
+fn pair((lo, hi): (&Text, &Text)) -> Tree {
+    Tree::List(vec![text(lo), text(hi)])
+}
+
+fn bounds(bounds: &Bounds) -> Tree {
+    match bounds {
+        Bounds::One(value) => text(value),
+        Bounds::Two(lo, hi) => pair((lo, hi)),
+    }
+}
+
+fn sections(draft: &Draft) -> Vec<(&'static str, Tree)> {
+    fn map<T>(items: &[T], entry: impl Fn(&T) -> (&Text, Tree)) -> Tree {
+        Tree::Map(items.iter().map(entry).map(|(name, value)| (name.text.clone(), value)).collect())
+    }
+    let sections = [
+        ("variables", map(&draft.variables, |variable| (&variable.name, of_variable(variable)))),
+        ("constants", map(&draft.constants, |(name, value)| (name, bounds(value)))),
+        ("functions", map(&draft.functions, |(head, body)| (head, text(body)))),
+        ("relations", map(&draft.relations, |relation| (&relation.name, of_relation(relation)))),
+        ("signals", map(&draft.signals, |signal| (&signal.name, of_signal(signal)))),
+        ("needs", map(&draft.needs, |need| (&need.variable, of_need(need)))),
+    ];
+    let filled =
+        sections.into_iter().filter(|(_, value)| !matches!(value, Tree::Map(entries) if entries.is_empty()));
+    let version = ("shsa", Tree::Text("1".to_owned()));
+    let utility = draft.utility.as_ref().map(|utility| ("utility", of_utility(utility)));
+    std::iter::once(version).chain(filled).chain(utility).collect()
+}
+
+/// The keys that have a value.
+fn keys<const N: usize>(keys: [(&str, Option<Tree>); N]) -> Tree {
+    Tree::Map(keys.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?))).collect())
+}
+
+fn properties(properties: &PropertyDrafts) -> Option<Tree> {
+    let entries = properties.iter().map(|(name, value)| (name.text.clone(), text(value)));
+    (!properties.is_empty()).then(|| Tree::Map(entries.collect()))
+}
+
+fn of_variable(variable: &VariableDraft) -> Tree {
+    keys([
+        ("unit", variable.unit.as_ref().map(text)),
+        ("shape", variable.shape.as_ref().map(text)),
+        ("range", variable.range.as_ref().map(|(lo, hi)| pair((lo, hi)))),
+        ("max_rate", variable.max_rate.as_ref().map(text)),
+        ("properties", properties(&variable.properties)),
+    ])
+}
+
+fn of_relation(relation: &RelationDraft) -> Tree {
+    let (equation, outputs, inputs) = match &relation.body {
+        BodyDraft::Equation(equation) => (Some(text(equation)), None, None),
+        BodyDraft::Structure { outputs, inputs } => (None, Some(outputs), Some(list(inputs))),
+    };
+    let (output, outputs) = match outputs.map(Vec::as_slice) {
+        Some([output]) => (Some(text(output)), None),
+        outputs => (None, outputs.map(list)),
+    };
+    let written = keys([
+        ("equation", equation),
+        ("output", output),
+        ("outputs", outputs),
+        ("inputs", inputs),
+        ("for", relation.directions.as_deref().map(list)),
+        ("when", relation.condition.as_ref().map(text)),
+        ("error", relation.error.as_ref().map(bounds)),
+        ("properties", properties(&relation.properties)),
+    ]);
+    match written {
+        Tree::Map(mut entries) if entries.len() == 1 && entries.iter().any(|(key, _)| key == "equation") => {
+            entries.pop().map_or(Tree::Map(Vec::new()), |(_, equation)| equation)
+        }
+        written => written,
+    }
+}
+
+fn of_signal(signal: &SignalDraft) -> Tree {
+    keys([
+        ("variable", signal.variable.as_ref().map(text)),
+        ("source", signal.source.as_ref().map(text)),
+        ("unit", signal.unit.as_ref().map(text)),
+        ("rate", signal.rate.as_ref().map(text)),
+        ("value_error", signal.value_error.as_ref().map(bounds)),
+        ("time_error", signal.time_error.as_ref().map(bounds)),
+        ("delay", signal.delay.as_ref().map(text)),
+        ("timeout", signal.timeout.as_ref().map(text)),
+        ("derived_from", (!signal.derived_from.is_empty()).then(|| list(&signal.derived_from))),
+        ("properties", properties(&signal.properties)),
+    ])
+}
+
+fn of_need(need: &NeedDraft) -> Tree {
+    keys([
+        ("signal", need.signal.as_ref().map(text)),
+        ("max_age", need.max_age.as_ref().map(text)),
+        ("max_width", need.max_width.as_ref().map(text)),
+        ("integrity", need.integrity.as_ref().map(text)),
+        ("hold", need.hold.as_ref().map(text)),
+        ("probation", need.probation.as_ref().map(text)),
+        ("blend", need.blend.as_ref().map(text)),
+        ("hysteresis", need.hysteresis.as_ref().map(text)),
+    ])
+}
+
+fn of_utility(utility: &UtilityDraft) -> Tree {
+    match utility {
+        UtilityDraft::Named(name) => text(name),
+        UtilityDraft::Own { at: _, aggregate, relation, signal, defaults } => keys([
+            ("aggregate", aggregate.as_ref().map(text)),
+            ("relation", relation.as_ref().map(text)),
+            ("signal", signal.as_ref().map(text)),
+            ("defaults", properties(defaults)),
+        ]),
+    }
+}
+
+/// One entry in a line when it is short and needs no quotes there, else its keys below each other.
+fn yaml_entry(text: &mut String, indent: &str, name: &str, value: &Tree) {
+    let name = plain_or_quoted(name, true);
+    let in_one = match value {
+        Tree::Text(value) => plain_or_quoted(value, false),
+        value => flow(value),
+    };
+    match value {
+        Tree::Map(entries)
+            if indent.len() + name.len() + 2 + in_one.len() > MAX_LINE
+                || entries.iter().any(|(_, value)| gains(value)) =>
+        {
+            let _ = writeln!(text, "{indent}{name}:");
+            let deeper = format!("{indent}  ");
+            entries.iter().for_each(|(name, value)| yaml_entry(text, &deeper, name, value));
+        }
+        _ => {
+            let _ = writeln!(text, "{indent}{name}: {in_one}");
+        }
+    }
+}
+
+/// Whether a value needs quotes within brackets only.
+fn gains(value: &Tree) -> bool {
+    matches!(value, Tree::Text(text) if is_plain(text, false) && !is_plain(text, true))
+}
+
+/// A value in one line.
+fn flow(value: &Tree) -> String {
+    match value {
+        Tree::Text(text) => plain_or_quoted(text, true),
+        Tree::List(items) => format!("[{}]", items.iter().map(flow).collect::<Vec<_>>().join(", ")),
+        Tree::Map(entries) if entries.is_empty() => "{}".to_owned(),
+        Tree::Map(entries) => {
+            let entries = entries
+                .iter()
+                .map(|(name, value)| format!("{}: {}", plain_or_quoted(name, true), flow(value)));
+            format!("{{ {} }}", entries.collect::<Vec<_>>().join(", "))
+        }
+    }
+}
+
+/// As it is where YAML reads it as it is, else in double quotes.
+fn plain_or_quoted(text: &str, inside: bool) -> String {
+    if is_plain(text, inside) { text.to_owned() } else { quoted(text) }
+}
+
+/// Whether YAML reads a text as it is; `inside` brackets, and as a key, fewer signs may stand.
+fn is_plain(text: &str, inside: bool) -> bool {
+    let begins = text.starts_with(|c: char| c.is_ascii_alphanumeric() || "/_.(".contains(c))
+        || text.starts_with('-') && text[1..].starts_with(|c: char| c.is_ascii_alphanumeric() || c == '.');
+    let is_document = text.starts_with("---") || text.starts_with("...");
+    let is_sign = |c: char| " _./+-*^%()=<>~@$;".contains(c) || !inside && "[],".contains(c);
+    let signs = text.chars().all(|c| c.is_ascii_alphanumeric() || is_sign(c));
+    let is_nothing = matches!(text, "null" | "Null" | "NULL" | "~");
+    begins && signs && !is_nothing && !is_document && text.trim() == text
+}
+
+/// In double quotes, as JSON and YAML both read it.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from('"');
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            '\n' => quoted += "\\n",
+            '\t' => quoted += "\\t",
+            // what no YAML text may hold as it is, line ends of other alphabets among it
+            _ if c.is_control()
+                || matches!(c, '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}') =>
+            {
+                let _ = write!(quoted, "\\u{:04x}", u32::from(c));
+            }
+            _ => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
+}
+
+fn json_value(value: &Tree) -> String {
+    match value {
+        Tree::Text(text) if is_json_number(text) => text.clone(),
+        Tree::Text(text) => quoted(text),
+        Tree::List(items) => format!("[{}]", items.iter().map(json_value).collect::<Vec<_>>().join(", ")),
+        Tree::Map(entries) => {
+            let entries =
+                entries.iter().map(|(name, value)| format!("{}: {}", quoted(name), json_value(value)));
+            format!("{{{}}}", entries.collect::<Vec<_>>().join(", "))
+        }
+    }
+}
+
+/// Whether a text is a number of JSON as it is.
+fn is_json_number(text: &str) -> bool {
+    let begins = text.starts_with(|c: char| c.is_ascii_digit() || c == '-');
+    begins && serde_json::from_str::<serde_json::Number>(text).is_ok()
+}

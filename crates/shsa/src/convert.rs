@@ -1,0 +1,194 @@
+//! `shsa convert`: a knowledge base in another form, or as a drawing.
+
+use crate::outcome::{AlreadyTold, Outcome};
+use crate::{plan, show};
+use anyhow::{Context, bail};
+use shsa_core::knowledge::{Draft, KnowledgeBase, SignalSet};
+use shsa_core::plan::{Graph, Limits, Options, best};
+use shsa_format::drawing::{self, Marks};
+use shsa_format::model::thesis::prolog::{self, Written};
+use shsa_format::model::{self, Form, Loaded, Report, write};
+use std::fs;
+use std::io::{IsTerminal, Write, stderr, stdout};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `shsa convert`.
+#[derive(clap::Args)]
+#[command(after_help = HELP)]
+pub(crate) struct Arguments {
+    /// The knowledge base: YAML, JSON, or a file of the thesis's programs (YAML or Prolog).
+    file: PathBuf,
+    /// Where to write; `-` is standard output.
+    #[arg(short, long, value_name = "FILE", default_value = "-")]
+    output: PathBuf,
+    /// What to write; by the ending of the output, else YAML.
+    #[arg(long, value_enum)]
+    to: Option<Target>,
+    /// What is read; found out when it is not given.
+    #[arg(long, value_enum)]
+    from: Option<Origin>,
+    /// In a drawing, mark the best substitution of this variable.
+    #[arg(long, value_name = "VARIABLE")]
+    mark: Option<String>,
+    /// In a drawing, a signal that is lost; may be given several times.
+    #[arg(long, value_name = "SIGNAL")]
+    lost: Vec<String>,
+}
+
+const HELP: &str = "\
+What the other form cannot say is told, and the exit status is 3. Comments are not taken over. A drawing (DOT for
+Graphviz, or SVG) shows the structure only.
+
+The thesis's YAML is read (relations by their outputs with `in`, `fct` and `constraint`, or a `graph`; properties such
+as `type`, `provided`, `provision`, `constant`, `need`, `accuracy`, `cost`), and its Prolog facts function/3,
+implementation/2, itomsOf/2 and itomOf/2, by this and every other command. Formulas in Python become ours where they
+can; else the relation is structure only: it can be planned and analysed, not run.
+
+Example: shsa convert models/rover.yaml -o rover.svg --mark v_dmin --lost /lidar/scan
+Example: shsa convert facts.pl -o model.yaml";
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Target {
+    /// Our form, for people.
+    Yaml,
+    /// Our form, for programs.
+    Json,
+    /// Facts of the thesis's programs.
+    Prolog,
+    /// A graph for Graphviz.
+    Dot,
+    /// A drawing.
+    Svg,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Origin {
+    /// Our form.
+    Yaml,
+    /// The same as JSON.
+    Json,
+    /// The YAML of the thesis's programs.
+    Thesis,
+    /// Their Prolog facts.
+    Prolog,
+}
+
+impl Origin {
+    fn form(self) -> Form {
+        match self {
+            Origin::Yaml | Origin::Json => Form::Yaml,
+            Origin::Thesis => Form::Thesis,
+            Origin::Prolog => Form::Prolog,
+        }
+    }
+}
+
+/// Converts; degraded when something is lost, bad input when the knowledge base has errors.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let target = target(arguments)?;
+    let is_stdout = arguments.output.as_os_str() == "-";
+    if !is_stdout && is_same(&arguments.file, &arguments.output) {
+        bail!("{} would be overwritten by what is read from it: write elsewhere", arguments.file.display());
+    }
+    if !matches!(target, Target::Dot | Target::Svg)
+        && (arguments.mark.is_some() || !arguments.lost.is_empty())
+    {
+        bail!("--mark and --lost are for drawings: add --to svg or --to dot");
+    }
+    let (draft, loaded, losses) = read(arguments)?;
+    let written = written(arguments, target, &draft, &loaded.knowledge)?;
+    if is_stdout {
+        stdout().write_all(written.text.as_bytes())?;
+    } else {
+        let path = &arguments.output;
+        fs::write(path, &written.text).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    written.losses.iter().for_each(|loss| show::warn(format_args!("lost: {loss}")));
+    Ok(if losses == 0 && written.losses.is_empty() { Outcome::Done } else { Outcome::Degraded })
+}
+
+fn target(arguments: &Arguments) -> anyhow::Result<Target> {
+    if let Some(target) = arguments.to {
+        return Ok(target);
+    }
+    if arguments.output.as_os_str() == "-" {
+        return Ok(Target::Yaml);
+    }
+    let ending = arguments.output.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    Ok(match ending.as_str() {
+        "yaml" | "yml" => Target::Yaml,
+        "json" => Target::Json,
+        "pl" | "pro" | "plp" | "prolog" => Target::Prolog,
+        "dot" | "gv" => Target::Dot,
+        "svg" => Target::Svg,
+        _ => bail!("what to write into {} is not clear: say it with --to", arguments.output.display()),
+    })
+}
+
+fn is_same(one: &Path, other: &Path) -> bool {
+    matches!((fs::canonicalize(one), fs::canonicalize(other)), (Ok(one), Ok(other)) if one == other)
+}
+
+/// The draft and the knowledge base, and how much did not come over; problems go to standard error.
+fn read(arguments: &Arguments) -> anyhow::Result<(Draft, Loaded, usize)> {
+    let name = arguments.file.display().to_string();
+    let text = told(model::read_text(&arguments.file, "model"))?;
+    let source = told(model::read(&text, &name, arguments.from.map(Origin::form)))?;
+    let (draft, losses) = (source.draft.clone(), source.losses);
+    let loaded = source.build(&text, &name);
+    tell(&loaded.report);
+    if loaded.report.ok() { Ok((draft, loaded, losses)) } else { Err(AlreadyTold.into()) }
+}
+
+fn told<T>(read: Result<T, Report>) -> anyhow::Result<T> {
+    read.map_err(|report| {
+        tell(&report);
+        AlreadyTold.into()
+    })
+}
+
+fn tell(report: &Report) {
+    let text = report.render(show::colour(stderr().is_terminal()));
+    if !text.is_empty() {
+        show::tell(text.trim_end());
+    }
+}
+
+fn written(
+    arguments: &Arguments,
+    target: Target,
+    draft: &Draft,
+    knowledge: &KnowledgeBase,
+) -> anyhow::Result<Written> {
+    let text = match target {
+        Target::Yaml => write::yaml(draft),
+        Target::Json => write::json(draft),
+        Target::Prolog => return Ok(prolog::write(knowledge)),
+        Target::Dot => drawing::dot(knowledge, &marks(arguments, knowledge)?),
+        Target::Svg => drawing::svg(knowledge, &marks(arguments, knowledge)?)?,
+    };
+    let text = if text.ends_with('\n') { text } else { text + "\n" };
+    Ok(Written { text, losses: Vec::new() })
+}
+
+/// What a drawing marks: the best substitution without the lost signals, and these.
+fn marks(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Marks> {
+    let forbidden_signals = arguments
+        .lost
+        .iter()
+        .map(|name| plan::find_signal(knowledge, name))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let mut lost = SignalSet::new();
+    for &signal in &forbidden_signals {
+        lost.insert(signal);
+    }
+    let Some(name) = &arguments.mark else { return Ok(Marks { chosen: None, lost }) };
+    let variable = plan::find_variable(knowledge, name)?;
+    let options = Options { forbidden_signals, ..Options::default() };
+    let plan = best(&Graph::new(knowledge), variable, &options, 1, Limits::default());
+    let chosen = plan.substitutions.into_iter().next().map(|(substitution, _)| substitution);
+    if chosen.is_none() {
+        show::warn(format_args!("nothing can provide {name}: nothing is marked"));
+    }
+    Ok(Marks { chosen, lost })
+}
