@@ -9,7 +9,7 @@ use shsa_format::drawing::{self, Marks};
 use shsa_format::model::thesis::prolog::{self, Written};
 use shsa_format::model::{self, Form, Loaded, Report, write};
 use std::fs;
-use std::io::{IsTerminal, Write, stderr, stdout};
+use std::io::{Write, stdout};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `shsa convert`.
@@ -136,22 +136,15 @@ fn read(arguments: &Arguments) -> anyhow::Result<(Draft, Loaded, usize)> {
     let source = told(model::read(&text, &name, arguments.from.map(Origin::form)))?;
     let (draft, losses) = (source.draft.clone(), source.losses);
     let loaded = source.build(&text, &name);
-    tell(&loaded.report);
+    show::tell_report(&loaded.report);
     if loaded.report.ok() { Ok((draft, loaded, losses)) } else { Err(AlreadyTold.into()) }
 }
 
 fn told<T>(read: Result<T, Report>) -> anyhow::Result<T> {
     read.map_err(|report| {
-        tell(&report);
+        show::tell_report(&report);
         AlreadyTold.into()
     })
-}
-
-fn tell(report: &Report) {
-    let text = report.render(show::colour(stderr().is_terminal()));
-    if !text.is_empty() {
-        show::tell(text.trim_end());
-    }
 }
 
 fn written(

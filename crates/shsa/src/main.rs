@@ -8,6 +8,7 @@ mod convert;
 mod demo;
 mod monitor;
 mod outcome;
+mod parts;
 mod plan;
 mod replay;
 mod requirements;
@@ -49,6 +50,10 @@ enum Command {
     Demo(demo::DemoArgs),
     /// Write a knowledge base in another form: YAML, JSON, Prolog, a drawing.
     Convert(convert::Arguments),
+    /// Put the knowledge bases of subsystems together.
+    Join(parts::JoinArguments),
+    /// Take a part out of a knowledge base, with all that it needs to be understood.
+    Part(parts::PartArguments),
     /// Measure how fast this is, and how it grows.
     Bench(bench::Arguments),
     /// Print completions for a shell.
@@ -65,6 +70,8 @@ fn main() -> ExitCode {
         Command::Story(arguments) => story::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
+        Command::Join(arguments) => parts::join(&arguments),
+        Command::Part(arguments) => parts::part(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Completions(arguments) => complete::run(&arguments),
     };

@@ -2,7 +2,19 @@
 
 use crate::folder::Folder;
 
-const COMMANDS: [&str; 8] = ["check", "plan", "monitor", "replay", "story", "demo", "convert", "completions"];
+const COMMANDS: [&str; 11] = [
+    "check",
+    "plan",
+    "monitor",
+    "replay",
+    "story",
+    "demo",
+    "convert",
+    "join",
+    "part",
+    "bench",
+    "completions",
+];
 
 /// The example that the help of a command gives.
 #[track_caller]

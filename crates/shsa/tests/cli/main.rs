@@ -9,6 +9,7 @@ mod contingency;
 mod convert;
 mod help;
 mod monitor;
+mod parts;
 mod plan;
 mod reload;
 mod replay;

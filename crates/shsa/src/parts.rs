@@ -1,0 +1,88 @@
+//! `shsa join` and `shsa part`: models of subsystems become one, and one is taken apart.
+
+use crate::outcome::{AlreadyTold, Outcome};
+use crate::show;
+use anyhow::{Context, bail};
+use shsa_core::knowledge::{self, Draft};
+use shsa_format::model::live::{self, Written};
+use shsa_format::model::{Report, read_text, write};
+use std::ffi::OsStr;
+use std::fs;
+use std::io::{Write, stdout};
+use std::path::PathBuf;
+
+/// Arguments of `shsa join`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "What several files say in the same words is taken once; where they contradict each other, both places are told.
+Example: shsa join chassis.yaml engine.yaml -o car.yaml"
+)]
+pub(crate) struct JoinArguments {
+    /// The knowledge bases, YAML or JSON; one may name what only another one describes.
+    #[arg(required = true, num_args = 2..)]
+    models: Vec<PathBuf>,
+    #[command(flatten)]
+    output: Output,
+}
+
+/// Arguments of `shsa part`.
+#[derive(clap::Args)]
+#[command(after_help = "Example: shsa part models/husky.yaml path_speed -o speed.yaml")]
+pub(crate) struct PartArguments {
+    /// The knowledge base, YAML or JSON.
+    model: PathBuf,
+    /// Variables, relations, signals and needs; what they need to be understood comes along.
+    #[arg(required = true)]
+    names: Vec<String>,
+    #[command(flatten)]
+    output: Output,
+}
+
+#[derive(clap::Args)]
+struct Output {
+    /// Where to write, as YAML or, by the ending, JSON; `-` is standard output.
+    #[arg(short, long, value_name = "FILE", default_value = "-")]
+    output: PathBuf,
+}
+
+/// Joins; bad input when the models contradict each other, or the whole has errors.
+pub(crate) fn join(arguments: &JoinArguments) -> anyhow::Result<Outcome> {
+    let names: Vec<String> = arguments.models.iter().map(|path| path.display().to_string()).collect();
+    let texts = arguments.models.iter().map(|path| told(read_text(path, "model")));
+    let texts = texts.collect::<anyhow::Result<Vec<_>>>()?;
+    let parts: Vec<Written> = names.iter().zip(&texts).map(|(name, text)| Written { name, text }).collect();
+    let (joined, warnings) = told(live::join(&parts))?;
+    show::tell_report(&warnings);
+    arguments.output.write(joined.draft())
+}
+
+/// Takes a part out.
+pub(crate) fn part(arguments: &PartArguments) -> anyhow::Result<Outcome> {
+    let model = show::load_live(&arguments.model)?;
+    let names: Vec<&str> = arguments.names.iter().map(String::as_str).collect();
+    match knowledge::part(model.draft(), &names) {
+        Ok(part) => arguments.output.write(&part),
+        Err(unknown) => bail!("the model has nothing with the name {}", unknown.join(", ")),
+    }
+}
+
+fn told<T>(read: Result<T, Report>) -> anyhow::Result<T> {
+    read.map_err(|report| {
+        show::tell_report(&report);
+        AlreadyTold.into()
+    })
+}
+
+impl Output {
+    fn write(&self, draft: &Draft) -> anyhow::Result<Outcome> {
+        let is_json = self.output.extension() == Some(OsStr::new("json"));
+        let text = if is_json { write::json(draft) } else { write::yaml(draft) };
+        if self.output.as_os_str() == "-" {
+            stdout().write_all(text.as_bytes())?;
+        } else {
+            fs::write(&self.output, text)
+                .with_context(|| format!("cannot write {}", self.output.display()))?;
+        }
+        Ok(Outcome::Done)
+    }
+}

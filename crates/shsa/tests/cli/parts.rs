@@ -1,0 +1,47 @@
+//! `shsa join` and `shsa part`: models in pieces.
+
+use crate::folder::Folder;
+
+const CHASSIS: &str = "\
+shsa: 1
+variables: { speed: { unit: m/s }, wheel: { unit: rad/s } }
+relations: { rolling: speed = wheel * 0.3 m / 1 rad }
+signals: { /wheel: { variable: wheel, rate: 50 Hz } }
+";
+
+const ENGINE: &str = "\
+shsa: 1
+variables: { speed: { unit: m/s }, crank: { unit: rad/s } }
+relations: { gears: speed = crank * 0.02 m / 1 rad }
+signals: { /crank: { variable: crank, rate: 100 Hz } }
+needs: { speed: }
+";
+
+fn folder() -> Folder {
+    Folder::with(&[("chassis.yaml", CHASSIS.as_bytes()), ("engine.yaml", ENGINE.as_bytes())])
+}
+
+#[test]
+fn parts_make_a_whole_and_a_whole_parts() {
+    let folder = folder();
+    folder.ends("join chassis.yaml engine.yaml -o car.yaml", 0);
+    let found = folder.json("plan car.yaml speed --all", 0);
+    assert_eq!(found["substitutions"].as_array().unwrap().len(), 2);
+    folder.ends("part car.yaml gears crank -o gears.json", 0);
+    let checked = folder.json("check gears.json", 0);
+    assert_eq!((&checked["variables"], &checked["relations"]), (&2.into(), &1.into()));
+    folder.ends("join chassis.yaml gears.json -o again.yaml", 0);
+    assert_eq!(folder.json("plan again.yaml speed --all", 0)["substitutions"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn contradictions_name_both_places() {
+    let folder = folder();
+    let other = ENGINE.replace("speed: { unit: m/s }", "speed: { unit: rad }");
+    folder.write("engine.yaml", other.as_bytes());
+    folder
+        .refuses("join chassis.yaml engine.yaml -o car.yaml", &["chassis.yaml:2", "engine.yaml:2", "speed"]);
+    assert!(!folder.names().contains(&"car.yaml".to_owned()), "something was written");
+    folder.refuses("join chassis.yaml", &["required"]);
+    folder.refuses("part chassis.yaml weel", &["nothing with the name weel"]);
+}
