@@ -2,7 +2,7 @@
 
 use crate::folder::Folder;
 
-const COMMANDS: [&str; 7] = ["check", "plan", "monitor", "replay", "story", "demo", "completions"];
+const COMMANDS: [&str; 8] = ["check", "plan", "monitor", "replay", "story", "demo", "bench", "completions"];
 
 /// The example that the help of a command gives.
 #[track_caller]
