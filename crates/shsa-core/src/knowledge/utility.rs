@@ -294,7 +294,7 @@ impl Utility {
         };
         let rating = own.relation.as_ref()?;
         let missing = |(name, otherwise): &(&str, Option<f64>)| {
-            otherwise.is_none() && !relation.properties.contains_key(*name)
+            otherwise.is_none() && !relation.properties.contains_key(name)
         };
         if let Some((name, _)) = rating.properties().find(missing) {
             let message = format!("relation `{}` has no `{name}`, which the utility reads", relation.name);
