@@ -287,8 +287,8 @@ impl Utility {
         let own = match self {
             Utility::Norm => {
                 let cost = property(&relation.properties, "cost", Some(1.0));
-                let message = format!("the cost {cost} of relation `{}` is below 1", relation.name);
-                return if cost >= 1.0 { None } else { wrong(message, "a cost is at least 1") };
+                let message = || format!("the cost {cost} of relation `{}` is below 1", relation.name);
+                return if cost >= 1.0 { None } else { wrong(message(), "a cost is at least 1") };
             }
             Utility::Own(own) => own,
         };
@@ -387,9 +387,10 @@ fn inaccurate(knowledge: &KnowledgeBase, element: Element) -> Option<UtilityProb
         Element::Relation(_) => return None,
     };
     let accuracy = properties.get("accuracy").copied()?;
-    let message = format!("the accuracy {accuracy} of `{name}` is outside 0 to 1");
-    let help = String::from("an accuracy is a share");
-    (!(0.0..=1.0).contains(&accuracy)).then_some(UtilityProblem { element, message, help })
+    (!(0.0..=1.0).contains(&accuracy)).then(|| {
+        let message = format!("the accuracy {accuracy} of `{name}` is outside 0 to 1");
+        UtilityProblem { element, message, help: String::from("an accuracy is a share") }
+    })
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use crate::outcome::Outcome;
 
 /// Arguments of `shsa bench`.
 #[derive(clap::Args)]
+#[command(after_help = "Example: shsa bench scale --sizes 1000,10000")]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     command: Command,

@@ -4,6 +4,7 @@
 mod folder;
 mod tank;
 
+mod bench;
 mod check;
 mod contingency;
 mod convert;

@@ -17,7 +17,7 @@ pub(super) struct Measured {
 }
 
 /// What is measured, in this order: the keys of the JSON object.
-const KEYS: [&str; 17] = [
+const KEYS: [&str; 18] = [
     "relations",
     "variables",
     "signals",
@@ -32,6 +32,7 @@ const KEYS: [&str; 17] = [
     "plans_limited",
     "table_s",
     "table_searches",
+    "table_needs",
     "change_median_s",
     "change_worst_s",
     "peak_bytes",
@@ -73,10 +74,12 @@ pub(super) fn measure(path: &Path) -> anyhow::Result<Measured> {
     let needed: Vec<VariableId> = knowledge.needs().iter().map(|need| need.variable).collect();
     let (mut plans, limited) = plans(&graph, &needed);
     let plans_s = plans.iter().sum();
+    let preparation = Preparation { work: u64::MAX, ..Preparation::default() };
     let began = Instant::now();
-    let mut table = Contingency::new(&knowledge, &graph, needed.iter().copied(), Preparation::default());
+    let mut table = Contingency::new(&knowledge, &graph, needed.iter().copied(), preparation);
     let table_s = began.elapsed().as_secs_f64();
     let searches = table.searches();
+    let complete = table.variables().filter(|&variable| table.is_complete(variable)).count();
     let mut changes = changes(&mut knowledge, &mut graph, &mut table);
     let count = |count: usize| count as f64;
     Ok(Measured {
@@ -95,6 +98,7 @@ pub(super) fn measure(path: &Path) -> anyhow::Result<Measured> {
             count(limited),
             table_s,
             searches as f64,
+            count(complete),
             median(&mut changes),
             worst(&changes),
             peak_bytes(),

@@ -66,7 +66,7 @@ fn is_measured(at: &usize) -> bool {
 }
 
 fn variable(random: &mut ChaCha8Rng, subsystem: usize, at: usize) -> String {
-    if at % 4 == 0 {
+    if at.is_multiple_of(4) {
         let accuracy = random.random_range(80..100);
         return format!("\"u{subsystem}_v{at}\": {{\"properties\": {{\"accuracy\": 0.{accuracy}}}}}");
     }
