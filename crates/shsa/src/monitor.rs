@@ -76,7 +76,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     refuse_vector(&knowledge, variable)?;
     let recording = read(arguments, &knowledge)?;
     let steps = Steps::of(&recording, arguments.period)?;
-    let ways = witnesses(&knowledge, &Graph::new(&knowledge), variable);
+    let ways = witnesses(&knowledge, &Graph::new(&knowledge), variable).ways;
     let mut method: Box<dyn Method> = match arguments.mode {
         Mode::Thesis => Box::new(Thesis::new(&knowledge, ways, arguments)),
         Mode::Default => Box::new(Watching::new(&knowledge, ways)),

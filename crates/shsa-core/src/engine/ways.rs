@@ -2,7 +2,7 @@
 
 use crate::computation::Computation;
 use crate::knowledge::{Id, KnowledgeBase, Shape, SignalId, VariableId};
-use crate::plan::{self, Graph, Limits, Options, Plan, Preparation};
+use crate::plan::{self, Graph, Limits, Options, Plan, Preparation, StopReason};
 use crate::substitution::{Substitution, Way};
 use alloc::vec::Vec;
 
@@ -25,10 +25,21 @@ pub(super) struct Source {
 /// All ways of knowing every variable that can be known in two ways or more.
 pub(super) fn to_watch(knowledge: &KnowledgeBase, graph: &Graph) -> Vec<Way> {
     (0..knowledge.variables().len())
-        .map(|index| witnesses(knowledge, graph, VariableId::from_index(index)))
+        .map(|index| witnesses(knowledge, graph, VariableId::from_index(index)).ways)
         .filter(|ways| ways.len() > 1)
         .flatten()
         .collect()
+}
+
+/// The ways of knowing a variable that are compared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Witnesses {
+    /// Best utility first, then in file order.
+    pub ways: Vec<Way>,
+    /// Whether there are no others: neither the number of ways nor a limit of the search has ended the list.
+    pub complete: bool,
+    /// How many decisions the search has taken.
+    pub expanded: u64,
 }
 
 /// The ways of knowing a variable that say something which its other comparisons do not.
@@ -36,22 +47,30 @@ pub(super) fn to_watch(knowledge: &KnowledgeBase, graph: &Graph) -> Vec<Way> {
 /// A provided number is not looked behind: it is compared in its own right. A provided vector is, as vectors are
 /// compared only in the numbers that follow from them. At most 32.
 #[must_use]
-pub fn witnesses(knowledge: &KnowledgeBase, graph: &Graph, variable: VariableId) -> Vec<Way> {
+pub fn witnesses(knowledge: &KnowledgeBase, graph: &Graph, variable: VariableId) -> Witnesses {
     let is_vector = |variable: VariableId| knowledge.variables()[variable].shape == Shape::Vector;
-    let options = Options { substitute_provided: true, ..Options::default() };
+    let is_looked_behind = |variable: VariableId| {
+        is_vector(variable) && knowledge.is_provided(variable) && !knowledge.producers(variable).is_empty()
+    };
+    // The search looks behind all that is provided or behind nothing, and all takes much longer in a large model.
+    let substitute_provided = knowledge.variables().ids().any(is_looked_behind);
+    let options = Options { substitute_provided, ..Options::default() };
     let found = plan::best(graph, variable, &options, MOST_SEARCHED, LIMITS);
     let compared_itself = |substitution: &Substitution| {
         let mut behind =
             substitution.steps.iter().map(|step| step.output).filter(|&output| output != variable);
         behind.any(|output| knowledge.is_provided(output) && !is_vector(output))
     };
-    found
+    let mut ways: Vec<Way> = found
         .substitutions
         .iter()
         .filter(|(substitution, _)| !compared_itself(substitution))
-        .flat_map(|(substitution, _)| Way::choices(knowledge, substitution, |_| true, MOST))
-        .take(MOST)
-        .collect()
+        .flat_map(|(substitution, _)| Way::choices(knowledge, substitution, |_| true, MOST + 1))
+        .take(MOST + 1)
+        .collect();
+    let complete = found.stop == StopReason::Complete && ways.len() <= MOST;
+    ways.truncate(MOST);
+    Witnesses { ways, complete, expanded: found.expanded }
 }
 
 /// The ways of knowing a variable that can run without some lost signals (ascending), best utility first, then in file

@@ -66,7 +66,12 @@ impl<I: Id> IdSet<I> {
 
     /// Adds all elements of another set.
     pub fn extend(&mut self, other: &IdSet<I>) {
-        other.iter().for_each(|id| _ = self.insert(id));
+        if self.words.len() < other.words.len() {
+            self.words.resize(other.words.len(), 0);
+        }
+        for (bits, more) in self.words.iter_mut().zip(&other.words) {
+            *bits |= more;
+        }
     }
 
     /// How many elements there are.

@@ -3,10 +3,10 @@
 use super::{Debounce, Monitor, Pair, Watch, WatchedWay, WayIndex, Window};
 use crate::alignment::{History, Port, Reach};
 use crate::computation::Computation;
-use crate::knowledge::{Id, IdVec, KnowledgeBase, Shape, SignalId, SignalSet};
+use crate::knowledge::{IdVec, KnowledgeBase, RelationId, Shape, SignalId, SignalSet, VariableId};
 use crate::substitution::Way;
 use crate::time::Span;
-use alloc::collections::BTreeSet;
+use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 
 /// Fewest and most samples in a history.
@@ -51,17 +51,13 @@ impl Monitor {
         monitor
     }
 
-    /// Pairs all ways of each variable, but the same signals and relations only once, in whichever variable.
     fn add_pairs(&mut self, debounce: Debounce) {
-        let mut seen = BTreeSet::new();
-        for (at, one) in self.ways.iter().enumerate() {
-            for (after, other) in self.ways.iter().enumerate().skip(at + 1) {
-                if one.variable() != other.variable() || one.rests_on == other.rests_on {
-                    continue;
-                }
-                if seen.insert(evidence(one, other)) {
-                    self.pairs.push(pair((at, one), (after, other), debounce));
-                }
+        let ways: Vec<(&Way, &SignalSet)> =
+            self.ways.iter().map(|way| (way.computation.way(), &way.rests_on)).collect();
+        let compared = compared(&ways);
+        for (at, after) in compared {
+            if let (Some(one), Some(other)) = (self.ways.get(at), self.ways.get(after)) {
+                self.pairs.push(pair((at, one), (after, other), debounce));
             }
         }
         for (number, pair) in self.pairs.iter().enumerate() {
@@ -70,6 +66,34 @@ impl Monitor {
             }
         }
     }
+}
+
+/// Which ways are compared: all pairs of each variable, but the same signals and relations only once, in whichever
+/// variable.
+///
+/// Arguments: each way with the signals that it [rests on](rests_on). Returns places in `ways`, the smaller one first,
+/// ascending. Complexity: O(p log p) for p pairs of ways of one variable.
+#[must_use]
+pub fn compared(ways: &[(&Way, &SignalSet)]) -> Vec<(usize, usize)> {
+    let mut of_variable: BTreeMap<VariableId, Vec<usize>> = BTreeMap::new();
+    for (at, (way, _)) in ways.iter().enumerate() {
+        of_variable.entry(way.substitution.sink).or_default().push(at);
+    }
+    let mut pairs = Vec::new();
+    for same in of_variable.values() {
+        for (number, &at) in same.iter().enumerate() {
+            pairs.extend(same.iter().skip(number + 1).map(|&after| (at, after)));
+        }
+    }
+    pairs.sort_unstable();
+    let mut seen = BTreeSet::new();
+    pairs.retain(|&(at, after)| match (ways.get(at), ways.get(after)) {
+        (Some(&(one, one_rests_on)), Some(&(other, other_rests_on))) => {
+            one_rests_on != other_rests_on && seen.insert(evidence(one, other))
+        }
+        _ => false,
+    });
+    pairs
 }
 
 /// The longest time between an event and the last observation of it: how far back histories reach.
@@ -107,8 +131,9 @@ fn watched_way(knowledge: &KnowledgeBase, computation: Computation, lookback: Sp
     WatchedWay { computation, rests_on, outputs, reach, triggers: Vec::new() }
 }
 
-/// The signals of a way with all that they are derived from.
-fn rests_on(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
+/// The signals of a way with all that they are derived from: when one of them is lost, so is the way.
+#[must_use]
+pub fn rests_on(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
     way.inputs().fold(SignalSet::new(), |mut all, signal| {
         all.extend(&knowledge.origins(signal));
         all
@@ -116,13 +141,12 @@ fn rests_on(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
 }
 
 /// What a comparison speaks about: the same signals and relations in another variable say the same again.
-fn evidence(one: &WatchedWay, other: &WatchedWay) -> (Vec<usize>, Vec<SignalId>) {
-    let steps = |way: &WatchedWay| way.computation.way().substitution.relations();
-    let mut relations: Vec<usize> = steps(one).into_iter().chain(steps(other)).map(Id::index).collect();
+fn evidence(one: &Way, other: &Way) -> (Vec<RelationId>, Vec<SignalId>) {
+    let mut relations = one.substitution.relations();
+    relations.extend(other.substitution.relations());
     relations.sort_unstable();
     relations.dedup();
-    let inputs = |way: &WatchedWay| way.computation.way().inputs().collect::<Vec<_>>();
-    let mut signals: Vec<SignalId> = inputs(one).into_iter().chain(inputs(other)).collect();
+    let mut signals: Vec<SignalId> = one.inputs().chain(other.inputs()).collect();
     signals.sort_unstable();
     signals.dedup();
     (relations, signals)

@@ -15,6 +15,7 @@ pub mod thesis;
 mod build;
 mod inherit;
 
+pub use build::{compared, rests_on};
 pub use inherit::Inheritance;
 pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};
 pub use watch::{Absence, Change, Watch};

@@ -116,6 +116,13 @@ impl<'a> BestFirst<'a> {
         self.kept += states;
     }
 
+    /// How many ways of computing a variable the search may have to look at: what it costs to begin, and to find
+    /// [`BestFirst::any`].
+    #[must_use]
+    pub fn reach(&self) -> usize {
+        self.scope.count()
+    }
+
     /// How many partial and complete substitutions were dropped as they cannot meet the requirements.
     #[must_use]
     pub fn pruned(&self) -> u64 {

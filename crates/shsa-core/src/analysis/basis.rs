@@ -1,0 +1,43 @@
+//! On which relations an analysis counts, and with which ways that leaves it.
+
+use crate::computation::Computation;
+use crate::knowledge::{KnowledgeBase, RelationId};
+use crate::substitution::{Step, Way};
+use alloc::vec::Vec;
+
+/// The relations that an analysis does not count on.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Basis {
+    /// Ascending.
+    forbidden: Vec<RelationId>,
+}
+
+impl Basis {
+    /// Relations that go on from a variable's own last value are never counted on: such a way says nothing new about
+    /// its own variable, and cannot run for another one. With `only_runnable`, neither are relations without a
+    /// formula, except those from `assumed` on.
+    pub(super) fn new(knowledge: &KnowledgeBase, only_runnable: bool, assumed: RelationId) -> Basis {
+        let remembers = |id: RelationId| {
+            let formulas = &knowledge.relations()[id].formulas;
+            formulas.iter().any(|formula| !formula.previous_symbols().is_empty())
+        };
+        let lacks_formula =
+            |id: RelationId| only_runnable && id < assumed && knowledge.relations()[id].formulas.is_empty();
+        let forbidden = knowledge.relations().ids().filter(|&id| remembers(id) || lacks_formula(id));
+        Basis { forbidden: forbidden.collect() }
+    }
+
+    /// The relations that are not counted on, ascending.
+    pub(super) fn forbidden(&self) -> &[RelationId] {
+        &self.forbidden
+    }
+
+    /// Whether a way counts: it uses no forbidden relation, and can run unless a formula is missing.
+    pub(super) fn admits(&self, knowledge: &KnowledgeBase, way: &Way) -> bool {
+        let steps = &way.substitution.steps;
+        let forbidden = |step: &Step| self.forbidden.binary_search(&step.relation).is_ok();
+        let lacks_formula = |step: &Step| knowledge.relations()[step.relation].formula(step.output).is_none();
+        !steps.iter().any(forbidden)
+            && (steps.iter().any(lacks_formula) || Computation::can_run(knowledge, way))
+    }
+}

@@ -1,0 +1,283 @@
+//! How many signals may be lost before a variable cannot be known any more.
+//!
+//! A variable is lost when the lost signals meet every way of knowing it, so the fewest of them are a smallest
+//! hitting set of all ways. The ways are too many to list; they are generated as they are needed: a smallest hitting
+//! set of the ways found so far is lost, and the planner asked for a way that survives. When there is none, the set
+//! is the answer (implicit hitting sets: Moreno-Centeno and Karp 2013, doi:10.1287/opre.1120.1139).
+
+use super::basis::Basis;
+use super::budget::Budget;
+use super::hitting::smallest_hitting_set;
+use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId, SignalSet, VariableId};
+use crate::monitor::rests_on;
+use crate::plan::{BestFirst, Graph, Limits, Marks, Options, StopReason};
+use crate::service::Service;
+use crate::substitution::{Substitution, Way};
+use crate::time::Span;
+use alloc::vec::Vec;
+
+/// How many substitutions are looked at for one that is young enough and can run.
+const MOST_TRIED: usize = 32;
+/// How many choices of signals of each.
+const MOST_CHOICES: usize = 32;
+/// What one search may cost.
+const LIMITS: Limits = Limits { expansions: 20_000, states: 20_000 };
+/// What a search costs more for each signal that it must do without: it has to look further.
+const STEPS_A_LOSS: u64 = 4;
+/// How often a smallest hitting set is looked for.
+const MOST_ROUNDS: usize = 32;
+/// What one of these searches may cost.
+const MOST_STEPS: u64 = 20_000;
+
+/// How many losses something survives.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tolerance {
+    /// Whether it can be known while nothing is lost.
+    pub known: bool,
+    /// So many signals may be lost at once, whichever they are, and it is still known; `None` when it rests on no
+    /// signal, so that no loss can take it.
+    pub survives: Option<usize>,
+    /// Whether one more is too many: else a limit was reached, and it may survive more.
+    pub exact: bool,
+    /// Signals whose loss takes it, as few as were found; empty when none were.
+    pub cut: SignalSet,
+    /// Signals whose loss alone takes it.
+    pub single_points: SignalSet,
+}
+
+impl Default for Tolerance {
+    /// Of what cannot be known at all.
+    fn default() -> Tolerance {
+        Tolerance {
+            known: false,
+            survives: Some(0),
+            exact: true,
+            cut: SignalSet::new(),
+            single_points: SignalSet::new(),
+        }
+    }
+}
+
+impl Tolerance {
+    /// How many losses it takes; 0 when it is not known anyway, all there are when none can.
+    pub(super) fn level(&self) -> usize {
+        match self.survives {
+            _ if !self.known => 0,
+            Some(survives) => survives + 1,
+            None => usize::MAX,
+        }
+    }
+}
+
+/// What must stay known, and how old its values may be.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Target {
+    pub(super) variable: VariableId,
+    pub(super) max_age: Span,
+}
+
+impl Target {
+    pub(super) fn of_need(knowledge: &KnowledgeBase, need: NeedId) -> Target {
+        let need = &knowledge.needs()[need];
+        Target { variable: need.variable, max_age: need.max_age }
+    }
+
+    /// However old.
+    pub(super) fn of_variable(variable: VariableId) -> Target {
+        Target { variable, max_age: Span::MAX }
+    }
+}
+
+/// A way that is left.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Survivor {
+    /// The signals whose loss takes it.
+    rests_on: SignalSet,
+    /// It is a way also while all other signals are there: nothing that it computes on the way has signals itself.
+    lasting: bool,
+}
+
+/// What is left of the ways of knowing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Left {
+    Way(Survivor),
+    Nothing,
+    /// A limit was reached before either was clear.
+    Unclear,
+}
+
+/// Asks the planner for ways that survive losses.
+pub(super) struct Losses<'a> {
+    knowledge: &'a KnowledgeBase,
+    graph: &'a Graph,
+    basis: &'a Basis,
+    marks: Marks,
+    /// The signals that are lost with each: itself and what is derived from it.
+    followers: IdVec<SignalId, SignalSet>,
+}
+
+impl<'a> Losses<'a> {
+    pub(super) fn new(knowledge: &'a KnowledgeBase, graph: &'a Graph, basis: &'a Basis) -> Losses<'a> {
+        let mut followers = IdVec::filled(knowledge.signals().len(), |_| SignalSet::new());
+        for signal in knowledge.signals().ids() {
+            for origin in knowledge.origins(signal).iter() {
+                followers[origin].insert(signal);
+            }
+        }
+        Losses { knowledge, graph, basis, marks: Marks::default(), followers }
+    }
+
+    /// A way of knowing the target when these signals are lost, and with them what is derived from them.
+    pub(super) fn left(&mut self, target: Target, lost: &SignalSet, budget: &mut Budget) -> Left {
+        let lost = self.with_followers(lost);
+        let options = Options {
+            forbidden_signals: lost.iter().collect(),
+            forbidden_relations: self.basis.forbidden().to_vec(),
+            ..Options::default()
+        };
+        let limits = Limits { expansions: budget.at_most(LIMITS.expansions), ..LIMITS };
+        let mut search =
+            BestFirst::with_marks(&mut self.marks, self.graph, target.variable, &options, limits);
+        budget.spend(1 + STEPS_A_LOSS * lost.len() as u64);
+        // Put together greedily, without a search: whichever it is, it survives.
+        let Some((any, _)) = search.any() else {
+            let refused = search.stop() == StopReason::NotMonotone;
+            return if refused { Left::Unclear } else { Left::Nothing };
+        };
+        let mut found = self.survivor(target, &any, &lost);
+        for _ in 0..MOST_TRIED {
+            if found.is_some() {
+                break;
+            }
+            let Some((substitution, _)) = search.next() else { break };
+            found = self.survivor(target, &substitution, &lost);
+        }
+        budget.spend(search.reach() as u64 + search.expanded());
+        match found {
+            Some(survivor) => Left::Way(survivor),
+            None if search.stop() == StopReason::Complete => Left::Nothing,
+            None => Left::Unclear,
+        }
+    }
+
+    fn with_followers(&self, lost: &SignalSet) -> SignalSet {
+        let mut all = SignalSet::new();
+        lost.iter().for_each(|signal| all.extend(&self.followers[signal]));
+        all
+    }
+
+    fn survivor(&self, target: Target, substitution: &Substitution, lost: &SignalSet) -> Option<Survivor> {
+        let knowledge = self.knowledge;
+        let usable = |signal| knowledge.is_available(signal) && !lost.contains(signal);
+        let ways = Way::choices(knowledge, substitution, usable, MOST_CHOICES);
+        let serves =
+            |way: &&Way| Service::lag(knowledge, way) <= target.max_age && self.basis.admits(knowledge, way);
+        let way = ways.iter().find(serves)?;
+        let passed = || way.substitution.steps.iter().filter(|step| step.output != target.variable);
+        let lasting = passed().all(|step| knowledge.carriers(step.output).is_empty());
+        Some(Survivor { rests_on: rests_on(knowledge, way), lasting })
+    }
+
+    /// How many losses a target survives.
+    ///
+    /// Complexity: as many searches as there are ways in the proof, at most the budget.
+    pub(super) fn tolerance(&mut self, target: Target, budget: &mut Budget) -> Tolerance {
+        let mut proof = Proof::default();
+        proof.extend(self, target, SignalSet::new(), budget);
+        let Some(first) = proof.ways.first().cloned() else {
+            let unclear = proof.unclear;
+            return Tolerance { exact: !unclear, ..Tolerance::default() };
+        };
+        if proof.ways.iter().any(SignalSet::is_empty) {
+            return Tolerance { known: true, survives: None, exact: true, ..Tolerance::default() };
+        }
+        let (at_least, exact, cut) = self.cut(target, &mut proof, budget);
+        let single_points = match at_least {
+            0 | 1 => self.single_points(target, &first, budget),
+            _ => SignalSet::new(),
+        };
+        let exact = exact && (proof.lasting || !self.may_be_too_old(target));
+        Tolerance { known: true, survives: Some(at_least.saturating_sub(1)), exact, cut, single_points }
+    }
+
+    /// The fewest signals whose loss takes the target: at least how many, whether so few do, and which.
+    fn cut(&mut self, target: Target, proof: &mut Proof, budget: &mut Budget) -> (usize, bool, SignalSet) {
+        let mut at_least = 0;
+        for _ in 0..MOST_ROUNDS {
+            if budget.is_spent() {
+                break;
+            }
+            let granted = budget.at_most(MOST_STEPS);
+            let mut share = Budget::new(granted);
+            let hitting = smallest_hitting_set(&proof.ways, &mut share);
+            budget.spend(granted - share.at_most(granted));
+            at_least = at_least.max(hitting.at_least);
+            let is_smallest = hitting.is_smallest();
+            let before = proof.ways.len();
+            proof.extend(self, target, hitting.set.clone(), budget);
+            if proof.unclear {
+                break;
+            }
+            if proof.ways.len() == before {
+                return (at_least, is_smallest, hitting.set);
+            }
+        }
+        (at_least, false, core::mem::take(&mut proof.taken))
+    }
+
+    /// Only signals that the best way rests on can be single points of failure.
+    fn single_points(&mut self, target: Target, best: &SignalSet, budget: &mut Budget) -> SignalSet {
+        let mut alone = |signal| self.left(target, &SignalSet::from_iter([signal]), budget) == Left::Nothing;
+        best.iter().filter(|&signal| alone(signal)).collect()
+    }
+
+    /// Whether there are values that are too old for the target when they come: what computes with them instead of
+    /// something younger may be refused, so that fewer losses could be worse.
+    fn may_be_too_old(&self, target: Target) -> bool {
+        self.knowledge.signals().iter().any(|signal| signal.delay > target.max_age)
+    }
+}
+
+/// The ways found so far, by the signals that take them.
+struct Proof {
+    ways: Vec<SignalSet>,
+    /// All of them are ways whatever else is there.
+    lasting: bool,
+    unclear: bool,
+    /// The last set of lost signals that left nothing.
+    taken: SignalSet,
+}
+
+impl Default for Proof {
+    fn default() -> Proof {
+        Proof { ways: Vec::new(), lasting: true, unclear: false, taken: SignalSet::new() }
+    }
+}
+
+impl Proof {
+    /// Adds ways that survive these losses, each without the signals of those before, until none is left.
+    fn extend(&mut self, losses: &mut Losses<'_>, target: Target, mut lost: SignalSet, budget: &mut Budget) {
+        self.unclear = false;
+        loop {
+            match losses.left(target, &lost, budget) {
+                Left::Way(survivor) => {
+                    lost.extend(&survivor.rests_on);
+                    self.lasting &= survivor.lasting;
+                    let endless = survivor.rests_on.is_empty();
+                    self.ways.push(survivor.rests_on);
+                    if endless {
+                        return;
+                    }
+                }
+                Left::Nothing => {
+                    self.taken = lost;
+                    return;
+                }
+                Left::Unclear => {
+                    self.unclear = true;
+                    return;
+                }
+            }
+        }
+    }
+}
