@@ -1,5 +1,6 @@
 //! The command `shsa`: arguments, subcommands, exit statuses.
 
+mod analyze;
 mod bench;
 mod check;
 mod complete;
@@ -40,6 +41,8 @@ enum Command {
     Check(check::Arguments),
     /// Find substitutions for a variable, best first.
     Plan(plan::Arguments),
+    /// Tell which faults can be detected, isolated and healed at all, and what would help.
+    Analyze(analyze::Arguments),
     /// Compare all ways of knowing a variable over recorded observations.
     Monitor(monitor::Arguments),
     /// Run the whole loop over recordings, with faults injected if you like.
@@ -65,6 +68,7 @@ fn main() -> ExitCode {
     let outcome = match arguments.command {
         Command::Check(arguments) => check::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
+        Command::Analyze(arguments) => analyze::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Story(arguments) => story::run(&arguments),

@@ -17,4 +17,5 @@ pub use dot::dot;
 pub use graph::Marks;
 pub use heat::Heat;
 pub use plot::{Axis, Chart, Point, Scale, Series};
+pub use sheet::escaped;
 pub use svg::{TooLarge, svg};

@@ -84,7 +84,7 @@ impl Sheet {
 }
 
 /// A text for the inside of an element or a quoted attribute. Characters that XML forbids become `\u{fffd}`.
-pub(super) fn escaped(text: &str) -> String {
+pub fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for char in text.chars() {
         match char {

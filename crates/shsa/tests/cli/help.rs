@@ -2,9 +2,10 @@
 
 use crate::folder::Folder;
 
-const COMMANDS: [&str; 11] = [
+const COMMANDS: [&str; 12] = [
     "check",
     "plan",
+    "analyze",
     "monitor",
     "replay",
     "story",

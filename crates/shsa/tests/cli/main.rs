@@ -4,6 +4,7 @@
 mod folder;
 mod tank;
 
+mod analyze;
 mod bench;
 mod check;
 mod contingency;

@@ -1,0 +1,113 @@
+//! The structural redundancy of a model in figures.
+
+use crate::show;
+use serde_json::{Value, json};
+use shsa_core::analysis::structure::{Part, Sets, Structure};
+use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::plan::{Limits, StopReason};
+
+/// Sets are only counted here: so many, or so much work, is enough.
+const LIMITS: Limits = Limits { expansions: 1_000_000, states: 20_000 };
+
+/// Sizes of the parts of a model, and how many minimal sets of equations can contradict each other.
+pub(super) struct Figures {
+    redundancy: usize,
+    over: Size,
+    just: Size,
+    under: Size,
+    /// Of the underdetermined part: what nothing fixes.
+    free: Vec<String>,
+    overdetermined_sets: Counted,
+    test_supports: Counted,
+}
+
+/// Equations and variables of a part.
+struct Size {
+    equations: usize,
+    variables: usize,
+}
+
+impl Size {
+    fn of(part: &Part) -> Size {
+        Size { equations: part.equations.len(), variables: part.variables.len() }
+    }
+
+    fn json(&self) -> Value {
+        json!({ "equations": self.equations, "variables": self.variables })
+    }
+}
+
+/// How many sets were found, and why not more.
+struct Counted {
+    count: usize,
+    stop: StopReason,
+}
+
+impl Counted {
+    fn of(sets: &Sets) -> Counted {
+        Counted { count: sets.sets.len(), stop: sets.stop }
+    }
+
+    fn json(&self) -> Value {
+        json!({ "count": self.count, "stop": self.stop.to_string() })
+    }
+
+    fn words(&self) -> String {
+        match self.stop {
+            StopReason::Complete => self.count.to_string(),
+            stop => format!("at least {} ({stop})", self.count),
+        }
+    }
+}
+
+impl Figures {
+    pub(super) fn of(knowledge: &KnowledgeBase) -> Figures {
+        let structure = Structure::new(knowledge);
+        let parts = structure.decomposition();
+        let sum = |count: fn(&Part) -> usize| parts.just.iter().map(count).sum();
+        let name = |&variable: &_| knowledge.variables()[variable].name.clone();
+        Figures {
+            redundancy: parts.redundancy(),
+            over: Size::of(&parts.over),
+            just: Size {
+                equations: sum(|part| part.equations.len()),
+                variables: sum(|part| part.variables.len()),
+            },
+            under: Size::of(&parts.under),
+            free: parts.under.variables.iter().map(name).collect(),
+            overdetermined_sets: Counted::of(&structure.overdetermined_sets(LIMITS)),
+            test_supports: Counted::of(&structure.test_supports(LIMITS)),
+        }
+    }
+
+    pub(super) fn json(&self) -> Value {
+        json!({
+            "redundancy": self.redundancy,
+            "overdetermined": self.over.json(),
+            "just_determined": self.just.json(),
+            "underdetermined": self.under.json(),
+            "free": self.free,
+            "mso": self.overdetermined_sets.json(),
+            "mtes": self.test_supports.json(),
+        })
+    }
+
+    /// Names and what they count, for a table.
+    pub(super) fn rows(&self) -> Vec<(&'static str, String)> {
+        let size = |size: &Size| match (size.equations, size.variables) {
+            (0, 0) => "-".to_owned(),
+            (equations, variables) => {
+                let equations = show::counted(equations, "equation");
+                format!("{equations} over {}", show::counted(variables, "variable"))
+            }
+        };
+        vec![
+            ("degree of redundancy", self.redundancy.to_string()),
+            ("overdetermined part", size(&self.over)),
+            ("just-determined part", size(&self.just)),
+            ("underdetermined part", size(&self.under)),
+            ("minimal overdetermined sets (MSO)", self.overdetermined_sets.words()),
+            ("minimal test supports (MTES)", self.test_supports.words()),
+        ]
+    }
+}

@@ -1,0 +1,98 @@
+//! The isolability matrix as a table for the browser.
+
+use super::names::Report;
+use crate::show;
+use shsa_core::knowledge::{SignalId, SignalSet};
+use shsa_format::drawing::escaped;
+use std::fmt::Write;
+
+/// More rows than these nobody reads.
+const MOST: usize = 60;
+
+/// A row for each faulty signal, a column for each that it could be taken for; of many signals, those in question.
+pub(super) fn matrix(report: &Report<'_>) -> String {
+    let shown = shown(report);
+    if shown.is_empty() {
+        return String::new();
+    }
+    let mut html = key();
+    let all = report.knowledge.signals().len();
+    if shown.len() < all {
+        let _ = writeln!(
+            html,
+            "<p>{} of {all} signals: those whose faults do not show or are taken for others', as far as there is room.</p>",
+            shown.len()
+        );
+    }
+    html.push_str("<div class=\"wide\"><table class=\"matrix\">\n<thead><tr><th></th>");
+    for &column in &shown {
+        let name = escaped(report.signal(column));
+        let _ = write!(html, "<th scope=\"col\" title=\"{name}\"><div>{name}</div></th>");
+    }
+    html.push_str("</tr></thead>\n<tbody>\n");
+    for &row in &shown {
+        let name = escaped(report.signal(row));
+        let _ = write!(html, "<tr><th scope=\"row\" title=\"{name}\">{name}</th>");
+        shown.iter().for_each(|&column| html.push_str(&cell(report, row, column)));
+        html.push_str("</tr>\n");
+    }
+    html.push_str("</tbody>\n</table></div>\n");
+    html
+}
+
+fn key() -> String {
+    "<div class=\"key\"><span><i class=\"told\"></i>told apart</span>\
+     <span><i class=\"same\">\u{d7}</i>cannot be told apart</span>\
+     <span><i class=\"blind\"></i>the fault does not show</span></div>\n"
+        .to_owned()
+}
+
+/// Signals that cannot be told apart stand together, else in file order.
+fn shown(report: &Report<'_>) -> Vec<SignalId> {
+    let faults = &report.analysis.faults;
+    let groups = faults.groups();
+    let first =
+        |signal: SignalId| groups.iter().find(|group| group.contains(signal)).and_then(|g| g.iter().next());
+    let mut shown: Vec<SignalId> = report.knowledge.signals().ids().collect();
+    if shown.len() > MOST {
+        shown.retain(|&signal| faults.suspects(signal).len() != 1);
+        shown.truncate(MOST);
+    }
+    shown.sort_by_key(|&signal| (first(signal).unwrap_or(signal), signal));
+    shown
+}
+
+fn cell(report: &Report<'_>, row: SignalId, column: SignalId) -> String {
+    let faults = &report.analysis.faults;
+    let (fault, other) = (report.signal(row), report.signal(column));
+    let count = || show::counted(faults.shown_by(row) as usize, "comparison");
+    let (class, sign, title) = if !faults.is_detectable(row) {
+        ("blind", "", format!("No comparison shows a fault in {fault}."))
+    } else if row == column {
+        (
+            "self",
+            "",
+            format!("{} show a fault in {fault}.", count())
+                .replace("1 comparison show", "1 comparison shows"),
+        )
+    } else if faults.is_isolable_from(row, column) {
+        ("told", "", format!("A fault in {fault} is told from one in {other}."))
+    } else {
+        let through = format!("{} that show it rest on {other}, too", all(&count()));
+        ("same", "\u{d7}", format!("A fault in {fault} is also explained by {other}: {through}."))
+    };
+    format!("<td class=\"{class}\" title=\"{}\">{sign}</td>", escaped(&title))
+}
+
+fn all(count: &str) -> String {
+    match count.strip_prefix("1 ") {
+        Some(_) => "the comparison".to_owned(),
+        None => format!("all {count}"),
+    }
+}
+
+/// Names, each in a frame.
+pub(super) fn chips(report: &Report<'_>, signals: &SignalSet) -> String {
+    let chip = |name: &str| format!("<span class=\"chip\">{}</span>", escaped(name));
+    report.signals(signals).into_iter().map(chip).collect()
+}

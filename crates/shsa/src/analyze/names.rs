@@ -1,0 +1,145 @@
+//! An analysis with the names of its model: what text, JSON and page have in common.
+
+use super::figures::Figures;
+use crate::show;
+use shsa_core::analysis::{Addition, Analysis, Candidate, Limited, Tolerance};
+use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, SignalSet, VariableId};
+
+/// An analysis and the model that it is of.
+pub(super) struct Report<'a> {
+    pub(super) knowledge: &'a KnowledgeBase,
+    pub(super) analysis: &'a Analysis,
+    pub(super) figures: Figures,
+    pub(super) only_runnable: bool,
+    /// The model's file.
+    pub(super) title: String,
+}
+
+impl<'a> Report<'a> {
+    pub(super) fn new(
+        knowledge: &'a KnowledgeBase,
+        analysis: &'a Analysis,
+        only_runnable: bool,
+        title: &str,
+    ) -> Report<'a> {
+        Report {
+            knowledge,
+            analysis,
+            figures: Figures::of(knowledge),
+            only_runnable,
+            title: title.to_owned(),
+        }
+    }
+
+    pub(super) fn signal(&self, signal: SignalId) -> &'a str {
+        &self.knowledge.signals()[signal].name
+    }
+
+    pub(super) fn variable(&self, variable: VariableId) -> &'a str {
+        &self.knowledge.variables()[variable].name
+    }
+
+    pub(super) fn need(&self, need: NeedId) -> &'a str {
+        &self.knowledge.needs()[need].signal
+    }
+
+    pub(super) fn signals(&self, signals: &SignalSet) -> Vec<&'a str> {
+        signals.iter().map(|signal| self.signal(signal)).collect()
+    }
+
+    pub(super) fn needs_lost(&self, signal: SignalId) -> Vec<&'a str> {
+        self.analysis.needs_lost(signal).map(|need| self.need(need)).collect()
+    }
+
+    pub(super) fn undetectable(&self) -> SignalSet {
+        let hidden = |&signal: &SignalId| !self.analysis.faults.is_detectable(signal);
+        self.knowledge.signals().ids().filter(hidden).collect()
+    }
+
+    /// The relations that are structure only, in file order.
+    pub(super) fn without_formula(&self) -> Vec<&'a str> {
+        let relations = self.knowledge.relations().iter();
+        relations
+            .filter(|relation| relation.formulas.is_empty())
+            .map(|relation| relation.name.as_str())
+            .collect()
+    }
+
+    /// What is added, in words.
+    pub(super) fn addition(&self, candidate: Candidate) -> String {
+        match candidate {
+            Candidate::Sensor(variable) => match self.knowledge.carriers(variable).len() {
+                0 => format!("a sensor of {}", self.variable(variable)),
+                _ => format!("one more sensor of {}", self.variable(variable)),
+            },
+            Candidate::Relation(one, other) => {
+                format!("a relation of {} and {}", self.variable(one), self.variable(other))
+            }
+        }
+    }
+
+    /// `0 to 1 for /need`, for each need that would survive more.
+    pub(super) fn survives(&self, addition: &Addition) -> Vec<String> {
+        let told = |survives: &shsa_core::analysis::Survives| {
+            let (now, then) = (losses(&survives.now), losses(&survives.then));
+            format!("{now} to {then} for {}", self.need(survives.need))
+        };
+        addition.survives.iter().map(told).collect()
+    }
+
+    /// What the reader should know about how it was found, each a sentence.
+    pub(super) fn notes(&self) -> Vec<String> {
+        let without = self.without_formula().len();
+        let structure = (without > 0).then(|| {
+            let relations = show::counted(without, "relation");
+            match (self.only_runnable, without) {
+                (true, 1) => format!("{relations} without a formula is left out."),
+                (true, _) => format!("{relations} without a formula are left out."),
+                (false, 1) => {
+                    format!("{relations} has no formula and counts as if it had one (not so with --only-runnable).")
+                }
+                (false, _) => {
+                    format!("{relations} have no formula and count as if they had one (not so with --only-runnable).")
+                }
+            }
+        });
+        structure.into_iter().chain(self.analysis.limited.iter().map(limited)).collect()
+    }
+}
+
+/// How many losses something survives, in a word.
+pub(super) fn losses(tolerance: &Tolerance) -> String {
+    match tolerance.survives {
+        _ if !tolerance.known && !tolerance.exact => "unclear".to_owned(),
+        _ if !tolerance.known => "not known".to_owned(),
+        None => "all".to_owned(),
+        Some(count) if tolerance.exact => count.to_string(),
+        Some(count) => format!("{count} or more"),
+    }
+}
+
+fn limited(limited: &Limited) -> String {
+    match limited {
+        Limited::Ways { variables } => format!(
+            "Of {} the monitor compares the best ways only: there are more than it watches.",
+            show::counted(*variables, "variable")
+        ),
+        Limited::Skipped { variables } => format!(
+            "The ways of {} were not looked for (limit of steps): more faults may show.",
+            show::counted(*variables, "variable")
+        ),
+        Limited::Needs { needs } => {
+            format!(
+                "{} may survive more losses than was proven (limit of steps).",
+                show::counted(*needs, "need")
+            )
+        }
+        Limited::Variables { variables } => format!(
+            "{} may survive more losses than was proven (limit of steps).",
+            show::counted(*variables, "variable")
+        ),
+        Limited::Additions { tried, of } => {
+            format!("{tried} of {of} possible additions were tried (limit of steps): others may help more.")
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! The analysis as text.
+
+use super::names::{Report, losses};
+use crate::show::{self, Paint};
+use shsa_core::analysis::Addition;
+use shsa_core::knowledge::SignalId;
+
+/// Tables of signals, needs and additions, then what is wrong in sentences.
+pub(super) fn text(report: &Report<'_>) -> String {
+    let blocks = [
+        signals(report),
+        needs(report),
+        weaknesses(report),
+        additions(report),
+        structure(report),
+        report.notes().join("\n"),
+    ];
+    blocks.into_iter().filter(|block| !block.is_empty()).collect::<Vec<_>>().join("\n\n")
+}
+
+fn signals(report: &Report<'_>) -> String {
+    if report.knowledge.signals().is_empty() {
+        return "no signals".to_owned();
+    }
+    let head =
+        ["signal", "carries", "detectable", "isolable", "substitutable", "tolerates", "its loss takes"];
+    show::table(&head, report.knowledge.signals().ids().map(|signal| signal_row(report, signal)).collect())
+}
+
+fn signal_row(report: &Report<'_>, signal: SignalId) -> Vec<String> {
+    let analysis = report.analysis;
+    let others = report.knowledge.signals().len() - 1;
+    let told = analysis.faults.isolable_from(signal).count();
+    vec![
+        report.signal(signal).to_owned(),
+        report.variable(report.knowledge.signals()[signal].variable).to_owned(),
+        yes(analysis.faults.is_detectable(signal)),
+        format!("{told} of {others}"),
+        yes(analysis.is_substitutable(signal)),
+        losses(&analysis.signals[signal]),
+        report.needs_lost(signal).join(", "),
+    ]
+}
+
+fn yes(is: bool) -> String {
+    if is { show::paint(Paint::Green, "yes") } else { show::paint(Paint::Red, "no") }
+}
+
+fn needs(report: &Report<'_>) -> String {
+    if report.knowledge.needs().is_empty() {
+        return String::new();
+    }
+    let row = |(id, need): (_, &shsa_core::knowledge::Need)| {
+        let tolerance = &report.analysis.needs[id];
+        let single = report.signals(&tolerance.single_points);
+        vec![
+            need.signal.clone(),
+            report.variable(need.variable).to_owned(),
+            losses(tolerance),
+            if single.is_empty() { "-".to_owned() } else { single.join(", ") },
+        ]
+    };
+    let head = ["need", "variable", "survives losses", "single points of failure"];
+    show::table(&head, report.knowledge.needs().enumerate().map(row).collect())
+}
+
+/// What is weak, a paragraph each.
+fn weaknesses(report: &Report<'_>) -> String {
+    let groups: Vec<String> =
+        report.analysis.faults.groups().iter().map(|group| report.signals(group).join(", ")).collect();
+    let lines = [
+        ("Faults that nothing shows:", report.signals(&report.undetectable()).join(", ")),
+        ("Faults that cannot be told apart:", groups.join("; ")),
+        ("Signals that nothing replaces:", report.signals(&report.analysis.unhealed()).join(", ")),
+    ];
+    let told = lines.iter().filter(|(_, names)| !names.is_empty());
+    let told: Vec<String> = told
+        .map(|(what, names)| format!("{}\n{}", show::paint(Paint::Bold, what), show::wrapped(names, 2)))
+        .collect();
+    told.join("\n")
+}
+
+fn additions(report: &Report<'_>) -> String {
+    let additions = &report.analysis.additions;
+    if additions.is_empty() {
+        return String::new();
+    }
+    let head =
+        ["what would help most", "detectable", "isolable pairs", "substitutable", "needs survive losses"];
+    show::table(&head, additions.iter().map(|addition| addition_row(report, addition)).collect())
+}
+
+fn structure(report: &Report<'_>) -> String {
+    let row = |(what, figure): (&str, String)| vec![what.to_owned(), figure];
+    show::table(&["structure", ""], report.figures.rows().into_iter().map(row).collect())
+}
+
+fn addition_row(report: &Report<'_>, addition: &Addition) -> Vec<String> {
+    let gained = |count: usize| if count == 0 { "-".to_owned() } else { format!("+{count}") };
+    let survives = report.survives(addition);
+    vec![
+        report.addition(addition.candidate),
+        gained(addition.detectable.len()),
+        gained(addition.isolable_pairs),
+        gained(addition.substitutable.len()),
+        if survives.is_empty() { "-".to_owned() } else { survives.join(", ") },
+    ]
+}

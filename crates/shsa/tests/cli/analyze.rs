@@ -1,0 +1,230 @@
+//! `shsa analyze`: what a model can do at all.
+
+use crate::folder::{Folder, keys};
+use crate::tank;
+use serde_json::{Value, json};
+
+const MODELS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models");
+
+fn analysis(model: &str) -> Value {
+    Folder::new().json(&format!("analyze {MODELS}/{model}.yaml"), 0)
+}
+
+/// One key of all signals, in file order.
+fn of_signals<'a>(answer: &'a Value, key: &str) -> Vec<&'a Value> {
+    answer["signals"].as_array().unwrap().iter().map(|signal| &signal[key]).collect()
+}
+
+#[test]
+fn the_tank_as_json() {
+    let answer = tank::folder().json("analyze tank.yaml", 0);
+    let found = [
+        "signals",
+        "needs",
+        "comparisons",
+        "undetectable",
+        "not_told_apart",
+        "unhealed",
+        "additions",
+        "structure",
+        "only_runnable",
+        "without_formula",
+        "limited",
+    ];
+    assert_eq!(keys(&answer), found);
+    let level = json!({
+        "signal": "/level", "variable": "level", "detectable": true, "shown_by": 2,
+        "isolable_from": ["/pressure", "/volume"], "substitutable": true, "tolerates": 2, "exact": true,
+        "needs_lost": [],
+    });
+    assert_eq!(answer["signals"][0], level);
+    let need = json!({
+        "need": "/healed/level", "variable": "level", "served": true, "survives": 2, "exact": true,
+        "single_points": [], "taken_by": ["/level", "/pressure", "/volume"],
+    });
+    assert_eq!(answer["needs"], json!([need]));
+    assert_eq!((&answer["comparisons"], &answer["unhealed"]), (&json!(3), &json!(["/volume"])));
+    let first = json!({
+        "kind": "sensor", "variables": ["volume"], "detectable": [], "isolable_pairs": 0,
+        "substitutable": ["/volume"], "survives": [{ "need": "/healed/level", "from": 2, "to": 3 }],
+    });
+    assert_eq!(answer["additions"][0], first);
+}
+
+#[test]
+fn the_tank_as_text() {
+    let told = tank::folder().ends("analyze tank.yaml", 0).stdout;
+    let expected = "\
+signal     carries   detectable  isolable  substitutable  tolerates  its loss takes
+/level     level     yes         2 of 2    yes            2
+/pressure  pressure  yes         2 of 2    yes            2
+/volume    volume    yes         2 of 2    no             0
+
+need           variable  survives losses  single points of failure
+/healed/level  level     2                -
+
+Signals that nothing replaces:
+  /volume
+
+what would help most         detectable  isolable pairs  substitutable  needs survive losses
+one more sensor of volume    -           -               +1             2 to 3 for /healed/level
+one more sensor of level     -           -               -              2 to 3 for /healed/level
+one more sensor of pressure  -           -               -              2 to 3 for /healed/level
+
+structure
+degree of redundancy               2
+overdetermined part                5 equations over 3 variables
+just-determined part               -
+underdetermined part               -
+minimal overdetermined sets (MSO)  3
+minimal test supports (MTES)       3
+";
+    assert_eq!(told, expected);
+}
+
+#[test]
+fn five_witnesses_of_a_car_tell_every_fault_and_survive_four_losses() {
+    let answer = analysis("car");
+    for signal in answer["signals"].as_array().unwrap() {
+        assert_eq!((&signal["detectable"], &signal["tolerates"]), (&json!(true), &json!(4)));
+        assert_eq!(signal["isolable_from"].as_array().unwrap().len(), 4);
+    }
+    assert_eq!((&answer["needs"][0]["survives"], &answer["not_told_apart"]), (&json!(4), &json!([])));
+}
+
+#[test]
+fn two_motes_in_a_room_cannot_tell_which_one_lies() {
+    let answer = analysis("motes");
+    assert!(of_signals(&answer, "detectable").iter().all(|detectable| **detectable == json!(true)));
+    assert_eq!(answer["not_told_apart"][0], json!(["mote_1_temperature", "mote_2_temperature"]));
+    assert_eq!(answer["not_told_apart"].as_array().unwrap().len(), 4);
+    // What tells two apart is a third: another sensor, or the other room if it is related.
+    let first = &answer["additions"][0];
+    assert_eq!((&first["kind"], &first["isolable_pairs"]), (&json!("relation"), &json!(4)));
+}
+
+#[test]
+fn the_rovers_speed_has_no_witness_as_reckoning_is_none() {
+    let answer = analysis("rover");
+    assert_eq!(answer["undetectable"], json!(["/odom/speed"]));
+    assert_eq!(of_signals(&answer, "tolerates"), [2, 2, 0, 0]);
+    assert_eq!(answer["needs"][0]["survives"], 2);
+    let first = &answer["additions"][0];
+    assert_eq!((&first["variables"], &first["detectable"]), (&json!(["speed"]), &json!(["/odom/speed"])));
+}
+
+#[test]
+fn a_height_without_a_second_source_is_a_single_point_of_failure() {
+    let answer = analysis("quad");
+    let needs = answer["needs"].as_array().unwrap();
+    let height = needs.iter().find(|need| need["variable"] == "height").unwrap();
+    assert_eq!((&height["survives"], &height["single_points"]), (&json!(0), &json!(["height"])));
+}
+
+#[test]
+fn a_need_that_nothing_serves_is_the_answer_no() {
+    let model = "\
+shsa: 1
+variables: { a: {}, b: {} }
+relations: { r: { output: b, inputs: [a] } }
+signals: { s: { variable: a } }
+needs: { b: { signal: /b, max_age: 1 s } }
+";
+    let folder = Folder::with(&[("m.yaml", model.as_bytes())]);
+    let answer = folder.json("analyze m.yaml", 0);
+    assert_eq!(
+        (&answer["needs"][0]["single_points"], &answer["without_formula"]),
+        (&json!(["s"]), &json!(["r"]))
+    );
+    let told = folder.ends("analyze m.yaml", 0).stdout;
+    assert!(
+        told.ends_with(
+            "1 relation has no formula and counts as if it had one (not so with --only-runnable).\n"
+        )
+    );
+    let answer = folder.json("analyze m.yaml --only-runnable", 1);
+    assert_eq!(
+        (&answer["needs"][0]["served"], &answer["needs"][0]["survives"]),
+        (&json!(false), &Value::Null)
+    );
+}
+
+/// The published counts of the Fault Diagnosis Toolbox (Frisk, Krysander, Jung 2017).
+#[test]
+fn the_water_tank_of_the_toolbox_has_its_figures() {
+    let structure = &analysis("watertank")["structure"];
+    assert_eq!(structure["mso"], json!({ "count": 17, "stop": "complete" }));
+    assert_eq!(structure["mtes"], json!({ "count": 10, "stop": "complete" }));
+}
+
+#[test]
+fn as_many_additions_as_asked_for() {
+    let folder = tank::folder();
+    let count = |arguments: &str| {
+        let answer = folder.json(&format!("analyze tank.yaml {arguments}"), 0);
+        answer["additions"].as_array().unwrap().len()
+    };
+    assert_eq!([count(""), count("--additions 1"), count("--additions 0")], [3, 1, 0]);
+}
+
+/// Signals and needs may have any name; variables cannot.
+const HOSTILE: &str = "\
+shsa: 1
+variables: { a: { unit: m }, b: { unit: m } }
+relations: { r: a = b }
+signals:
+  \"</td>&amp;\\\"' onmouseover='x\": { variable: a }
+  \"-->\\u202e<b>\": { variable: a }
+  \"</style><img src=x>\": { variable: b }
+needs:
+  a: { signal: \"</title><script>\", max_age: 1 s }
+";
+
+/// The page refers to nothing, runs nothing, and shows names as they are.
+#[test]
+fn the_page_stands_alone_and_names_are_only_shown() {
+    let folder = Folder::with(&[("h.yaml", HOSTILE.as_bytes()), ("tank.yaml", tank::MODEL.as_bytes())]);
+    for model in ["h.yaml", "tank.yaml"] {
+        folder.ends(&format!("analyze {model} --html page.html"), 0);
+        let page = folder.read("page.html");
+        assert!(page.starts_with("<!DOCTYPE html>") && page.ends_with("</html>\n"));
+        for foreign in
+            ["<script", "<img", "-->", "http:", "https:", "' onmouseover", "url(", "@import", "\u{202e}"]
+        {
+            let found = page.replace("http://www.w3.org/2000/svg", "").contains(foreign);
+            assert!(!found, "{model}: {foreign}");
+        }
+        assert_eq!(page.matches("</style>").count(), page.matches("<style>").count());
+        assert_eq!(page.matches("<td").count(), page.matches("</td>").count());
+        for told in ["Isolable from", "What would help most", "class=\"matrix\"", "<svg"] {
+            assert!(page.contains(told), "{model}: {told}");
+        }
+    }
+}
+
+#[test]
+fn a_page_that_cannot_be_written_is_an_error() {
+    tank::folder().refuses("analyze tank.yaml --html no/such/folder.html", &["no/such/folder.html"]);
+}
+
+/// A thousand signals in a hundred robots: in seconds, and what was limited is said.
+#[test]
+fn a_thousand_signals_come_back() {
+    let mut model = "shsa: 1\nvariables:\n".to_owned();
+    let names: Vec<String> =
+        (0..100).flat_map(|robot| (0..10).map(move |at| format!("x{robot}_{at}"))).collect();
+    names.iter().for_each(|name| model += &format!("  {name}: {{ unit: m }}\n"));
+    model += "relations:\n";
+    for pair in names.chunks(10).flat_map(|robot| robot.windows(2)) {
+        let [one, other] = pair else { unreachable!() };
+        model += &format!("  {one}_{other}: {{ outputs: [{one}, {other}], inputs: [{one}, {other}] }}\n");
+    }
+    model += "signals:\n";
+    names.iter().for_each(|name| model += &format!("  /{name}: {{ variable: {name} }}\n"));
+    let folder = Folder::with(&[("large.yaml", model.as_bytes())]);
+    let answer = folder.json("analyze large.yaml", 0);
+    assert!(of_signals(&answer, "detectable").iter().all(|detectable| **detectable == json!(true)));
+    assert!(of_signals(&answer, "tolerates").iter().all(|tolerates| **tolerates == json!(9)));
+    let limited = answer["limited"].as_array().unwrap();
+    assert!(limited.iter().any(|limit| limit["what"] == "additions"), "{limited:?}");
+}
