@@ -1,6 +1,7 @@
 //! `shsa bench`: measurements that anyone can repeat.
 
 mod scale;
+mod thesis;
 
 use crate::outcome::Outcome;
 
@@ -16,11 +17,14 @@ pub(crate) struct Arguments {
 enum Command {
     /// How time and memory grow with the model.
     Scale(scale::Arguments),
+    /// The experiments of the thesis with all searches.
+    Thesis(thesis::Arguments),
 }
 
 /// Runs one benchmark.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match &arguments.command {
         Command::Scale(arguments) => scale::run(arguments),
+        Command::Thesis(arguments) => thesis::run(arguments),
     }
 }

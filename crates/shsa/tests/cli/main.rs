@@ -9,6 +9,8 @@ mod bench;
 mod check;
 mod contingency;
 mod convert;
+mod drivetrain;
+mod experiments;
 mod help;
 mod monitor;
 mod parts;

@@ -1,0 +1,127 @@
+//! Measures the searches in one graph.
+
+use super::experiment::Case;
+use super::record::{Record, Search};
+use super::visit::Visit;
+use shsa_core::knowledge::{KnowledgeBase, SignalId, VariableId};
+use shsa_core::plan::{
+    BestFirst, Contingency, Graph, Limits, Marks, Options, Plan, Preparation, Take, depth_first, exhaustive,
+    ontology, property_guided,
+};
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+/// What is shorter is measured several times.
+const LONG: Duration = Duration::from_millis(20);
+/// How long the runs of one turn take together, so that the clock's grain does not matter.
+const TURN: Duration = Duration::from_micros(500);
+/// How many turns there are at most; the fastest counts.
+const TURNS: usize = 10;
+
+/// A graph ready to be searched.
+struct Subject<'a> {
+    knowledge: &'a KnowledgeBase,
+    graph: Graph,
+    root: VariableId,
+    options: Options,
+    limits: Limits,
+}
+
+/// All searches in one graph. The root's own signals are lost; making the graph is not in the times.
+///
+/// # Errors
+/// When the graph cannot be had.
+pub(super) fn measure(case: &Case, limits: Limits) -> anyhow::Result<Vec<Record>> {
+    let (mut knowledge, root) = case.knowledge()?;
+    for signal in knowledge.carriers(root).to_vec() {
+        knowledge.set_available(signal, false);
+    }
+    let graph = Graph::new(&knowledge);
+    let subject = Subject { knowledge: &knowledge, graph, root, options: Options::default(), limits };
+    let mut visit = Visit::new(&knowledge);
+    let (reached, seconds) = time(|| visit.run(black_box(root)));
+    let nodes = knowledge.variables().len() + knowledge.relations().len();
+    let blank = Record { case: *case, nodes, reached, ..Record::of(*case, Search::Visit) };
+    let mut records = vec![Record { seconds, ..blank.clone() }];
+    records.extend(Search::ALL.into_iter().map(|search| {
+        let (plan, seconds) = subject.search(search);
+        Record { search, seconds, ..blank.clone() }.with(&plan)
+    }));
+    let best = records.iter().find(|record| record.search == Search::BestFirst(Take::First));
+    let best = best.and_then(|record| record.utility);
+    records.iter_mut().for_each(|record| record.best = best);
+    if case.kind.size.is_none() {
+        records.extend(subject.lookups().map(|seconds| Record {
+            search: Search::Table,
+            seconds,
+            ..blank.clone()
+        }));
+    }
+    Ok(records)
+}
+
+impl Subject<'_> {
+    fn search(&self, search: Search) -> (Plan, f64) {
+        let Subject { knowledge, graph, root, options, limits } = self;
+        let (root, limits) = (*root, *limits);
+        let count = |take| if take == Take::First { 1 } else { usize::MAX };
+        match search {
+            Search::BestFirst(take) => {
+                let mut marks = Marks::default();
+                time(|| {
+                    best(
+                        BestFirst::with_marks(&mut marks, graph, black_box(root), options, limits),
+                        count(take),
+                    )
+                })
+            }
+            Search::PropertyGuided(take) => {
+                time(|| property_guided(graph, black_box(root), options, count(take), limits))
+            }
+            Search::DepthFirst(take) => time(|| depth_first(graph, black_box(root), options, take, limits)),
+            Search::Exhaustive => time(|| exhaustive(knowledge, black_box(root), options, limits)),
+            Search::Ontology | Search::Visit | Search::Table => {
+                time(|| ontology(graph, black_box(root), options, limits))
+            }
+        }
+    }
+
+    /// How long it takes to look up what takes over, for each signal whose loss matters.
+    fn lookups(&self) -> impl Iterator<Item = f64> {
+        let table = Contingency::new(self.knowledge, &self.graph, [self.root], Preparation::default());
+        let lost: Vec<SignalId> =
+            table.losses(self.root).filter_map(|(lost, _)| lost.first().copied()).collect();
+        let root = self.root;
+        lost.into_iter()
+            .map(move |signal| time(|| table.plan(black_box(root), black_box(&[signal])).is_some()).1)
+    }
+}
+
+fn best(mut search: BestFirst, count: usize) -> Plan {
+    let substitutions = search.by_ref().take(count).collect();
+    Plan { substitutions, stop: search.stop(), expanded: search.expanded(), bound: search.bound() }
+}
+
+/// What something gives, and how many seconds it takes: the mean of the fastest of several turns, or the only one.
+fn time<T>(mut run: impl FnMut() -> T) -> (T, f64) {
+    let began = Instant::now();
+    let given = run();
+    let first = began.elapsed();
+    if first >= LONG {
+        return (given, first.as_secs_f64());
+    }
+    let repeats = (TURN.as_nanos() / first.as_nanos().max(1)).clamp(1, 10_000) as u32;
+    let mut fastest = first.as_secs_f64();
+    let all = Instant::now();
+    for _ in 0..TURNS {
+        let began = Instant::now();
+        for _ in 0..repeats {
+            black_box(run());
+        }
+        fastest = fastest.min(began.elapsed().as_secs_f64() / f64::from(repeats));
+        if all.elapsed() > LONG {
+            break;
+        }
+    }
+    (given, fastest)
+}

@@ -1,0 +1,327 @@
+//! What was measured, as tables and plots.
+
+use super::experiment::{Experiment, Kind};
+use super::published::{self, Published};
+use super::record::{Record, Search};
+use crate::show;
+use shsa_core::plan::Take;
+use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
+
+const FIRST: [Search; 4] = [
+    Search::BestFirst(Take::First),
+    Search::PropertyGuided(Take::First),
+    Search::Ontology,
+    Search::DepthFirst(Take::First),
+];
+
+const ALL: [Search; 4] = [
+    Search::BestFirst(Take::All),
+    Search::PropertyGuided(Take::All),
+    Search::DepthFirst(Take::All),
+    Search::Exhaustive,
+];
+
+/// A table with what has to be known to read it.
+pub(super) struct Table {
+    pub(super) title: &'static str,
+    pub(super) note: &'static str,
+    pub(super) head: Vec<&'static str>,
+    pub(super) rows: Vec<Vec<String>>,
+}
+
+/// All tables that there are measurements for.
+pub(super) fn tables(records: &[Record]) -> Vec<Table> {
+    let groups = groups(records);
+    [first(&groups), all(&groups), quality(&groups), work(&groups), lookups(&groups)]
+        .into_iter()
+        .filter(|table| !table.rows.is_empty())
+        .collect()
+}
+
+/// All tables for the terminal.
+pub(super) fn text(records: &[Record]) -> String {
+    let table = |table: Table| {
+        let rows = show::table(&table.head, table.rows);
+        format!("{}\n{rows}\n{}\n", show::paint(show::Paint::Bold, table.title), show::wrapped(table.note, 0))
+    };
+    tables(records).into_iter().map(table).collect::<Vec<_>>().join("\n").trim_end().to_owned()
+}
+
+/// The measurements of one kind of graph.
+struct Group<'a> {
+    kind: Kind,
+    records: &'a [Record],
+}
+
+fn groups(records: &[Record]) -> Vec<Group<'_>> {
+    let same = |one: &Record, other: &Record| one.case.kind == other.case.kind;
+    let group = |records: &'_ [Record]| records.first().map(|first| first.case.kind);
+    records.chunk_by(same).filter_map(|records| Some(Group { kind: group(records)?, records })).collect()
+}
+
+impl Group<'_> {
+    fn of(&self, search: Search) -> impl Iterator<Item = &Record> {
+        self.records.iter().filter(move |record| record.search == search)
+    }
+
+    /// Median and worst time, and how many searches were stopped.
+    fn time(&self, search: Search) -> String {
+        let times = spread(self.of(search).map(|record| record.seconds), seconds);
+        match self.of(search).filter(|record| record.is_limited()).count() {
+            0 => times,
+            stopped => format!("{times}, {stopped} stopped"),
+        }
+    }
+
+    fn median(&self, value: impl FnMut(&Record) -> f64) -> String {
+        middle(self.of(Search::Visit).map(value)).map_or_else(String::new, |value| format!("{value:.0}"))
+    }
+
+    /// How much longer the best answer takes than the visit.
+    fn ratio(&self) -> String {
+        let best = self.of(Search::BestFirst(Take::First));
+        spread(best.zip(self.of(Search::Visit)).map(|(best, visit)| best.seconds / visit.seconds), |value| {
+            format!("{value:.1}")
+        })
+    }
+
+    /// The fewest and the most substitutions, where all were found.
+    fn substitutions(&self) -> String {
+        let all = self.of(Search::BestFirst(Take::All)).filter(|record| !record.is_limited());
+        let found: Vec<usize> = all.map(|record| record.found).collect();
+        match (found.iter().min(), found.iter().max()) {
+            (Some(least), Some(most)) if least == most => least.to_string(),
+            (Some(least), Some(most)) => format!("{least} to {most}"),
+            _ => "not counted".to_owned(),
+        }
+    }
+
+    /// How often the first answer is not the best, and its share of the best on average and at worst.
+    fn quality(&self, search: Search) -> String {
+        let share = |record: &Record| Some(record.utility.unwrap_or(0.0) / record.best?);
+        let shares: Vec<f64> = self.of(search).filter_map(share).collect();
+        let below = shares.iter().filter(|&&share| share < 1.0 - 1e-9).count();
+        let worst = shares.iter().copied().fold(1.0, f64::min);
+        let mean = shares.iter().sum::<f64>() / shares.len().max(1) as f64;
+        format!("{below} of {}; {mean:.3}, {worst:.3}", shares.len())
+    }
+
+    fn decisions(&self, search: Search) -> String {
+        let middle = middle(self.of(search).map(|record| record.expanded as f64));
+        let stopped = self.of(search).any(Record::is_limited);
+        middle.map_or_else(String::new, |value| {
+            format!("{value:.0}{}", if stopped { " (stopped)" } else { "" })
+        })
+    }
+
+    fn published(&self, value: impl Fn(&Published) -> &'static str) -> String {
+        published::of(self.kind).map(value).unwrap_or_default().to_owned()
+    }
+
+    fn count(&self) -> String {
+        self.of(Search::Visit).count().to_string()
+    }
+}
+
+fn first(groups: &[Group]) -> Table {
+    let row = |group: &Group| {
+        let [best, guided, ontology, depth] = FIRST.map(|search| group.time(search));
+        vec![
+            group.kind.to_string(),
+            group.count(),
+            group.median(|record| record.nodes as f64),
+            group.median(|record| record.reached as f64),
+            best,
+            group.time(Search::Visit),
+            group.ratio(),
+            guided,
+            ontology,
+            depth,
+            group.published(|published| published.property_guided),
+            group.published(|published| published.ontology),
+        ]
+    };
+    Table {
+        title: "First answer",
+        note: "Time until the first answer, median / worst over the graphs. best_first and property_guided prove it to be the \
+               best. visit: looks at each node once that can be reached without passing a provided variable (reached), over \
+               flat arrays, and does nothing else. ratio: best_first by visit.",
+        head: vec![
+            "graph",
+            "graphs",
+            "nodes",
+            "reached",
+            "best_first",
+            "visit",
+            "ratio",
+            "property_guided",
+            "ontology",
+            "depth_first",
+            "public SH-PGSA",
+            "public ORR",
+        ],
+        rows: groups.iter().map(row).collect(),
+    }
+}
+
+fn all(groups: &[Group]) -> Table {
+    let row = |group: &Group| {
+        let times = ALL.map(|search| group.time(search));
+        let published = [
+            group.published(|published| published.property_guided_all),
+            group.published(|published| published.depth_first_all),
+        ];
+        [group.kind.to_string(), group.substitutions()].into_iter().chain(times).chain(published).collect()
+    };
+    Table {
+        title: "All answers",
+        note: "Time until all substitutions are found and sorted, median / worst over the graphs. \"n stopped\": so many \
+               searches were ended by the limit, and their times are those until then.",
+        head: vec![
+            "graph",
+            "substitutions",
+            "best_first",
+            "property_guided",
+            "depth_first",
+            "exhaustive",
+            "public SH-PGSA",
+            "public DFS",
+        ],
+        rows: groups.iter().map(row).collect(),
+    }
+}
+
+fn quality(groups: &[Group]) -> Table {
+    let row = |group: &Group| {
+        let shares = FIRST.map(|search| group.quality(search));
+        [group.kind.to_string()].into_iter().chain(shares).collect()
+    };
+    Table {
+        title: "Quality of the first answer",
+        note: "In how many graphs it is below the best; its utility as a share of the best, mean and worst.",
+        head: vec!["graph", "best_first", "property_guided", "ontology", "depth_first"],
+        rows: groups.iter().map(row).collect(),
+    }
+}
+
+fn work(groups: &[Group]) -> Table {
+    let row = |group: &Group| {
+        let first = FIRST.map(|search| group.decisions(search));
+        let all = ALL.map(|search| group.decisions(search));
+        [group.kind.to_string()].into_iter().chain(first).chain(all).collect()
+    };
+    Table {
+        title: "Decisions",
+        note: "How many decisions the searches take, median over the graphs; \"stopped\": some were ended by the limit.",
+        head: vec![
+            "graph",
+            "best_first",
+            "property_guided",
+            "ontology",
+            "depth_first",
+            "best_first, all",
+            "property_guided, all",
+            "depth_first, all",
+            "exhaustive",
+        ],
+        rows: groups.iter().map(row).collect(),
+    }
+}
+
+fn lookups(groups: &[Group]) -> Table {
+    let row = |group: &Group| {
+        let count = group.of(Search::Table).count();
+        (count > 0).then(|| vec![group.kind.to_string(), count.to_string(), group.time(Search::Table)])
+    };
+    Table {
+        title: "A plan from the contingency table",
+        note: "After the loss of each signal that matters, median / worst over the signals.",
+        head: vec!["model", "losses", "time"],
+        rows: groups.iter().filter_map(row).collect(),
+    }
+}
+
+/// The plots with the names of their files.
+pub(super) fn charts(records: &[Record]) -> Vec<(String, Chart)> {
+    let groups = groups(records);
+    let mut visited = FIRST.to_vec();
+    visited.push(Search::Visit);
+    [("first", "First answer in ex2", &visited[..]), ("all", "All answers in ex2", &ALL[..])]
+        .into_iter()
+        .map(|(name, title, searches)| (format!("thesis-{name}.svg"), chart(&groups, title, searches)))
+        .filter(|(_, chart)| chart.series.iter().any(|series| !series.points.is_empty()))
+        .collect()
+}
+
+fn chart(groups: &[Group], title: &str, searches: &[Search]) -> Chart {
+    let axis = |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), scale: Scale::Log };
+    let ex2 = || groups.iter().filter(|group| group.kind.experiment == Experiment::Ex2);
+    let series = searches.iter().map(|&search| Series {
+        name: search.name().to_owned(),
+        points: ex2().filter_map(|group| point(group, search)).collect(),
+    });
+    Chart {
+        title: title.to_owned(),
+        x: axis("variables and relations of the tree", ""),
+        y: axis("time; median, least and most", "s"),
+        series: series.collect(),
+    }
+}
+
+/// The times of a search that was never stopped.
+fn point(group: &Group, search: Search) -> Option<Point> {
+    let seconds = || group.of(search).map(|record| record.seconds);
+    let x = group.of(search).next()?.nodes as f64;
+    let (low, high) = (seconds().fold(f64::INFINITY, f64::min), seconds().fold(0.0, f64::max));
+    let stopped = group.of(search).any(Record::is_limited);
+    (!stopped).then_some(Point { x, low, y: middle(seconds())?, high })
+}
+
+/// Median and worst, or the one value that there is.
+fn spread(values: impl Iterator<Item = f64>, write: impl Fn(f64) -> String) -> String {
+    let values: Vec<f64> = values.collect();
+    let worst = values.iter().copied().fold(0.0, f64::max);
+    match middle(values.iter().copied()) {
+        None => String::new(),
+        Some(_) if values.len() == 1 => write(worst),
+        Some(middle) => format!("{} / {}", write(middle), write(worst)),
+    }
+}
+
+/// The median; the upper one of two.
+fn middle(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// A time to two or three digits.
+fn seconds(value: f64) -> String {
+    let (scaled, unit) = match value {
+        _ if value < 1e-6 => (value * 1e9, "ns"),
+        _ if value < 1e-3 => (value * 1e6, "us"),
+        _ if value < 1.0 => (value * 1e3, "ms"),
+        _ => (value, "s"),
+    };
+    let digits = usize::from(scaled < 9.95);
+    format!("{scaled:.digits$} {unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_written_for_people() {
+        assert_eq!(
+            [3.04e-8, 9.99e-6, 1.5e-3, 0.123, 2.0].map(seconds),
+            ["30 ns", "10 us", "1.5 ms", "123 ms", "2.0 s"]
+        );
+    }
+
+    #[test]
+    fn a_spread_is_the_median_and_the_worst() {
+        let spread = |values: &[f64]| spread(values.iter().copied(), |value| value.to_string());
+        assert_eq!([spread(&[]), spread(&[3.0]), spread(&[5.0, 1.0, 2.0])], ["", "3", "2 / 5"]);
+    }
+}
