@@ -13,11 +13,12 @@ probability that rises evenly from 0.2 to 1 at the leaves. `ex3`: as `ex2`, by `
 provided. `rover` and `drivetrain` are the models in `models/`; the steering angle's own signal is lost.
 
 Times are for one core, with other work on the machine: compare them within a row. Reading a model and preparing its graph are not
-included. What takes less than 20 ms is run several times, and the fastest turn counts.";
+included. What takes less than a second is run several times, and the fastest turn counts.";
 
 const PUBLIC: &str = "\
 *public*: the thesis's own programs, [github.com/dratasich/shsa](https://github.com/dratasich/shsa), with Python 3.11 on two
-shared cores, medians over graphs of their own generators; not of this run. Their first answer need not be the best.";
+shared cores, medians over graphs of their own generators; not of this run. Their first answer need not be the best.
+Their rover is another graph, so it has no row there.";
 
 /// The tables as Markdown, with the command that makes them.
 pub(super) fn markdown(arguments: &Arguments, records: &[Record]) -> String {

@@ -44,7 +44,8 @@ impl Search {
         }
     }
 
-    fn takes(self) -> Option<&'static str> {
+    /// Whether it looks for the `first` answer or for `all`.
+    pub(super) fn takes(self) -> Option<&'static str> {
         match self {
             Search::Visit | Search::Table => None,
             Search::Ontology => Some("first"),

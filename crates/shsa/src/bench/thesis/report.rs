@@ -32,7 +32,7 @@ pub(super) struct Table {
 /// All tables that there are measurements for.
 pub(super) fn tables(records: &[Record]) -> Vec<Table> {
     let groups = groups(records);
-    [first(&groups), all(&groups), quality(&groups), work(&groups), lookups(&groups)]
+    [first(&groups), all(&groups), public(&groups), quality(&groups), work(&groups), lookups(&groups)]
         .into_iter()
         .filter(|table| !table.rows.is_empty())
         .collect()
@@ -98,12 +98,16 @@ impl Group<'_> {
 
     /// How often the first answer is not the best, and its share of the best on average and at worst.
     fn quality(&self, search: Search) -> String {
-        let share = |record: &Record| Some(record.utility.unwrap_or(0.0) / record.best?);
+        let share = |record: &Record| Some(record.utility? / record.best?);
         let shares: Vec<f64> = self.of(search).filter_map(share).collect();
         let below = shares.iter().filter(|&&share| share < 1.0 - 1e-9).count();
         let worst = shares.iter().copied().fold(1.0, f64::min);
-        let mean = shares.iter().sum::<f64>() / shares.len().max(1) as f64;
-        format!("{below} of {}; {mean:.3}, {worst:.3}", shares.len())
+        let mean = shares.iter().sum::<f64>() / shares.len() as f64;
+        match self.of(search).count() - shares.len() {
+            0 => format!("{below} of {}; {mean:.3}, {worst:.3}", shares.len()),
+            without if shares.is_empty() => format!("no answer in {without}"),
+            without => format!("{below} of {}; {mean:.3}, {worst:.3}; no answer in {without}", shares.len()),
+        }
     }
 
     fn decisions(&self, search: Search) -> String {
@@ -137,8 +141,6 @@ fn first(groups: &[Group]) -> Table {
             guided,
             ontology,
             depth,
-            group.published(|published| published.property_guided),
-            group.published(|published| published.ontology),
         ]
     };
     Table {
@@ -157,8 +159,6 @@ fn first(groups: &[Group]) -> Table {
             "property_guided",
             "ontology",
             "depth_first",
-            "public SH-PGSA",
-            "public ORR",
         ],
         rows: groups.iter().map(row).collect(),
     }
@@ -167,39 +167,83 @@ fn first(groups: &[Group]) -> Table {
 fn all(groups: &[Group]) -> Table {
     let row = |group: &Group| {
         let times = ALL.map(|search| group.time(search));
-        let published = [
-            group.published(|published| published.property_guided_all),
-            group.published(|published| published.depth_first_all),
-        ];
-        [group.kind.to_string(), group.substitutions()].into_iter().chain(times).chain(published).collect()
+        let counted = group.of(Search::Exhaustive).count().to_string();
+        [group.kind.to_string(), counted, group.substitutions()].into_iter().chain(times).collect()
     };
     Table {
         title: "All answers",
-        note: "Time until all substitutions are found and sorted, median / worst over the graphs. \"n stopped\": so many \
-               searches were ended by the limit, and their times are those until then.",
+        note: "Time until all substitutions are found and sorted, median / worst over the first five graphs of a kind. \"n \
+               stopped\": so many searches were ended by the limit (a tenth of it for exhaustive, whose decisions cost \
+               most), and their times are those until then.",
         head: vec![
             "graph",
+            "graphs",
             "substitutions",
             "best_first",
             "property_guided",
             "depth_first",
             "exhaustive",
-            "public SH-PGSA",
-            "public DFS",
         ],
         rows: groups.iter().map(row).collect(),
+    }
+}
+
+fn public(groups: &[Group]) -> Table {
+    let row = |group: &Group| {
+        let ours =
+            |search| middle(group.of(search).map(|record| record.seconds)).map(seconds).unwrap_or_default();
+        let stopped = |search| group.of(search).any(Record::is_limited);
+        let all = |search| if stopped(search) { "stopped".to_owned() } else { ours(search) };
+        let public = published::of(group.kind)?;
+        let cells = [
+            ours(Search::BestFirst(Take::First)),
+            public.property_guided.to_owned(),
+            ours(Search::Ontology),
+            public.ontology.to_owned(),
+            all(Search::BestFirst(Take::All)),
+            public.property_guided_all.to_owned(),
+            all(Search::DepthFirst(Take::All)),
+            public.depth_first_all.to_owned(),
+        ];
+        Some([group.kind.to_string()].into_iter().chain(cells).collect())
+    };
+    Table {
+        title: "Beside the public programs",
+        note: "Medians; those of the public programs are not of this run. \"stopped\": in some graphs the limit ended the search.",
+        head: vec![
+            "graph",
+            "best_first",
+            "public SH-PGSA",
+            "ontology",
+            "public ORR",
+            "best_first, all",
+            "public SH-PGSA, all",
+            "depth_first, all",
+            "public DFS, all",
+        ],
+        rows: groups.iter().filter_map(row).collect(),
     }
 }
 
 fn quality(groups: &[Group]) -> Table {
     let row = |group: &Group| {
         let shares = FIRST.map(|search| group.quality(search));
-        [group.kind.to_string()].into_iter().chain(shares).collect()
+        let public = published::quality(group.kind).map(str::to_owned);
+        [group.kind.to_string()].into_iter().chain(shares).chain(public).collect()
     };
     Table {
         title: "Quality of the first answer",
-        note: "In how many graphs it is below the best; its utility as a share of the best, mean and worst.",
-        head: vec!["graph", "best_first", "property_guided", "ontology", "depth_first"],
+        note: "In how many graphs it is below the best; its utility as a share of the best, mean and worst. Public programs: of \
+               60 other graphs of the kind.",
+        head: vec![
+            "graph",
+            "best_first",
+            "property_guided",
+            "ontology",
+            "depth_first",
+            "public SH-PGSA",
+            "public ORR",
+        ],
         rows: groups.iter().map(row).collect(),
     }
 }
