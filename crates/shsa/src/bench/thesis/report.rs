@@ -1,7 +1,7 @@
 //! What was measured, as tables and plots.
 
 use super::experiment::{Experiment, Kind};
-use super::published::{self, Published};
+use super::published;
 use super::record::{Record, Search};
 use crate::show;
 use shsa_core::plan::Take;
@@ -85,14 +85,16 @@ impl Group<'_> {
         })
     }
 
-    /// The fewest and the most substitutions, where all were found.
+    /// The fewest and the most substitutions; more than those that were found where a limit ended the search.
     fn substitutions(&self) -> String {
-        let all = self.of(Search::BestFirst(Take::All)).filter(|record| !record.is_limited());
-        let found: Vec<usize> = all.map(|record| record.found).collect();
-        match (found.iter().min(), found.iter().max()) {
-            (Some(least), Some(most)) if least == most => least.to_string(),
-            (Some(least), Some(most)) => format!("{least} to {most}"),
-            _ => "not counted".to_owned(),
+        let write =
+            |record: &Record| format!("{}{}", if record.is_limited() { "> " } else { "" }, record.found);
+        let all = || self.of(Search::BestFirst(Take::All));
+        let (least, most) =
+            (all().min_by_key(|record| record.found), all().max_by_key(|record| record.found));
+        match (least.map(write), most.map(write)) {
+            (Some(least), Some(most)) if least != most => format!("{least} to {most}"),
+            (least, _) => least.unwrap_or_default(),
         }
     }
 
@@ -116,10 +118,6 @@ impl Group<'_> {
         middle.map_or_else(String::new, |value| {
             format!("{value:.0}{}", if stopped { " (stopped)" } else { "" })
         })
-    }
-
-    fn published(&self, value: impl Fn(&Published) -> &'static str) -> String {
-        published::of(self.kind).map(value).unwrap_or_default().to_owned()
     }
 
     fn count(&self) -> String {
@@ -307,7 +305,7 @@ fn chart(groups: &[Group], title: &str, searches: &[Search]) -> Chart {
     Chart {
         title: title.to_owned(),
         x: axis("variables and relations of the tree", ""),
-        y: axis("time; median, least and most", "s"),
+        y: axis("time", "s"),
         series: series.collect(),
     }
 }
