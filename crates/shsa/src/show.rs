@@ -154,6 +154,19 @@ pub(crate) fn counted(count: usize, one: &str) -> String {
     format!("{count} {one}{}", if count == 1 { "" } else { "s" })
 }
 
+/// A time to two or three digits; `unknown` when it is not a number.
+pub(crate) fn seconds(value: f64) -> String {
+    let (scaled, unit) = match value {
+        _ if value.is_nan() => return "unknown".to_owned(),
+        _ if value < 1e-6 => (value * 1e9, "ns"),
+        _ if value < 1e-3 => (value * 1e6, "us"),
+        _ if value < 1.0 => (value * 1e3, "ms"),
+        _ => (value, "s"),
+    };
+    let digits = usize::from(scaled < 9.95);
+    format!("{scaled:.digits$} {unit}")
+}
+
 /// A text broken between words to the width of the terminal, each line indented; one line when there is none.
 pub(crate) fn wrapped(text: &str, indent: usize) -> String {
     let width = terminal_size::terminal_size().map_or(usize::MAX, |(width, _)| usize::from(width.0));
@@ -186,4 +199,15 @@ pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'
         None => String::new(),
     };
     anyhow::anyhow!("the model has no {what} '{name}'{help}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_written_for_people() {
+        let times = [3.04e-8, 9.99e-6, 1.5e-3, 0.123, 2.0, f64::NAN].map(seconds);
+        assert_eq!(times, ["30 ns", "10 us", "1.5 ms", "123 ms", "2.0 s", "unknown"]);
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::measure::Measured;
 use super::{Arguments, model};
-use crate::show;
+use crate::show::{self, seconds};
 use anyhow::Context;
 use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
 use std::fs;
@@ -126,15 +126,6 @@ fn bytes(value: f64) -> String {
     if value.is_nan() { "unknown".to_owned() } else { format!("{:.1} MiB", value / f64::from(1 << 20)) }
 }
 
-fn seconds(value: f64) -> String {
-    match value {
-        _ if value.is_nan() => "unknown".to_owned(),
-        _ if value < 1e-3 => format!("{:.1} us", value * 1e6),
-        _ if value < 1.0 => format!("{:.2} ms", value * 1e3),
-        _ => format!("{value:.2} s"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -142,7 +133,6 @@ mod tests {
     #[test]
     fn numbers_are_written_for_people() {
         assert_eq!([count(7.0), count(1_000.0), count(1_234_567.0)], ["7", "1,000", "1,234,567"]);
-        assert_eq!([seconds(2.5e-6), seconds(0.25), seconds(2.0)], ["2.5 us", "250.00 ms", "2.00 s"]);
         assert_eq!([bytes(f64::from(3 << 20)), bytes(f64::NAN)], ["3.0 MiB", "unknown"]);
     }
 }

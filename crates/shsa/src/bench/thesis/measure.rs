@@ -3,7 +3,7 @@
 use super::experiment::Case;
 use super::record::{Record, Search};
 use super::visit::Visit;
-use shsa_core::knowledge::{KnowledgeBase, SignalId, VariableId};
+use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::plan::{
     BestFirst, Contingency, Graph, Limits, Marks, Options, Plan, Preparation, Take, depth_first, exhaustive,
     ontology, property_guided,
@@ -51,61 +51,54 @@ pub(super) fn measure(case: &Case, limits: Limits) -> anyhow::Result<Vec<Record>
     let mut records = vec![Record { seconds, ..blank.clone() }];
     let searches =
         Search::ALL.into_iter().filter(|search| case.seed < COUNTED || search.takes() == Some("first"));
-    records.extend(searches.map(|search| {
-        let (plan, seconds) = subject.search(search);
-        Record { search, seconds, ..blank.clone() }.with(&plan)
+    records.extend(searches.filter_map(|search| {
+        let (plan, seconds) = subject.search(search)?;
+        Some(Record { search, seconds, ..blank.clone() }.with(&plan))
     }));
     let best = records.iter().find(|record| record.search == Search::BestFirst(Take::First));
     let best = best.and_then(|record| record.utility);
     records.iter_mut().for_each(|record| record.best = best);
     if case.kind.size.is_none() {
-        records.extend(subject.lookups().map(|seconds| Record {
-            search: Search::Table,
-            seconds,
-            ..blank.clone()
-        }));
+        let lookup = |seconds| Record { search: Search::Table, seconds, ..blank.clone() };
+        records.extend(subject.lookups().into_iter().map(lookup));
     }
     Ok(records)
 }
 
 impl Subject<'_> {
-    fn search(&self, search: Search) -> (Plan, f64) {
+    /// What a search finds, and its time; `None` for what is no search.
+    fn search(&self, search: Search) -> Option<(Plan, f64)> {
         let Subject { knowledge, graph, root, options, limits } = self;
         let (root, limits) = (*root, *limits);
         let count = |take| if take == Take::First { 1 } else { usize::MAX };
-        match search {
+        Some(match search {
+            Search::Visit | Search::Table => return None,
             Search::BestFirst(take) => {
                 let mut marks = Marks::default();
                 time(|| {
-                    best(
-                        BestFirst::with_marks(&mut marks, graph, black_box(root), options, limits),
-                        count(take),
-                    )
+                    let search = BestFirst::with_marks(&mut marks, graph, black_box(root), options, limits);
+                    best(search, count(take))
                 })
             }
             Search::PropertyGuided(take) => {
                 time(|| property_guided(graph, black_box(root), options, count(take), limits))
             }
+            Search::Ontology => time(|| ontology(graph, black_box(root), options, limits)),
             Search::DepthFirst(take) => time(|| depth_first(graph, black_box(root), options, take, limits)),
             Search::Exhaustive => {
-                let share = |limit: u64| limit.div_ceil(ORACLE_SHARE);
-                let limits = Limits { expansions: share(limits.expansions), ..limits };
+                let limits = Limits { expansions: limits.expansions.div_ceil(ORACLE_SHARE), ..limits };
                 time(|| exhaustive(knowledge, black_box(root), options, limits))
             }
-            Search::Ontology | Search::Visit | Search::Table => {
-                time(|| ontology(graph, black_box(root), options, limits))
-            }
-        }
+        })
     }
 
     /// How long it takes to look up what takes over, for each signal whose loss matters.
-    fn lookups(&self) -> impl Iterator<Item = f64> {
+    fn lookups(&self) -> Vec<f64> {
         let table = Contingency::new(self.knowledge, &self.graph, [self.root], Preparation::default());
-        let lost: Vec<SignalId> =
-            table.losses(self.root).filter_map(|(lost, _)| lost.first().copied()).collect();
-        let root = self.root;
-        lost.into_iter()
-            .map(move |signal| time(|| table.plan(black_box(root), black_box(&[signal])).is_some()).1)
+        let losses = table.losses(self.root).filter(|(lost, _)| !lost.is_empty());
+        losses
+            .map(|(lost, _)| time(|| table.plan(black_box(self.root), black_box(lost)).is_some()).1)
+            .collect()
     }
 }
 

@@ -22,7 +22,7 @@ use shsa_core::plan::Limits;
 use std::fs;
 use std::io::{IsTerminal, Write, stderr, stdout};
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `shsa bench thesis`.
 #[derive(clap::Args)]
@@ -72,7 +72,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 }
 
 /// Writes `thesis.md`, its plots and the raw results.
-fn write(folder: &PathBuf, arguments: &Arguments, records: &[Record]) -> anyhow::Result<()> {
+fn write(folder: &Path, arguments: &Arguments, records: &[Record]) -> anyhow::Result<()> {
     fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let put = |name: &str, text: String| {
         let path = folder.join(name);

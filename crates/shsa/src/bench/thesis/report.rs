@@ -3,7 +3,7 @@
 use super::experiment::{Experiment, Kind};
 use super::published;
 use super::record::{Record, Search};
-use crate::show;
+use crate::show::{self, seconds};
 use shsa_core::plan::Take;
 use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
 
@@ -337,29 +337,9 @@ fn middle(values: impl Iterator<Item = f64>) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
-/// A time to two or three digits.
-fn seconds(value: f64) -> String {
-    let (scaled, unit) = match value {
-        _ if value < 1e-6 => (value * 1e9, "ns"),
-        _ if value < 1e-3 => (value * 1e6, "us"),
-        _ if value < 1.0 => (value * 1e3, "ms"),
-        _ => (value, "s"),
-    };
-    let digits = usize::from(scaled < 9.95);
-    format!("{scaled:.digits$} {unit}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn times_are_written_for_people() {
-        assert_eq!(
-            [3.04e-8, 9.99e-6, 1.5e-3, 0.123, 2.0].map(seconds),
-            ["30 ns", "10 us", "1.5 ms", "123 ms", "2.0 s"]
-        );
-    }
 
     #[test]
     fn a_spread_is_the_median_and_the_worst() {
