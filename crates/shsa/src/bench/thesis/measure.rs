@@ -55,8 +55,7 @@ pub(super) fn measure(case: &Case, limits: Limits) -> anyhow::Result<Vec<Record>
         let (plan, seconds) = subject.search(search)?;
         Some(Record { search, seconds, ..blank.clone() }.with(&plan))
     }));
-    let best = records.iter().find(|record| record.search == Search::BestFirst(Take::First));
-    let best = best.and_then(|record| record.utility);
+    let best = records.iter().filter_map(|record| record.utility).reduce(f64::max);
     records.iter_mut().for_each(|record| record.best = best);
     if case.kind.size.is_none() {
         let lookup = |seconds| Record { search: Search::Table, seconds, ..blank.clone() };
