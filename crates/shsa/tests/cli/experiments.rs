@@ -80,6 +80,7 @@ fn the_document_names_its_command_and_keeps_the_results() {
     );
     assert!(document.contains("| ex2 b2 d14 | 1 | 32767 |"), "{document}");
     assert!(document.contains("![First answer in ex2](thesis-first.svg)"), "{document}");
+    assert!(document.contains("## The best answer beside a visit"), "{document}");
     assert!(folder.read("docs/thesis-first.svg").starts_with("<svg"));
     let raw = folder.read("docs/thesis.jsonl");
     assert!(raw.lines().all(|line| serde_json::from_str::<Value>(line).is_ok()));
