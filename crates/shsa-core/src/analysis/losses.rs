@@ -23,7 +23,7 @@ const MOST_CHOICES: usize = 32;
 /// What one search may cost.
 const LIMITS: Limits = Limits { expansions: 20_000, states: 20_000 };
 /// What a search costs more for each signal that it must do without: it has to look further.
-const STEPS_A_LOSS: u64 = 4;
+const STEPS_A_LOSS: u64 = 1;
 /// How often a smallest hitting set is looked for.
 const MOST_ROUNDS: usize = 32;
 /// What one of these searches may cost.
@@ -202,7 +202,8 @@ impl<'a> Losses<'a> {
 
     /// The fewest signals whose loss takes the target: at least how many, whether so few do, and which.
     fn cut(&mut self, target: Target, proof: &mut Proof, budget: &mut Budget) -> (usize, bool, SignalSet) {
-        let mut at_least = 0;
+        // The ways found so far share no signal.
+        let mut at_least = proof.ways.len();
         for _ in 0..MOST_ROUNDS {
             if budget.is_spent() {
                 break;
@@ -259,6 +260,10 @@ impl Proof {
     fn extend(&mut self, losses: &mut Losses<'_>, target: Target, mut lost: SignalSet, budget: &mut Budget) {
         self.unclear = false;
         loop {
+            if budget.is_spent() && !self.ways.is_empty() {
+                self.unclear = true;
+                return;
+            }
             match losses.left(target, &lost, budget) {
                 Left::Way(survivor) => {
                     lost.extend(&survivor.rests_on);

@@ -40,7 +40,7 @@ pub struct Options {
 impl Default for Options {
     /// Seconds at the most.
     fn default() -> Options {
-        Options { only_runnable: false, steps: 2_000_000, addition_steps: 2_000_000 }
+        Options { only_runnable: false, steps: 3_000_000, addition_steps: 2_000_000 }
     }
 }
 
@@ -127,7 +127,7 @@ pub fn analyze(knowledge: &KnowledgeBase, options: Options) -> Analysis {
     let graph = Graph::new(knowledge);
     let all = RelationId::from_index(knowledge.relations().len());
     let basis = basis::Basis::new(knowledge, options.only_runnable, all);
-    let survey = Survey::new(knowledge, &graph, &basis, &mut Budget::new(options.steps));
+    let survey = Survey::new(knowledge, &graph, &basis, options.steps);
     let mut limited = survey.limited();
     let mut budget = Budget::new(options.addition_steps);
     let tried = match budget.is_spent() {

@@ -22,26 +22,24 @@ pub(super) struct Survey {
 }
 
 impl Survey {
-    /// Needs come first, then the comparisons, then the variables: a budget that ends leaves the rest unclear.
-    pub(super) fn new(
-        knowledge: &KnowledgeBase,
-        graph: &Graph,
-        basis: &Basis,
-        budget: &mut Budget,
-    ) -> Survey {
+    /// A third of the steps for the needs, for the comparisons, and for the variables: what a third does not suffice
+    /// for stays unclear.
+    pub(super) fn new(knowledge: &KnowledgeBase, graph: &Graph, basis: &Basis, steps: u64) -> Survey {
+        let third = || Budget::new(steps.div_ceil(3));
+        let (mut for_needs, mut for_ways, mut for_variables) = (third(), third(), third());
         let mut losses = Losses::new(knowledge, graph, basis);
         let needs = IdVec::filled(knowledge.needs().len(), |need| {
-            losses.tolerance(Target::of_need(knowledge, need), budget)
+            losses.tolerance(Target::of_need(knowledge, need), &mut for_needs)
         });
         let watched = IdVec::filled(knowledge.variables().len(), |variable| {
-            Watched::of(knowledge, graph, basis, variable, budget)
+            Watched::of(knowledge, graph, basis, variable, &mut for_ways)
         });
         let all: Vec<VariableId> = knowledge.variables().ids().collect();
         let comparisons = Comparisons::new(knowledge, gathered(&watched, &all));
         let faults = Faults::new(knowledge, &comparisons);
         let variables = IdVec::filled(knowledge.variables().len(), |variable| {
             let carried = !knowledge.carriers(variable).is_empty();
-            carried.then(|| losses.tolerance(Target::of_variable(variable), budget))
+            carried.then(|| losses.tolerance(Target::of_variable(variable), &mut for_variables))
         });
         Survey { watched, comparisons, faults, variables, needs }
     }

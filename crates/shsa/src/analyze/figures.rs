@@ -2,12 +2,9 @@
 
 use crate::show;
 use serde_json::{Value, json};
-use shsa_core::analysis::structure::{Part, Sets, Structure};
+use shsa_core::analysis::structure::{LIMITS, Part, Sets, Structure};
 use shsa_core::knowledge::KnowledgeBase;
-use shsa_core::plan::{Limits, StopReason};
-
-/// Sets are only counted here: so many, or so much work, is enough.
-const LIMITS: Limits = Limits { expansions: 1_000_000, states: 20_000 };
+use shsa_core::plan::StopReason;
 
 /// Sizes of the parts of a model, and how many minimal sets of equations can contradict each other.
 pub(super) struct Figures {

@@ -158,6 +158,11 @@ fn the_water_tank_of_the_toolbox_has_its_figures() {
 }
 
 #[test]
+fn the_engine_of_the_toolbox_has_its_figures() {
+    assert_eq!(analysis("engine")["structure"]["mso"], json!({ "count": 4496, "stop": "complete" }));
+}
+
+#[test]
 fn as_many_additions_as_asked_for() {
     let folder = tank::folder();
     let count = |arguments: &str| {
