@@ -17,6 +17,13 @@ pub(crate) struct Broken {
     pub(crate) help: Option<&'static str>,
 }
 
+impl Broken {
+    /// That a value is not of the form that was tried.
+    pub(crate) fn unusual() -> Broken {
+        Broken { at: 0, message: String::new(), help: None }
+    }
+}
+
 /// A string in the text.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quoted {
@@ -141,8 +148,7 @@ impl<'a> Cursor<'a> {
         self.at += 1;
         let mut escaped = false;
         loop {
-            let is_plain = |byte: &&u8| !matches!(byte, b'"' | b'\\' | 0..0x20);
-            self.at += self.rest().as_bytes().iter().take_while(is_plain).count();
+            self.at += plain_length(self.source.as_bytes().get(self.at..).unwrap_or_default());
             match self.peek() {
                 Some(b'"') => break,
                 Some(b'\\') => {
@@ -272,6 +278,23 @@ impl<'a> Cursor<'a> {
     }
 }
 
+/// How many bytes come before a quote, a backslash or a control character, eight at a time where there are as many.
+fn plain_length(bytes: &[u8]) -> usize {
+    const ONES: u64 = u64::MAX / 255;
+    // Not zero when a byte of the word is zero, and only then (Mycroft's test).
+    let zeros = |word: u64| word.wrapping_sub(ONES) & !word & (ONES << 7);
+    let is_plain = |word: &[u8; 8]| {
+        let word = u64::from_le_bytes(*word);
+        let quotes = zeros(word ^ (ONES * u64::from(b'"')));
+        let backslashes = zeros(word ^ (ONES * u64::from(b'\\')));
+        quotes | backslashes | zeros(word & (ONES * 0xE0)) == 0
+    };
+    let (words, _) = bytes.as_chunks::<8>();
+    let whole = 8 * words.iter().take_while(|word| is_plain(word)).count();
+    let rest = bytes.get(whole..).unwrap_or_default();
+    whole + rest.iter().take_while(|byte| !matches!(byte, b'"' | b'\\' | 0..0x20)).count()
+}
+
 /// A sign, digits without zeros before them, a fraction, an exponent.
 fn is_number(word: &str) -> bool {
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
@@ -286,4 +309,20 @@ fn is_number(word: &str) -> bool {
     };
     let plain = digits(whole) && (whole == "0" || !whole.starts_with('0'));
     plain && fraction.is_none_or(digits) && exponent.is_none_or(digits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn plain_bytes_end_where_the_first_other_one_is(bytes in prop::collection::vec(any::<u8>(), 0..40), plain in 0..40_usize) {
+            let mut bytes: Vec<u8> = bytes;
+            bytes.iter_mut().take(plain).for_each(|byte| *byte |= 0x80);
+            let first = bytes.iter().position(|byte| matches!(byte, b'"' | b'\\' | 0..0x20));
+            prop_assert_eq!(plain_length(&bytes), first.unwrap_or(bytes.len()));
+        }
+    }
 }

@@ -2,7 +2,7 @@
 //!
 //! The large sections of a model are not kept as trees: [`Json::entries`] reads one entry after the other.
 
-use shsa_core::knowledge::{Diagnostic, Place, Text};
+use shsa_core::knowledge::{BodyDraft, Diagnostic, Place, PropertyDrafts, RelationDraft, Text};
 use std::collections::BTreeSet;
 
 use super::cursor::{Broken, Cursor, Quoted};
@@ -11,6 +11,17 @@ use super::tree::{self, Node, Value, offset};
 
 /// The sections that are read entry by entry.
 const SECTIONS: [&str; 3] = ["variables", "relations", "signals"];
+
+/// A relation of the usual form has at most so many properties.
+const MOST_PROPERTIES: usize = 8;
+
+/// A relation as it was read.
+pub(crate) enum Entry {
+    /// Of the usual form.
+    Usual(RelationDraft),
+    /// Of any other form, with its name.
+    Other((Text, Node)),
+}
 
 /// A text that is JSON.
 pub(crate) struct Json<'a> {
@@ -71,6 +82,68 @@ impl Json<'_> {
             Ok(())
         });
         debug_assert!(read.is_ok(), "the text was checked as a whole");
+    }
+
+    /// As [`Json::entries`] for relations: those of the usual form (see [`Json::usual_relation`]) come as drafts.
+    pub(crate) fn relations(&mut self, place: Place, take: &mut dyn FnMut(Entry)) {
+        let read = Cursor::new(self.source).moved_to(place.from).object(|cursor, key| {
+            let name = self.text(cursor, key);
+            match self.usual_relation(cursor, &name) {
+                Some(relation) => take(Entry::Usual(relation)),
+                None => take(Entry::Other((name, self.node(cursor)?))),
+            }
+            Ok(())
+        });
+        debug_assert!(read.is_ok(), "the text was checked as a whole");
+    }
+
+    /// Most of what a large model holds, `{"output": "a", "inputs": ["b"], "properties": {"cost": 2}}` with no other key
+    /// and no key twice, without a tree between text and draft: half of the allocations. `None` for any other
+    /// value, with the cursor still before it.
+    fn usual_relation(&mut self, cursor: &mut Cursor, name: &Text) -> Option<RelationDraft> {
+        let (mut output, mut inputs, mut properties) = (None, None, None);
+        let mut ahead = *cursor;
+        let read = ahead.object(|at, key| {
+            let is_new = match at.inner(key) {
+                "output" => output.replace(self.usual_text(at)?).is_none(),
+                "inputs" => {
+                    let mut names = Vec::new();
+                    at.list(|at| {
+                        names.push(self.usual_text(at)?);
+                        Ok(())
+                    })?;
+                    inputs.replace(names).is_none()
+                }
+                "properties" => {
+                    let mut read = Vec::new();
+                    at.object(|at, key| {
+                        let name = self.text(at, key);
+                        read.push((name, self.usual_text(at)?));
+                        Ok(())
+                    })?;
+                    properties.replace(read).is_none()
+                }
+                _ => false,
+            };
+            if is_new { Ok(()) } else { Err(Broken::unusual()) }
+        });
+        let properties: PropertyDrafts = properties.unwrap_or_default();
+        let is_new = |at: usize| properties[..at].iter().all(|(name, _)| name.text != properties[at].0.text);
+        if read.is_err() || properties.len() > MOST_PROPERTIES || !(1..properties.len()).all(is_new) {
+            return None;
+        }
+        let body = BodyDraft::Structure { outputs: vec![output?], inputs: inputs.unwrap_or_default() };
+        let (directions, condition, error) = (None, None, None);
+        *cursor = ahead;
+        Some(RelationDraft { name: name.clone(), body, directions, condition, error, properties })
+    }
+
+    /// A text or a number.
+    fn usual_text(&mut self, cursor: &mut Cursor) -> Result<Text, Broken> {
+        match self.node(cursor)?.value {
+            Value::Scalar(text) => Ok(text),
+            _ => Err(Broken::unusual()),
+        }
     }
 
     fn node(&mut self, cursor: &mut Cursor) -> Result<Node, Broken> {

@@ -5,7 +5,7 @@ use shsa_core::knowledge::{
     VariableDraft,
 };
 
-use super::json::Json;
+use super::json::{Entry, Json};
 use super::problem;
 use super::reader::{Fields, Keys, Reader};
 use super::tree::{Node, Value};
@@ -91,6 +91,16 @@ impl Source for Model<'_, '_, '_> {
     }
 
     fn relations(&mut self, take: &mut dyn FnMut(&RelationDraft)) {
+        let unread = self.fields.get("relations").filter(|node| matches!(node.value, Value::Unread));
+        if let (Some(node), Some(json)) = (unread, &mut self.json) {
+            return json.relations(node.place, &mut |entry| {
+                let read = match entry {
+                    Entry::Usual(relation) => Some(relation),
+                    Entry::Other(entry) => relation(self.reader, &entry),
+                };
+                read.iter().for_each(&mut *take);
+            });
+        }
         self.section("relations", "nearest: dmin = min(distances)", &mut |reader, entry| {
             if let Some(relation) = relation(reader, entry) {
                 take(&relation);

@@ -2,6 +2,7 @@
 
 use super::brief;
 use crate::model::{load, tree};
+use proptest::prelude::*;
 use std::fmt::Write;
 
 /// A model of so many relations, as JSON.
@@ -131,5 +132,55 @@ fn braces_and_quotes_may_be_yaml_too() {
     for text in ["{\"shsa\": 1, variables: {a: }, # nothing\nsignals: {s: {variable: a}}}", "{\"shsa\": 1,}"]
     {
         assert!(load(text, "m.yaml").report.ok() && tree::read(text).root.is_some(), "{text}");
+    }
+}
+
+/// Texts of relations: of the usual form, nearly so, and not at all.
+fn relation() -> impl Strategy<Value = String> {
+    let word = || {
+        prop::sample::select(vec![
+            "\"a\"",
+            "\"b\"",
+            "\" c \"",
+            "\"\\u0061\"",
+            "\"\"",
+            "2",
+            "null",
+            "[\"a\"]",
+            "{}",
+        ])
+    };
+    let key = prop::sample::select(vec![
+        "output",
+        "output",
+        "outputs",
+        "inputs",
+        "out\\u0070ut",
+        "properties",
+        "for",
+        "inputz",
+    ]);
+    let list = prop::collection::vec(word(), 0..4).prop_map(|words| format!("[{}]", words.join(", ")));
+    let name = prop::sample::select(vec!["cost", "accuracy", "c\\u006fst"]);
+    let map = prop::collection::vec((name, word()), 0..3).prop_map(|entries| {
+        let entries: Vec<_> = entries.into_iter().map(|(name, word)| format!("\"{name}\": {word}")).collect();
+        format!("{{{}}}", entries.join(","))
+    });
+    let value = prop_oneof![word().prop_map(str::to_owned), list, map];
+    prop::collection::vec((key, value), 0..5).prop_map(|entries| {
+        let entries: Vec<_> = entries.into_iter().map(|(key, value)| format!("\"{key}\": {value}")).collect();
+        format!("{{{}}}", entries.join(", "))
+    })
+}
+
+proptest! {
+    #[test]
+    fn relations_are_the_same_whichever_way_they_are_read(relation in relation()) {
+        let text = format!(
+            "{{\"shsa\": 1, \"variables\": {{\"a\": {{}}, \"b\": {{}}, \"c\": {{}}}},\n\"relations\": {{\"r\": {relation}}}}}"
+        );
+        let [json, yaml] = [text.clone(), format!("{text} # YAML")].map(|text| load(&text, "m"));
+        prop_assert_eq!(brief(&json), brief(&yaml), "{}", text);
+        prop_assert_eq!(format!("{:?}", json.knowledge), format!("{:?}", yaml.knowledge));
     }
 }

@@ -1,7 +1,7 @@
 //! A large model: a plant of many subsystems that know a little of each other.
 //!
 //! A subsystem has 60 variables, of which 38 are measured, 100 relations and a need. A relation computes a variable from
-//! two or three of the next ones; one in ten also reads a measured variable of another subsystem; one in twenty is an
+//! two or three of the next ones; one in ten also reads a measured variable of another subsystem; one in fifty is an
 //! equation, usable in all directions, so there are cycles; the others are structure only, with a cost.
 
 use rand::{RngExt, SeedableRng};
@@ -11,7 +11,7 @@ use std::io::{self, Write};
 /// What the models are, for those who read the numbers.
 pub(super) const DESCRIPTION: &str = "Each model is a plant of subsystems: 100 relations, 60 variables (38 of them \
     measured) and a need each. Relations compute a variable from two or three of the next ones; one in ten reads another \
-    subsystem, too; one in twenty is an equation, solved for all its variables; the others are structure only, with a cost.";
+    subsystem, too; one in fifty is an equation, solved for all its variables; the others are structure only, with a cost.";
 
 /// Relations of a subsystem.
 const RELATIONS: usize = 100;
@@ -83,7 +83,7 @@ fn relation(random: &mut ChaCha8Rng, subsystems: usize, subsystem: usize, at: us
         }
     }
     let mut names: Vec<String> = inputs.iter().map(|input| format!("u{subsystem}_v{input}")).collect();
-    if at % 20 == 19 {
+    if at % 50 == 49 {
         return format!("\"u{subsystem}_r{at}\": \"u{subsystem}_v{output} = {}\"", names.join(" + "));
     }
     let other = random.random_range(0..subsystems);
