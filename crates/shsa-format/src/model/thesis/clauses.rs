@@ -78,7 +78,7 @@ pub(in super::super) fn is_prolog(text: &str) -> bool {
     is_atom && rest[length..].starts_with('(') && !first_line.contains(": ")
 }
 
-const SIGNS: &str = "+-*/\\^<>=~:.?@#&$!;";
+const SIGNS: &str = "+-*/\\^<>=~:.?@#&$";
 
 struct Lexer<'a, 'n> {
     text: &'a str,
@@ -147,6 +147,9 @@ impl<'a> Lexer<'a, '_> {
         } else if first.is_alphabetic() {
             let length = self.length(is_name);
             Token::Atom(self.word(length))
+        } else if matches!(first, '!' | ';') {
+            // They stand alone: a full stop may follow at once.
+            Token::Atom(self.word(1))
         } else if SIGNS.contains(first) {
             let length = self.length(|c| SIGNS.contains(c));
             Token::Atom(self.word(length))

@@ -390,6 +390,12 @@ fn wrong_facts_are_placed() {
 }
 
 #[test]
+fn a_cut_or_a_choice_before_the_full_stop_is_no_part_of_it() {
+    let told = "2:1 warning: not taken over: 2 rules";
+    assert_eq!(taken("function(a, r, [b]).\nf(X) :- g(X), !.\nf(X) :- !;g(X).\n").1, told);
+}
+
+#[test]
 fn prolog_is_told_from_yaml() {
     for text in [
         "% x",
