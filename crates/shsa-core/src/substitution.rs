@@ -89,7 +89,8 @@ pub struct Way {
 }
 
 impl Way {
-    /// All choices of one usable signal a source, at most `most`, in file order.
+    /// All choices of one usable signal a source, at most `most`: the best rated signals first, as the utility of the
+    /// substitution is theirs, then in file order.
     #[must_use]
     pub fn choices(
         knowledge: &KnowledgeBase,
@@ -99,7 +100,12 @@ impl Way {
     ) -> Vec<Way> {
         let mut choices = Vec::from([Vec::new()]);
         for &source in &substitution.sources {
-            let carriers = || knowledge.carriers(source).iter().copied().filter(|&signal| usable(signal));
+            let carriers = || {
+                let carriers = knowledge.carriers(source).iter().copied();
+                let mut carriers: Vec<_> = carriers.filter(|&signal| usable(signal)).collect();
+                knowledge.utility().sort_signals(knowledge, &mut carriers);
+                carriers.into_iter()
+            };
             let constant = knowledge.variables()[source].constant.is_some();
             let options: Vec<_> = if constant { Vec::from([None]) } else { carriers().map(Some).collect() };
             let longer = |chosen: &Vec<Option<SignalId>>| extensions(chosen, &options);

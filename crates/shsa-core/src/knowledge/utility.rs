@@ -200,6 +200,20 @@ impl Utility {
         }
     }
 
+    /// Sorts signals by their ratings, the best first; those that are rated the same stay in their order.
+    pub(crate) fn sort_signals(&self, knowledge: &KnowledgeBase, signals: &mut [SignalId]) {
+        if !self.rates_signals() {
+            return;
+        }
+        let rating = |signal: &SignalId| self.of_signal(&knowledge.signals()[*signal]);
+        match self.aggregate() {
+            Aggregate::Sum => signals.sort_by(|a, b| rating(a).total_cmp(&rating(b))),
+            Aggregate::Product | Aggregate::Minimum => {
+                signals.sort_by(|a, b| rating(b).total_cmp(&rating(a)));
+            }
+        }
+    }
+
     /// Rates a signal that a substitution starts from.
     #[must_use]
     pub fn of_signal(&self, signal: &Signal) -> f64 {
@@ -349,17 +363,19 @@ fn outside(
 ) -> Option<String> {
     let count = Interval::point(inputs.len() as f64);
     let accuracy = inputs.iter().fold(Interval::point(1.0), |all, &input| all * accuracies(knowledge, input));
-    let all = Interval::new(0.0, inputs.len() as f64);
-    let rate = |unprovided| {
+    let range = aggregate.range();
+    let rate = |unprovided, accuracy| {
         let value = rating.of_relation(properties, &Inputs { count, unprovided, accuracy }, Interval::point);
-        let range = aggregate.range();
         let is_right =
             !value.is_empty() && value.lo() >= range.lo() - SLACK && value.hi() <= range.hi() + SLACK;
         (!is_right).then_some(value)
     };
-    rate(all)?;
-    // Over all at once the bounds may be too wide where the formula reads the number more than once.
-    let value = (0..=inputs.len()).find_map(|unprovided| rate(Interval::point(unprovided as f64)))?;
+    // Bounds pass over where a formula has no value, as a root of what may be negative, so its points are asked, too.
+    let accuracies = [accuracy, Interval::point(accuracy.lo()), Interval::point(accuracy.hi())];
+    let most = if rating.facts.contains(&Fact::Unprovided) { inputs.len() } else { 0 };
+    let numbers = (0..=most).map(|unprovided| Interval::point(unprovided as f64));
+    let mut cases = numbers.flat_map(|unprovided| accuracies.map(|accuracy| (unprovided, accuracy)));
+    let value = cases.find_map(|(unprovided, accuracy)| rate(unprovided, accuracy))?;
     Some(match value {
         _ if value.is_empty() => "without a value".into(),
         _ if value.hi() - value.lo() < SLACK => format!("{}", value.midpoint()),

@@ -53,7 +53,8 @@ impl Scale {
         self.0 != Aggregate::Minimum
     }
 
-    /// The weight of a relation; rounded by at most 2^-51 of a neper, or of a unit of cost.
+    /// The weight of a relation; rounded by at most 2^-51 of a neper, or of a unit of cost. A rating without a value is
+    /// the worst.
     pub(super) fn relation(self, rating: f64) -> Weight {
         Weight::new(self.steps(rating), 1)
     }
@@ -64,6 +65,9 @@ impl Scale {
     }
 
     fn steps(self, rating: f64) -> u128 {
+        if rating.is_nan() {
+            return HEAVIEST as u128;
+        }
         let bad = if self.0 == Aggregate::Sum { rating } else { -libm::log(rating) };
         libm::round(bad * self.unit()).clamp(0.0, HEAVIEST) as u128
     }
@@ -185,6 +189,14 @@ mod tests {
     fn a_rating_that_rounding_put_out_of_range_is_the_best() {
         assert_eq!(PRODUCT.relation(1.0 + f64::EPSILON), PRODUCT.relation(1.0));
         assert_eq!(SUM.relation(-1e-300), SUM.relation(0.0));
+    }
+
+    #[test]
+    fn a_rating_without_a_value_is_the_worst() {
+        for scale in [PRODUCT, MINIMUM, SUM] {
+            assert!(scale.relation(f64::NAN) >= scale.relation(scale.0.range().lo()));
+            assert!(scale.relation(f64::NAN) >= scale.relation(scale.0.range().hi()));
+        }
     }
 
     #[test]

@@ -231,6 +231,10 @@ fn a_utility_gets_no_better_with_more_relations() {
          4:75 error: the utility of relation `s` may be -0.5 (it must lie between 0 and 1 whichever inputs are provided, so that no relation makes a substitution better)",
     );
     check(
+        &model("utility: { relation: sqrt(1.5 - unprovided) / 2 }"),
+        "4:14 error: the utility of relation `r` may be without a value (it must lie between 0 and 1 whichever inputs are provided, so that no relation makes a substitution better)",
+    );
+    check(
         &model("utility: { aggregate: sum, signal: rate / 2 Hz - 6 }"),
         "3:12 error: the utility of signal `a` is -1 (costs lie between 0 and 1e9, so that no relation makes a substitution better)
          3:73 error: the utility of signal `b` has no value (give it every property that the formula reads, or name values under `defaults`)",
