@@ -36,13 +36,13 @@ pub(crate) struct Arguments {
 }
 
 const HELP: &str = "\
-What the other form cannot say is told, and the exit status is 3. Comments are not taken over. A drawing (DOT for
-Graphviz, or SVG) shows the structure only.
+What the other form cannot say is told, and the exit status is 3. Comments are not taken over. A drawing (DOT \
+for Graphviz, or SVG) shows the structure only.
 
-The thesis's YAML is read (relations by their outputs with `in`, `fct` and `constraint`, or a `graph`; properties such
-as `type`, `provided`, `provision`, `constant`, `need`, `accuracy`, `cost`), and its Prolog facts function/3,
-implementation/2, itomsOf/2 and itomOf/2, by this and every other command. Formulas in Python become ours where they
-can; else the relation is structure only: it can be planned and analysed, not run.
+The thesis's YAML is read (relations by their outputs with `in`, `fct` and `constraint`, or a `graph`; \
+properties such as `type`, `provided`, `provision`, `constant`, `need`, `accuracy`, `cost`), and its Prolog \
+facts function/3, implementation/2, itomsOf/2 and itomOf/2, by this and every other command. Formulas in Python \
+become ours where they can; else the relation is structure only: it can be planned and analysed, not run.
 
 Example: shsa convert models/rover.yaml -o rover.svg --mark v_dmin --lost /lidar/scan
 Example: shsa convert facts.pl -o model.yaml";

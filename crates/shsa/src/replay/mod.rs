@@ -42,8 +42,8 @@ Faults: KIND[=AMOUNT]:SIGNAL@FROM..TO
   drop              nothing comes
 Times count from the first observation; FROM and TO may be left out. Amounts are in the signal's unit.
 
---reload FILE@TIME changes the model while it is in use. A file with the key `shsa` is a whole model and takes the
-place of the old one. Any other is a change: its entries are added, or replace those of the same name, and null
+--reload FILE@TIME changes the model while it is in use. A file with the key `shsa` is a whole model and takes the \
+place of the old one. Any other is a change: its entries are added, or replace those of the same name, and null \
 removes, as in `relations: { turn: null, double: \"y = 2 * x\" }`. A file with errors changes nothing (exit status 3).")]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
