@@ -42,7 +42,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N")]
     limit: Option<u64>,
     /// Tell what takes over when a signal is lost, for the variable or else for all needs.
-    #[arg(long, conflicts_with_all = ["engine", "top", "all"])]
+    #[arg(long, conflicts_with_all = ["engine", "top", "all", "threads"], conflicts_with_all = requirements::FLAGS)]
     contingency: bool,
     /// With --contingency: for any two signals that are lost, too.
     #[arg(long, requires = "contingency")]
@@ -280,7 +280,7 @@ fn gap(plan: &Plan) -> String {
 pub(crate) struct Names {
     relations: Vec<String>,
     variables: Vec<String>,
-    /// The first signals in file order that it can start from.
+    /// The best rated signals that it can start from; of equals the first in file order.
     pub(crate) signals: Vec<String>,
     formula: String,
 }
@@ -342,16 +342,27 @@ fn formula(knowledge: &KnowledgeBase, substitution: &Substitution) -> String {
         .collect();
     match written.as_deref() {
         Some([before @ .., (_, last)]) => last.inline(before).to_text(&names),
-        _ => nested(knowledge, substitution, substitution.sink),
+        _ => nested(knowledge, substitution, substitution.sink, &mut { MOST_NESTED }),
     }
 }
 
-fn nested(knowledge: &KnowledgeBase, substitution: &Substitution, variable: VariableId) -> String {
-    let Some(step) = substitution.steps.iter().find(|step| step.output == variable) else {
+/// How many relations are written into each other: where variables are shared, each could double the text.
+const MOST_NESTED: usize = 200;
+
+/// Writes out as many relations as there is room for, and the names of what they compute for the others.
+fn nested(
+    knowledge: &KnowledgeBase,
+    substitution: &Substitution,
+    variable: VariableId,
+    room: &mut usize,
+) -> String {
+    let step = substitution.steps.iter().find(|step| step.output == variable);
+    let (Some(step), Some(left)) = (step, room.checked_sub(1)) else {
         return knowledge.variables()[variable].name.clone();
     };
+    *room = left;
     let relation = &knowledge.relations()[step.relation];
     let inputs: Vec<String> =
-        relation.needs(variable).map(|input| nested(knowledge, substitution, input)).collect();
+        relation.needs(variable).map(|input| nested(knowledge, substitution, input, room)).collect();
     format!("{}({})", relation.name, inputs.join(", "))
 }

@@ -9,9 +9,22 @@ use shsa_core::plan::{self, Graph, Limits, Options, Requirements};
 use shsa_core::substitution::Substitution;
 use shsa_core::time::Span;
 use shsa_format::recording::parse_span;
+use std::collections::BTreeSet;
 
 /// How many candidates are asked why they are none, at most.
 const MOST_ASKED: usize = 1_000;
+
+/// All that stands in [`RequirementArguments`].
+pub(crate) const FLAGS: [&str; 8] = [
+    "for_need",
+    "max_latency",
+    "max_width",
+    "min_rate",
+    "integrity",
+    "independent_of",
+    "exclude_relation",
+    "why",
+];
 
 /// Requirements on the command line.
 #[derive(clap::Args)]
@@ -102,7 +115,8 @@ pub(crate) struct Refused {
     pub(crate) reasons: Vec<String>,
 }
 
-/// The best candidates that would be there without the requirements, and why each is none.
+/// The best candidates that would be there without the requirements, and why each is none: those of all signals and
+/// relations, and those that are left with the ones that may be used.
 pub(crate) fn refused(
     knowledge: &KnowledgeBase,
     graph: &Graph,
@@ -116,7 +130,11 @@ pub(crate) fn refused(
         without_empty: options.without_empty,
         ..Options::default()
     };
-    let candidates = plan::best(graph, variable, &anything, MOST_ASKED, limits).substitutions;
+    let mut candidates = plan::best(graph, variable, &anything, MOST_ASKED, limits).substitutions;
+    let seen: BTreeSet<_> = candidates.iter().map(|(substitution, _)| substitution.relations()).collect();
+    let narrowed = requirements.narrowed(knowledge, options);
+    let more = plan::best(graph, variable, &narrowed, MOST_ASKED, limits).substitutions.into_iter();
+    candidates.extend(more.filter(|(substitution, _)| !seen.contains(&substitution.relations())));
     let asked = candidates.into_iter().map(|(substitution, _)| {
         let shortfalls = requirements.shortfalls(knowledge, options, &substitution);
         let reasons = shortfalls.iter().map(|shortfall| shortfall.describe(knowledge)).collect();

@@ -170,9 +170,10 @@ impl Requirements {
             found.extend(low.map(|(own, least)| Shortfall::RelationIntegrity(relation, own, least)));
         }
         let Cost { latency, width } = self.along(knowledge, options, &suspects, substitution);
-        let late = self.max_latency.filter(|most| latency > *most);
+        // Without a signal for a source there is no end to either, and that is told already.
+        let late = self.max_latency.filter(|most| latency > *most && latency < Span::MAX);
         found.extend(late.map(|most| Shortfall::Latency(latency, most)));
-        let wide = self.max_width.filter(|most| width > *most * (1.0 + SLACK));
+        let wide = self.max_width.filter(|most| width > *most * (1.0 + SLACK) && width.is_finite());
         found.extend(wide.map(|most| Shortfall::Width(width, most)));
         found
     }

@@ -108,3 +108,12 @@ fn what_cannot_be_asked() {
     let told = folder.ends("plan bare.yaml a --contingency", 0).stdout;
     assert!(told.starts_with("a: nothing can provide it now\n"), "{told}");
 }
+
+#[test]
+fn what_it_does_not_look_at_is_refused() {
+    for flag in
+        ["--for-need", "--max-width 1", "--exclude-relation pump", "--why", "--threads 2", "--engine dfs"]
+    {
+        folder().refuses(&format!("plan m.yaml flow --contingency {flag}"), &["cannot be used with"]);
+    }
+}

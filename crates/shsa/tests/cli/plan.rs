@@ -187,6 +187,8 @@ fn what_falls_short_is_not_given_and_tells_why() {
     told("--independent-of /wheel", "rate", "which is not independent of the suspects");
     told("--exclude-relation rate", "rolling", "rate may not be used");
     assert_eq!(ask("--integrity C", 1).0.len(), 0);
+    let (_, refused) = ask("--max-width 0.3 --exclude /gnss", 1);
+    assert!(refused.contains(r#""because":["no signal of position may be used"]"#), "{refused}");
     let text = folder.ends("plan car.yaml speed --for-need --why", 0).stdout;
     assert!(text.contains("falls short  because\nrate         it rests on values 0.54 s old"), "{text}");
     folder.refuses("plan car.yaml speed --integrity E", &["'E' is no integrity level; write A, B, C or D"]);
@@ -218,4 +220,78 @@ fn a_model_rates_by_its_own_formulas() {
     assert_eq!(slow, [named("rolling", -1.2), named("rate", -11.0)]);
     let safe = own("{ aggregate: minimum, signal: integrity / 4, defaults: { integrity: 0 } }");
     assert_eq!(safe, [named("rolling", 0.5), named("rate", 0.0)]);
+}
+
+#[test]
+fn what_is_left_with_the_allowed_signals_is_asked_why_too() {
+    let model = "\
+shsa: 1
+variables: { a: {}, b: {}, c: {} }
+relations:
+  near: { output: a, inputs: [b] }
+  far: { output: b, inputs: [c] }
+signals:
+  b: { variable: b }
+  c: { variable: c, delay: 1 s }
+";
+    let folder = Folder::with(&[("m.yaml", model.as_bytes())]);
+    let answer = folder.json("plan m.yaml a --why --exclude b --max-latency 100ms", 1);
+    let far = serde_json::json!({
+        "relations": ["near", "far"], "because": ["it rests on values 1 s old, more than 0.1 s"],
+    });
+    let near = serde_json::json!({ "relations": ["near"], "because": ["no signal of b may be used"] });
+    assert_eq!(answer["refused"], serde_json::json!([near, far]));
+}
+
+#[test]
+fn a_substitution_starts_from_the_signals_that_it_is_rated_by() {
+    let from = |aggregate: &str, signal: &str| {
+        let model = format!(
+            "\
+shsa: 1
+variables: {{ a: {{}}, b: {{}} }}
+relations: {{ r: {{ output: a, inputs: [b] }} }}
+signals:
+  bad:  {{ variable: b, properties: {{ trust: 0.1 }} }}
+  good: {{ variable: b, properties: {{ trust: 0.9 }} }}
+  same: {{ variable: b, properties: {{ trust: 0.9 }} }}
+utility: {{ aggregate: {aggregate}, signal: {signal} }}
+"
+        );
+        let folder = Folder::with(&[("m.yaml", model.as_bytes())]);
+        let best = &folder.json("plan m.yaml a", 0)["substitutions"][0];
+        (best["signals"].to_string(), best["utility"].as_f64().unwrap())
+    };
+    let good = r#"["good"]"#.to_owned();
+    assert_eq!(from("product", "trust"), (good.clone(), 0.9));
+    assert_eq!(from("minimum", "trust"), (good.clone(), 0.9));
+    assert_eq!(from("sum", "1 - trust"), (good, -0.1));
+}
+
+/// In a ladder each variable is read twice, so that written out in full the text would double with every rung; in a
+/// chain it would be nested as deep as the chain is long.
+#[test]
+fn formulas_of_long_and_shared_structures_end() {
+    let model = |rungs: usize, names: &[&str]| {
+        let each = |what: &dyn Fn(usize, &str) -> String, count: usize| {
+            let lines = (0..count).flat_map(|at| names.iter().map(move |name| what(at, name)));
+            lines.collect::<String>()
+        };
+        let variables = each(&|at, name| format!("  {name}{at}: {{}}\n"), rungs + 1);
+        let inputs =
+            |at: usize| names.iter().map(|name| format!("{name}{}", at + 1)).collect::<Vec<_>>().join(", ");
+        let relation = |at: usize, name: &str| {
+            format!("  r_{name}{at}: {{ output: {name}{at}, inputs: [{}] }}\n", inputs(at))
+        };
+        let relations = each(&relation, rungs);
+        let signals = each(&|_, name| format!("  s{name}: {{ variable: {name}{rungs} }}\n"), 1);
+        format!("shsa: 1\nvariables:\n{variables}relations:\n{relations}signals:\n{signals}")
+    };
+    let (ladder, chain) = (model(60, &["a", "b"]), model(20_000, &["a"]));
+    let folder = Folder::with(&[("ladder.yaml", ladder.as_bytes()), ("chain.yaml", chain.as_bytes())]);
+    for file in ["ladder.yaml", "chain.yaml"] {
+        let found = folder.json(&format!("plan {file} a0"), 0);
+        let formula = found["substitutions"][0]["formula"].as_str().unwrap();
+        assert!(formula.starts_with("r_a0(r_a1(") && formula.len() < 10_000, "{file}: {}", formula.len());
+    }
 }
