@@ -3,7 +3,7 @@
 use super::compare::Comparison;
 use super::grid::{Cell, What};
 use super::tally::{Campaign, LEGEND, Tally};
-use super::text::{head, seconds};
+use super::text::{head, rounded, seconds};
 use shsa_core::knowledge::SignalId;
 use shsa_format::drawing::{Heat, escaped};
 use std::fmt::Write;
@@ -28,8 +28,7 @@ type Counted<'a> = (&'a Cell, Tally);
 
 /// The page; nothing in it refers to anything outside.
 pub(super) fn page(campaign: &Campaign<'_>, title: &str, comparison: Option<&Comparison>) -> String {
-    let counted: Vec<Counted<'_>> =
-        campaign.grid.cells.iter().map(|cell| (cell, campaign.tally(|one| one == cell))).collect();
+    let counted: Vec<Counted<'_>> = campaign.grid.cells.iter().zip(campaign.by_cell()).collect();
     let mut html = String::new();
     let title = escaped(title);
     put(&mut html, format_args!("<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\">"));
@@ -83,7 +82,7 @@ fn maps(campaign: &Campaign<'_>, counted: &[Counted<'_>]) -> Vec<Heat> {
         let most = counted.iter().map(|(_, tally)| of_need(tally).1).fold(0.0, f64::max);
         let (shown, unit) = campaign.error(id, most);
         if most > 0.0 {
-            let title = format!("{}: largest error, share of the worst, {shown:.3}{unit}", need.signal);
+            let title = format!("{} error, share of {}{unit}", need.signal, rounded(shown));
             let share = |tally: &Tally| (tally.runs > 0).then(|| of_need(tally).1 / most);
             maps.push(heat(campaign, counted, &title, share));
         }
@@ -174,12 +173,6 @@ fn figures(campaign: &Campaign<'_>, (cell, tally): &Counted<'_>) -> Vec<String> 
         row.extend([unmet.to_string(), format!("{}{unit}", rounded(error))]);
     }
     row
-}
-
-/// Four digits that count.
-fn rounded(value: f64) -> String {
-    let text = format!("{value:.3e}");
-    text.parse::<f64>().map_or(text, |value| value.to_string())
 }
 
 fn put_table(html: &mut String, heads: &[String], rows: impl Iterator<Item = Vec<String>>) {

@@ -135,6 +135,16 @@ impl Campaign<'_> {
         Tally::of(of_cells.map(|(_, result)| result), self.knowledge().needs().len())
     }
 
+    /// The runs of each cell, in the order of the cells.
+    pub(super) fn by_cell(&self) -> Vec<Tally> {
+        let mut results = vec![Vec::new(); self.grid.cells.len()];
+        for (trial, result) in self.grid.trials.iter().zip(&self.results) {
+            results.get_mut(trial.cell).into_iter().for_each(|of_cell: &mut Vec<_>| of_cell.push(result));
+        }
+        let needs = self.knowledge().needs().len();
+        results.into_iter().map(|of_cell| Tally::of(of_cell.into_iter(), needs)).collect()
+    }
+
     /// How long the recording is.
     pub(super) fn length(&self) -> Span {
         self.ground.last - self.ground.first
@@ -150,7 +160,13 @@ impl Campaign<'_> {
     }
 
     pub(super) fn to_json(&self) -> Value {
-        let cells: Vec<Value> = self.grid.cells.iter().map(|cell| self.cell_json(cell)).collect();
+        let cells: Vec<Value> = self
+            .grid
+            .cells
+            .iter()
+            .zip(self.by_cell())
+            .map(|(cell, tally)| self.cell_json(cell, &tally))
+            .collect();
         let legend: Map<String, Value> =
             LEGEND.iter().map(|(word, meaning)| ((*word).to_owned(), json!(meaning))).collect();
         json!({
@@ -164,14 +180,14 @@ impl Campaign<'_> {
         })
     }
 
-    fn cell_json(&self, cell: &Cell) -> Value {
+    fn cell_json(&self, cell: &Cell, tally: &Tally) -> Value {
         let mut object = json!({
             "kind": cell.what.kind.name(),
             "multiple": cell.what.multiple,
             "signal": self.knowledge().signals()[cell.signal].name,
             "amount": cell.size,
         });
-        let figures = self.tally_json(&self.tally(|one| one == cell));
+        let figures = self.tally_json(tally);
         if let (Some(object), Value::Object(figures)) = (object.as_object_mut(), figures) {
             object.extend(figures);
         }

@@ -95,10 +95,15 @@ pub(super) fn seconds(latency: Option<Span>) -> String {
     latency.map_or("-".to_owned(), |latency| format!("{:.2} s", latency.seconds()))
 }
 
+/// Four digits that count.
+pub(super) fn rounded(value: f64) -> String {
+    let text = format!("{value:.3e}");
+    text.parse::<f64>().map_or(text, |value| value.to_string())
+}
+
 /// For each need: how often it was unmet, and where it was most wrong.
 fn by_need(campaign: &Campaign<'_>) -> String {
-    let tallies: Vec<_> =
-        campaign.grid.cells.iter().map(|cell| (cell, campaign.tally(|one| one == cell))).collect();
+    let tallies: Vec<_> = campaign.grid.cells.iter().zip(campaign.by_cell()).collect();
     let row = |(number, (id, need)): (usize, (NeedId, &Need))| {
         let of_need = |tally: &Tally| tally.needs.get(number).copied().unwrap_or_default();
         let unmet: usize = tallies.iter().map(|(_, tally)| of_need(tally).0).sum();
@@ -107,7 +112,7 @@ fn by_need(campaign: &Campaign<'_>) -> String {
         let (error, unit) = campaign.error(id, of_need(tally).1);
         let signal = &campaign.knowledge().signals()[cell.signal].name;
         let cause = if error > 0.0 { format!("{} of {signal}", cell.what.label()) } else { "-".to_owned() };
-        Some(vec![need.signal.clone(), unmet.to_string(), format!("{error:.4}{unit}"), cause])
+        Some(vec![need.signal.clone(), unmet.to_string(), format!("{}{unit}", rounded(error)), cause])
     };
     let rows = campaign.knowledge().needs().enumerate().enumerate().filter_map(row).collect();
     show::table(&["need", "unmet", "largest error", "with"], rows)

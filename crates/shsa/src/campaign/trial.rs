@@ -2,6 +2,7 @@
 
 use super::grid::Trial;
 use shsa_core::engine::{Event, EventKind, Input, PublishedValue};
+use shsa_core::interval::Interval;
 use shsa_core::knowledge::{Id, KnowledgeBase, NeedId, SignalId};
 use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time};
@@ -224,11 +225,18 @@ impl<'a> Watch<'a> {
 /// How far apart two values are; of lists, the elements that both have.
 fn distance(value: &PublishedValue, clean: &PublishedValue) -> f64 {
     match (value, clean) {
-        (PublishedValue::Scalar(one), PublishedValue::Scalar(other)) => one.distance(*other),
+        (PublishedValue::Scalar(one), PublishedValue::Scalar(other)) => apart(*one, *other),
         (PublishedValue::Vector(ones), PublishedValue::Vector(others)) => {
-            let distances = ones.iter().zip(others).map(|(one, other)| one.distance(*other));
+            let distances = ones.iter().zip(others).map(|(one, other)| apart(*one, *other));
             distances.filter(|distance| distance.is_finite()).fold(0.0, f64::max)
         }
         _ => f64::INFINITY,
     }
+}
+
+/// The distance of two intervals; none where they touch but for the rounding of their bounds.
+fn apart(one: Interval, other: Interval) -> f64 {
+    let distance = one.distance(other);
+    let rounding = 4.0 * f64::EPSILON * one.magnitude().max(other.magnitude());
+    if distance <= rounding { 0.0 } else { distance }
 }
