@@ -3,7 +3,7 @@
 use super::compare::Comparison;
 use super::grid::{Cell, What};
 use super::tally::{Campaign, LEGEND, Tally};
-use super::text::{head, rounded, seconds};
+use super::text::{head, latency, rounded};
 use shsa_core::knowledge::SignalId;
 use shsa_format::drawing::{Heat, escaped};
 use std::fmt::Write;
@@ -167,7 +167,7 @@ fn figures(campaign: &Campaign<'_>, (cell, tally): &Counted<'_>) -> Vec<String> 
         tally.false_alarms,
     ];
     row.extend(counts.map(|count| count.to_string()));
-    row.extend([seconds(tally.median()), seconds(tally.worst()), tally.without_effect.to_string()]);
+    row.extend([latency(tally.median()), latency(tally.worst()), tally.without_effect.to_string()]);
     for (id, (unmet, error)) in campaign.knowledge().needs().ids().zip(&tally.needs) {
         let (error, unit) = campaign.error(id, *error);
         row.extend([unmet.to_string(), format!("{}{unit}", rounded(error))]);

@@ -84,14 +84,14 @@ fn cells(tally: &Tally) -> [String; 10] {
         (tally.runs - tally.detected).to_string(),
         bad(tally.false_alarms),
         bad(tally.unmet),
-        seconds(tally.median()),
-        seconds(tally.worst()),
+        latency(tally.median()),
+        latency(tally.worst()),
         tally.without_effect.to_string(),
     ]
 }
 
 /// A latency, `-` where there is none.
-pub(super) fn seconds(latency: Option<Span>) -> String {
+pub(super) fn latency(latency: Option<Span>) -> String {
     latency.map_or("-".to_owned(), |latency| format!("{:.2} s", latency.seconds()))
 }
 
