@@ -191,7 +191,8 @@ impl Grid {
             return;
         };
         if size.error <= 0.0 {
-            let reason = "no value error is declared, of which amounts could be multiples; without them";
+            let reason =
+                "faults with an amount, as no value error is declared that it could be a multiple of";
             self.left_out.push(format!("{}: {reason}", signal.name));
         }
         self.signals.push(id);

@@ -150,7 +150,7 @@ fn what_declares_no_error_is_tried_without_amounts() {
     let folder = folder();
     folder.write("tank.yaml", tank::MODEL.replace(", value_error: 0.5", ""));
     let ended = folder.ends("campaign tank.yaml clean.csv --signals /pressure --json -", 0);
-    assert!(ended.stderr.contains("/pressure: no value error is declared"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("as no value error is declared"), "{}", ended.stderr);
     let report: Value = serde_json::from_str(&ended.stdout).unwrap();
     let kinds: BTreeSet<&str> = cells(&report).iter().map(|cell| cell["kind"].as_str().unwrap()).collect();
     assert_eq!(kinds, BTreeSet::from(["delay", "drop", "stuck"]));
