@@ -2,12 +2,13 @@
 
 use crate::folder::Folder;
 
-const COMMANDS: [&str; 12] = [
+const COMMANDS: [&str; 13] = [
     "check",
     "plan",
     "analyze",
     "monitor",
     "replay",
+    "campaign",
     "story",
     "demo",
     "convert",

@@ -1,0 +1,219 @@
+//! `shsa campaign`: a grid of faults on recordings, and how many of them are found, named and healed.
+//!
+//! `recordings -> Ground (the clean run) -> Grid (cells, trials) -> trial (one run each, all cores) -> Campaign -> text, JSON, page`
+//!
+//! A **cell** is a kind of fault with an amount for one signal; a **trial** is a cell at one onset with one seed. Each
+//! trial is what `shsa replay --inject` runs, up to the end of its fault: what happens after it is not looked at. The
+//! recordings are read once and shared; a thread holds one engine and the samples of one signal. The results are put
+//! into the order of the grid, so they are the same for any number of threads. What the figures mean is in
+//! [`tally::LEGEND`], which is printed with them.
+
+mod grid;
+mod trial;
+mod tally;
+mod compare;
+mod text;
+mod page;
+
+use crate::outcome::Outcome;
+use crate::plan::find_signal;
+use crate::replay::{is_journal, wanted, written};
+use crate::show;
+use anyhow::{anyhow, bail};
+use compare::Comparison;
+use grid::{Grid, Kind, Wish};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use shsa_core::knowledge::{KnowledgeBase, SignalId};
+use shsa_core::time::Span;
+use shsa_format::recording::{self, ReadOptions, Recording, parse_span};
+use std::io::{IsTerminal, Write, stderr, stdout};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use tally::Campaign;
+use trial::{Ground, Measured};
+
+/// Arguments of `shsa campaign`.
+#[derive(clap::Args)]
+#[command(after_help = "Example: shsa campaign models/car.yaml drive/ --html campaign.html
+
+Amounts are multiples of what the model declares: of the value error of a value of median size, for a delay of the
+error of time and the mean time between values. Faults begin at N onsets, evenly from the N-th part of the time that
+a fault leaves to its end. With --compare the exit status is 1 when fewer faults are detected or isolated, or more
+signals are blamed wrongly, more alarms are false or more needs unmet in any cell than in the stored campaign.")]
+pub(crate) struct Arguments {
+    /// The knowledge base, YAML or JSON.
+    model: PathBuf,
+    /// Recordings: CSV, JSON lines, ROS 1 bags, folders of them.
+    #[arg(required = true)]
+    recordings: Vec<PathBuf>,
+    /// Kinds of faults; all when not given.
+    #[arg(long, value_name = "KIND,..", value_delimiter = ',')]
+    kinds: Vec<Kind>,
+    /// Amounts, as multiples of the declared error.
+    #[arg(long, value_name = "X,..", value_delimiter = ',', default_value = "2,4,8", value_parser = multiple)]
+    amounts: Vec<f64>,
+    /// Signals to break; all of the model when not given.
+    #[arg(long, value_name = "SIGNAL,..", value_delimiter = ',')]
+    signals: Vec<String>,
+    /// How many moments each fault begins at.
+    #[arg(long, value_name = "N", default_value = "3", value_parser = show::at_least_one)]
+    onsets: NonZeroUsize,
+    /// How many seeds each fault with chance in it is run with: noise, spike.
+    #[arg(long, value_name = "N", default_value = "1", value_parser = show::at_least_one)]
+    seeds: NonZeroUsize,
+    /// How long a fault lasts, such as 10s; a quarter of the recording when not given.
+    #[arg(long, value_name = "SPAN", value_parser = parse_span)]
+    duration: Option<Span>,
+    /// How many threads; as many as there are cores when not given. The results are the same.
+    #[arg(long, value_name = "N", value_parser = show::at_least_one)]
+    threads: Option<NonZeroUsize>,
+    /// The column with the time, where a CSV file's header does not tell.
+    #[arg(long, value_name = "NAME")]
+    time_column: Option<String>,
+    /// What one step of the time column is: s, ms, us, ns or a span such as 5s.
+    #[arg(long, value_name = "UNIT", value_parser = parse_span)]
+    time_unit: Option<Span>,
+    /// Write one JSON object to a file, or instead of the text with -.
+    #[arg(long, value_name = "FILE|-")]
+    json: Option<PathBuf>,
+    /// Write one HTML page with heat maps.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    /// An earlier campaign, written with --json, to compare with.
+    #[arg(long, value_name = "FILE")]
+    compare: Option<PathBuf>,
+}
+
+fn multiple(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse::<f64>().ok().filter(|number| number.is_finite() && *number != 0.0);
+    number.ok_or_else(|| "expected a number other than 0, such as 4".to_owned())
+}
+
+/// Runs the grid and reports; the answer is no when it is worse than the campaign that it is compared with.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let knowledge = show::load_model(&arguments.model)?;
+    let before = arguments.compare.as_deref().map(compare::read).transpose()?;
+    let signals = signals(arguments, &knowledge)?;
+    let recording = read(arguments, &knowledge)?;
+    let seeds = arguments.seeds.get() as u64;
+    let wish = Wish {
+        kinds: &distinct(&arguments.kinds, &Kind::ALL),
+        multiples: &distinct(&arguments.amounts, &[]),
+        signals: &signals,
+        onsets: arguments.onsets.get(),
+        seeds,
+        duration: arguments.duration,
+    };
+    let grid = Grid::new(&knowledge, &recording.samples, &wish)?;
+    grid.left_out.iter().for_each(|reason| show::warn(format_args!("left out: {reason}")));
+    let ground = Ground::new(&knowledge, &recording.samples).ok_or_else(|| anyhow!("nothing recorded"))?;
+    if let Some(before) = &before {
+        compare::check_settings(before, &tally::settings(&ground, &grid, seeds))?;
+    }
+    let is_printed = arguments.json.as_deref() == Some(Path::new("-"));
+    let read: Vec<&PathBuf> =
+        arguments.recordings.iter().chain([&arguments.model]).chain(&arguments.compare).collect();
+    let json = arguments.json.as_deref().filter(|_| !is_printed);
+    let [json_file, html_file] = written::open([json, arguments.html.as_deref()], &read)?;
+    let results = measure(&ground, &grid, arguments.threads)?;
+    let campaign = Campaign { ground: &ground, grid: &grid, seeds, results };
+    let mut object = campaign.to_json();
+    let comparison = before.map(|before| Comparison::new(&before, &object)).transpose()?;
+    if let (Some(object), Some(comparison)) = (object.as_object_mut(), &comparison) {
+        object.insert("comparison".to_owned(), comparison.to_json());
+    }
+    if let Some(mut file) = json_file {
+        writeln!(file, "{object}")?;
+        file.flush()?;
+    }
+    if let Some(mut file) = html_file {
+        let title = arguments.model.file_name().unwrap_or_default().to_string_lossy();
+        file.write_all(page::page(&campaign, &title, comparison.as_ref()).as_bytes())?;
+        file.flush()?;
+    }
+    let mut output = stdout().lock();
+    match is_printed {
+        true => writeln!(output, "{object}")?,
+        false => writeln!(output, "{}", text::text(&campaign, comparison.as_ref()))?,
+    }
+    Ok(match comparison.is_some_and(|comparison| comparison.is_worse()) {
+        true => Outcome::No,
+        false if recording.degraded => Outcome::Degraded,
+        false => Outcome::Done,
+    })
+}
+
+/// What is given, each once and in its order; the default when nothing is.
+fn distinct<T: Copy + PartialEq>(given: &[T], default: &[T]) -> Vec<T> {
+    let mut once: Vec<T> = Vec::new();
+    for one in if given.is_empty() { default } else { given } {
+        if !once.contains(one) {
+            once.push(*one);
+        }
+    }
+    once
+}
+
+fn signals(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Vec<SignalId>> {
+    let named: Vec<SignalId> =
+        arguments.signals.iter().map(|name| find_signal(knowledge, name)).collect::<anyhow::Result<_>>()?;
+    let all: Vec<SignalId> = knowledge.signals().ids().collect();
+    Ok(distinct(&named, &all))
+}
+
+fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Recording> {
+    if let Some(journal) = arguments.recordings.iter().find(|path| is_journal(path)) {
+        bail!("{} is a journal; faults can be injected into recordings only", journal.display());
+    }
+    let options = ReadOptions { time_column: arguments.time_column.clone(), time_scale: arguments.time_unit };
+    let recording = recording::read(&arguments.recordings, &wanted(knowledge), &options)?;
+    recording.warnings.iter().for_each(show::warn);
+    if recording.samples.is_empty() {
+        bail!(
+            "none of the model's signals is in the recording; `source` in the model says where each is found"
+        );
+    }
+    Ok(recording)
+}
+
+/// Runs all trials; the results are in the order of the trials.
+fn measure(
+    ground: &Ground<'_>,
+    grid: &Grid,
+    threads: Option<NonZeroUsize>,
+) -> anyhow::Result<Vec<Option<Measured>>> {
+    let cores = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let threads = threads.map_or_else(cores, NonZeroUsize::get).min(grid.trials.len());
+    let progress = progress(grid.trials.len());
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut done = Vec::new();
+        loop {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            let Some(trial) = grid.trials.get(number) else { return done };
+            let signal = grid.cells.get(trial.cell).map(|cell| cell.signal);
+            done.push((number, signal.and_then(|signal| ground.measure(trial, signal))));
+            progress.inc(1);
+        }
+    };
+    let mut done = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        let mut done = Vec::new();
+        for worker in workers {
+            done.extend(worker.join().map_err(|_| anyhow!("a run broke off; its reason stands above"))?);
+        }
+        Ok::<_, anyhow::Error>(done)
+    })?;
+    progress.finish_and_clear();
+    done.sort_unstable_by_key(|(number, _)| *number);
+    Ok(done.into_iter().map(|(_, measured)| measured).collect())
+}
+
+fn progress(length: usize) -> ProgressBar {
+    let target =
+        if stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let bar = ProgressBar::with_draw_target(Some(length as u64), target);
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {pos} of {len} runs  {eta} left");
+    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}

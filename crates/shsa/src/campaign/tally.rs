@@ -1,0 +1,220 @@
+//! What was measured, counted together: for a cell, a row of cells, or all.
+
+use super::grid::{Cell, Grid};
+use super::trial::{Ground, Measured};
+use serde_json::{Map, Value, json};
+use shsa_core::knowledge::{KnowledgeBase, NeedId};
+use shsa_core::time::Span;
+
+/// What the words of the figures mean.
+pub(super) const LEGEND: [(&str, &str); 11] = [
+    (
+        "amount",
+        "2× is twice the error that the model declares for a value of median size of the signal; a drift reaches it \
+         at the fault's end, a scale gives it to that value, a spoof sends the last value before the fault with it \
+         on top; for a delay twice its error of time and the mean time between its values",
+    ),
+    ("runs", "one for each onset, and for each seed where the fault is random; a run ends with its fault"),
+    (
+        "without effect",
+        "faults that changed no value, such as stuck where the value did not move; no other figure counts them",
+    ),
+    (
+        "detected",
+        "an alarm was given during the fault, about whichever signal: suspected, failed or silent; an alarm that the \
+         recording without a fault gives at the same moment does not count",
+    ),
+    ("isolated", "the faulty signal was named during the fault, failed or silent, and no other was"),
+    ("wrong blame", "another signal was named"),
+    ("not told", "runs that are not detected; a small fault may be within what the model tolerates"),
+    (
+        "false alarms",
+        "alarms before the fault, in all runs together; the recording is the same, so each one counts in every run \
+         that begins after it",
+    ),
+    ("latency", "from the fault's beginning to the first alarm of it, median and worst of the detected runs"),
+    (
+        "unmet",
+        "runs in which a need got no value for longer than its max_age allows, and for longer than without the fault",
+    ),
+    (
+        "error",
+        "how far the interval published for a need was from the one that the recording without a fault gives at that \
+         moment, at most; 0 when they overlap",
+    ),
+];
+
+/// A campaign that is over.
+pub(super) struct Campaign<'a> {
+    pub(super) ground: &'a Ground<'a>,
+    pub(super) grid: &'a Grid,
+    pub(super) seeds: u64,
+    /// In the order of the grid's trials; `None` where the fault had no effect.
+    pub(super) results: Vec<Option<Measured>>,
+}
+
+/// What a comparison asks to be the same.
+pub(super) fn settings(ground: &Ground<'_>, grid: &Grid, seeds: u64) -> Value {
+    let onsets: Vec<f64> = grid.onsets.iter().map(|onset| onset.seconds()).collect();
+    json!({
+        "recording_s": (ground.last - ground.first).seconds(),
+        "onsets_s": onsets,
+        "fault_s": grid.duration.seconds(),
+        "seeds": seeds,
+    })
+}
+
+/// Counts over runs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Tally {
+    pub(super) runs: usize,
+    pub(super) without_effect: usize,
+    pub(super) detected: usize,
+    pub(super) isolated: usize,
+    pub(super) wrong_blame: usize,
+    pub(super) false_alarms: usize,
+    /// Runs in which any need was unmet.
+    pub(super) unmet: usize,
+    /// Of the runs that were detected, in order.
+    pub(super) latencies: Vec<Span>,
+    /// For each need the runs in which it was unmet and the largest error, SI.
+    pub(super) needs: Vec<(usize, f64)>,
+}
+
+impl Tally {
+    fn of<'m>(results: impl Iterator<Item = &'m Option<Measured>>, needs: usize) -> Tally {
+        let mut tally = Tally { needs: vec![(0, 0.0); needs], ..Tally::default() };
+        for result in results {
+            match result {
+                None => tally.without_effect += 1,
+                Some(measured) => tally.add(measured),
+            }
+        }
+        tally.latencies.sort_unstable();
+        tally
+    }
+
+    fn add(&mut self, measured: &Measured) {
+        self.runs += 1;
+        self.detected += usize::from(measured.latency.is_some());
+        self.isolated += usize::from(measured.named && !measured.blamed_other);
+        self.wrong_blame += usize::from(measured.blamed_other);
+        self.false_alarms += measured.early;
+        self.unmet += usize::from(measured.needs.iter().any(|served| served.unmet));
+        self.latencies.extend(measured.latency);
+        for ((unmet, error), served) in self.needs.iter_mut().zip(&measured.needs) {
+            *unmet += usize::from(served.unmet);
+            *error = error.max(served.error);
+        }
+    }
+
+    /// A count as a share of the runs; `None` without runs.
+    pub(super) fn share(&self, count: usize) -> Option<f64> {
+        (self.runs > 0).then(|| count as f64 / self.runs as f64)
+    }
+
+    /// The lower one of the two in the middle.
+    pub(super) fn median(&self) -> Option<Span> {
+        self.latencies.get(self.latencies.len().checked_sub(1)? / 2).copied()
+    }
+
+    pub(super) fn worst(&self) -> Option<Span> {
+        self.latencies.last().copied()
+    }
+}
+
+impl Campaign<'_> {
+    pub(super) fn knowledge(&self) -> &KnowledgeBase {
+        self.ground.knowledge
+    }
+
+    /// All runs of the cells that are wanted.
+    pub(super) fn tally(&self, is_wanted: impl Fn(&Cell) -> bool) -> Tally {
+        let trials = self.grid.trials.iter().zip(&self.results);
+        let of_cells = trials.filter(|(trial, _)| self.grid.cells.get(trial.cell).is_some_and(&is_wanted));
+        Tally::of(of_cells.map(|(_, result)| result), self.knowledge().needs().len())
+    }
+
+    /// The runs of each cell, in the order of the cells.
+    pub(super) fn by_cell(&self) -> Vec<Tally> {
+        let mut results = vec![Vec::new(); self.grid.cells.len()];
+        for (trial, result) in self.grid.trials.iter().zip(&self.results) {
+            results.get_mut(trial.cell).into_iter().for_each(|of_cell: &mut Vec<_>| of_cell.push(result));
+        }
+        let needs = self.knowledge().needs().len();
+        results.into_iter().map(|of_cell| Tally::of(of_cell.into_iter(), needs)).collect()
+    }
+
+    /// How long the recording is.
+    pub(super) fn length(&self) -> Span {
+        self.ground.last - self.ground.first
+    }
+
+    /// A need's error in the unit of its variable, with that unit.
+    pub(super) fn error(&self, need: NeedId, si: f64) -> (f64, String) {
+        let knowledge = self.knowledge();
+        let unit = &knowledge.variables()[knowledge.needs()[need].variable].unit;
+        let (scale, name) =
+            unit.as_ref().map_or((1.0, String::new()), |unit| (unit.scale, format!(" {unit}")));
+        (si / scale, name)
+    }
+
+    pub(super) fn to_json(&self) -> Value {
+        let cells: Vec<Value> = self
+            .grid
+            .cells
+            .iter()
+            .zip(self.by_cell())
+            .map(|(cell, tally)| self.cell_json(cell, &tally))
+            .collect();
+        let legend: Map<String, Value> =
+            LEGEND.iter().map(|(word, meaning)| ((*word).to_owned(), json!(meaning))).collect();
+        json!({
+            "settings": settings(self.ground, self.grid, self.seeds),
+            "observations": self.ground.samples.len(),
+            "clean_alarms": self.ground.alarms.len(),
+            "left_out": self.grid.left_out,
+            "all": self.tally_json(&self.tally(|_| true)),
+            "cells": cells,
+            "legend": legend,
+        })
+    }
+
+    fn cell_json(&self, cell: &Cell, tally: &Tally) -> Value {
+        let mut object = json!({
+            "kind": cell.what.kind.name(),
+            "multiple": cell.what.multiple,
+            "signal": self.knowledge().signals()[cell.signal].name,
+            "amount": cell.size,
+        });
+        let figures = self.tally_json(tally);
+        if let (Some(object), Value::Object(figures)) = (object.as_object_mut(), figures) {
+            object.extend(figures);
+        }
+        object
+    }
+
+    fn tally_json(&self, tally: &Tally) -> Value {
+        let needs = self.knowledge().needs().enumerate().zip(&tally.needs);
+        let needs: Map<String, Value> = needs
+            .map(|((id, need), (unmet, error))| {
+                (need.signal.clone(), json!({ "unmet": unmet, "max_error": self.error(id, *error).0 }))
+            })
+            .collect();
+        json!({
+            "runs": tally.runs,
+            "without_effect": tally.without_effect,
+            "detected": tally.detected,
+            "detection_rate": tally.share(tally.detected),
+            "isolated": tally.isolated,
+            "isolation_rate": tally.share(tally.isolated),
+            "wrong_blame": tally.wrong_blame,
+            "not_told": tally.runs - tally.detected,
+            "false_alarms": tally.false_alarms,
+            "latency_median_s": tally.median().map(Span::seconds),
+            "latency_worst_s": tally.worst().map(Span::seconds),
+            "unmet": tally.unmet,
+            "needs": needs,
+        })
+    }
+}
