@@ -182,7 +182,9 @@ impl Judge {
 
     fn accuse(&mut self, monitor: &Monitor, now: Time, decisions: &mut Vec<Decision>) {
         let conflicts: Vec<&Pair> = self.open_pairs(monitor, now, Relationship::Conflict).collect();
-        let Some(onset) = conflicts.iter().map(|pair| pair.window.onset()).min() else { return };
+        if conflicts.is_empty() {
+            return;
+        }
         let mut sets: Vec<SignalSet> = conflicts.iter().map(|pair| pair.signals.clone()).collect();
         let candidates = self.explanations(monitor, &sets, now);
         sets.extend(self.open_pairs(monitor, now, Relationship::Undecided).map(|pair| pair.signals.clone()));
@@ -194,7 +196,9 @@ impl Judge {
         let open =
             |signal: &SignalId| !failed.contains(*signal) && self.disagrees_otherwise(*signal, &conflicts);
         let rest: SignalSet = rest.iter().filter(open).collect();
-        if rest.is_empty() || !self.is_settled(monitor, &rest, onset, now) {
+        let about_rest = conflicts.iter().filter(|pair| pair.signals.meets(&rest));
+        let Some(onset) = about_rest.map(|pair| pair.window.onset()).min() else { return };
+        if !self.is_settled(monitor, &rest, onset, now) {
             return;
         }
         // What is still undecided after the wait names nobody, but it speaks for those who do not disagree at all.
@@ -280,7 +284,11 @@ impl Judge {
     }
 
     fn clear(&mut self, monitor: &Monitor, now: Time, decisions: &mut Vec<Decision>) {
-        let culprit_found = decisions.iter().any(|decision| matches!(decision, Decision::Failed(_)));
+        let culprit = |decision: &Decision| match decision {
+            Decision::Failed(signal) => Some(*signal),
+            Decision::Suspected(..) | Decision::Cleared(_) => None,
+        };
+        let culprits: SignalSet = decisions.iter().filter_map(culprit).collect();
         for signal in self.standings.ids() {
             let Some(verdict) = self.standings[signal].verdict else { continue };
             if !self.is_clean(monitor, signal, now) {
@@ -288,7 +296,9 @@ impl Judge {
                 continue;
             }
             let since = *self.standings[signal].clean_since.get_or_insert(now);
-            let explained = verdict == Verdict::Suspect && culprit_found;
+            // Only a culprit that it was compared with explains why it was suspected.
+            let compared = |pair: &Pair| pair.signals.contains(signal) && pair.signals.meets(&culprits);
+            let explained = verdict == Verdict::Suspect && monitor.pairs().iter().any(compared);
             let relapses = self.standings[signal].relapses;
             let over = since + self.probation(relapses);
             if explained || now >= over {
