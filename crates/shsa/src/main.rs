@@ -2,6 +2,7 @@
 
 mod analyze;
 mod bench;
+mod calibrate;
 mod check;
 mod complete;
 mod contingency;
@@ -47,6 +48,8 @@ enum Command {
     Monitor(monitor::Arguments),
     /// Run the whole loop over recordings, with faults injected if you like.
     Replay(replay::Arguments),
+    /// Learn errors, delays and offsets from healthy recordings, and test them on what came later.
+    Calibrate(calibrate::Arguments),
     /// Tell stories: what is observed, what is decided and why, and whether it is what was expected.
     Story(story::Arguments),
     /// Watch a simulated system break and heal.
@@ -71,6 +74,7 @@ fn main() -> ExitCode {
         Command::Analyze(arguments) => analyze::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Story(arguments) => story::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),

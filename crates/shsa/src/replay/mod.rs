@@ -3,7 +3,7 @@
 mod drive;
 mod reload;
 mod report;
-mod written;
+pub(crate) mod written;
 
 use crate::outcome::Outcome;
 use crate::plan::find_signal;

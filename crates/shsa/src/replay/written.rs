@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 ///
 /// # Errors
 /// When one cannot be written, is named twice or is among those that are `read`.
-pub(super) fn open<const N: usize>(
+pub(crate) fn open<const N: usize>(
     paths: [Option<&Path>; N],
     read: &[&PathBuf],
 ) -> anyhow::Result<[Option<BufWriter<File>>; N]> {

@@ -8,6 +8,7 @@ const COMMANDS: [&str; 12] = [
     "analyze",
     "monitor",
     "replay",
+    "calibrate",
     "story",
     "demo",
     "convert",

@@ -6,6 +6,7 @@ mod tank;
 
 mod analyze;
 mod bench;
+mod calibrate;
 mod check;
 mod contingency;
 mod convert;
