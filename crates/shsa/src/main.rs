@@ -2,6 +2,7 @@
 
 mod analyze;
 mod bench;
+mod calibrate;
 mod campaign;
 mod check;
 mod complete;
@@ -48,6 +49,8 @@ enum Command {
     Monitor(monitor::Arguments),
     /// Run the whole loop over recordings, with faults injected if you like.
     Replay(replay::Arguments),
+    /// Learn errors, delays and offsets from healthy recordings, and test them on what came later.
+    Calibrate(calibrate::Arguments),
     /// Try a grid of faults on recordings: which are found, named, healed.
     Campaign(campaign::Arguments),
     /// Tell stories: what is observed, what is decided and why, and whether it is what was expected.
@@ -74,6 +77,7 @@ fn main() -> ExitCode {
         Command::Analyze(arguments) => analyze::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Campaign(arguments) => campaign::run(&arguments),
         Command::Story(arguments) => story::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),

@@ -13,7 +13,7 @@ mod reload;
 
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality};
 pub use provider::NeedStatus;
-pub use ways::{Witnesses, witnesses};
+pub use ways::{Witnesses, to_watch, witnesses};
 
 use crate::diagnosis::{Judge, JudgeOptions, Verdict};
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};

@@ -22,8 +22,9 @@ pub(super) struct Source {
     pub(super) utility: f64,
 }
 
-/// All ways of knowing every variable that can be known in two ways or more.
-pub(super) fn to_watch(knowledge: &KnowledgeBase, graph: &Graph) -> Vec<Way> {
+/// All ways of knowing every variable that can be known in two ways or more: what the engine's monitor compares.
+#[must_use]
+pub fn to_watch(knowledge: &KnowledgeBase, graph: &Graph) -> Vec<Way> {
     (0..knowledge.variables().len())
         .map(|index| witnesses(knowledge, graph, VariableId::from_index(index)).ways)
         .filter(|ways| ways.len() > 1)

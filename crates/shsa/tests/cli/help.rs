@@ -2,12 +2,13 @@
 
 use crate::folder::Folder;
 
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 14] = [
     "check",
     "plan",
     "analyze",
     "monitor",
     "replay",
+    "calibrate",
     "campaign",
     "story",
     "demo",

@@ -6,6 +6,7 @@ mod tank;
 
 mod analyze;
 mod bench;
+mod calibrate;
 mod campaign;
 mod check;
 mod contingency;

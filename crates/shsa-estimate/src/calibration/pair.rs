@@ -1,0 +1,172 @@
+//! What one pair of ways needs, and how it fares later.
+
+use super::{Work, quantile, sorted};
+use crate::comparison::{Comparison, Watched};
+use crate::delay::Delay;
+use crate::order::{Support, median, rarely_exceeded, spread};
+use shsa_core::knowledge::{RelationId, SignalId, VariableId};
+use shsa_core::monitor::{Debounce, WatchedWay};
+use shsa_core::time::Span;
+
+/// Blocks that the time before the split is cut into, at most.
+const MOST_BLOCKS: i64 = 64;
+
+/// A block lasts at least this many windows, so that what is in two of them hangs together little.
+const WINDOWS_IN_BLOCK: i64 = 4;
+
+/// A bias counts as seen when it shows in this share of the comparisons.
+const SEEN: f64 = 0.95;
+
+/// Two ways of knowing a variable, all values in SI.
+#[derive(Clone, Debug)]
+pub struct PairFit {
+    /// What both know.
+    pub variable: VariableId,
+    /// The relations and the signals of the slower way, whose rhythm the comparisons have.
+    pub one: (Vec<RelationId>, Vec<SignalId>),
+    /// Those of the other.
+    pub other: (Vec<RelationId>, Vec<SignalId>),
+    /// Comparisons before the split and after it.
+    pub compared: (usize, usize),
+    /// The median of the first minus the second.
+    pub offset: f64,
+    /// The mean distance of their difference from its median.
+    pub spread: f64,
+    /// That as a share of how much the first itself varies; above about a half, nothing shows that the two tell the same.
+    pub unexplained: f64,
+    /// By how much the first is later than the second, in seconds, and what share of the spread is left then; `None`
+    /// when no delay explains a part of it.
+    pub late: Option<(f64, f64)>,
+    /// How much wider the two must be together than without any error.
+    pub needed: f64,
+    /// What that rests on; `None` without comparisons.
+    pub support: Option<Support>,
+    /// How long one of the blocks is, of which the support counts.
+    pub block: Span,
+    /// How much wider the fitted errors make them.
+    pub given: f64,
+    /// How often the two came into conflict after the split, with the fitted errors.
+    pub conflicts: usize,
+    /// The smallest bias of one of them that 95 % of the later comparisons show.
+    pub smallest_bias: Option<f64>,
+    k: usize,
+    n: usize,
+}
+
+impl PairFit {
+    pub(super) fn new(work: &Work<'_>, watched: &Watched, number: usize, delay: Option<Delay>) -> PairFit {
+        let pair = &watched.monitor.pairs()[number];
+        let all = &watched.comparisons[number];
+        let early = work.before_split(all);
+        let (one, other) = watched.sides(pair);
+        let declared = one.computation.timing().period;
+        let period = declared.unwrap_or_else(|| usual_period(early));
+        let (n, k) = Debounce::default().window(period);
+        let (k, n) = (k as usize, n as usize);
+        let differences: Vec<f64> = early.iter().map(|it| it.value - it.known).collect();
+        let values: Vec<f64> = early.iter().map(|it| it.value).collect();
+        let (spread, of_values) = (spread(&differences), spread(&values));
+        let duration = early
+            .first()
+            .zip(early.last())
+            .map_or(Span::ZERO, |(first, last)| last.received - first.received);
+        let block = Span((duration.0 / MOST_BLOCKS).max(period.times(WINDOWS_IN_BLOCK * n as i64).0).max(1));
+        let probability = (work.options.false_alarms_per_hour / 3600.0 * block.seconds()).clamp(1e-12, 0.5);
+        let maxima = block_maxima(early, block, k, n);
+        let bound = rarely_exceeded(&maxima, probability, work.options.confidence);
+        PairFit {
+            variable: one.variable(),
+            one: side(one),
+            other: side(other),
+            compared: (early.len(), all.len() - early.len()),
+            offset: median(differences.iter().copied()),
+            spread,
+            unexplained: if of_values > 0.0 { spread / of_values } else { f64::INFINITY },
+            late: delay.map(|delay| (delay.late_s, delay.left)),
+            needed: bound.map_or(0.0, |(bound, _)| bound.max(0.0)),
+            support: bound.map(|(_, support)| support),
+            block,
+            given: 0.0,
+            conflicts: 0,
+            smallest_bias: None,
+            k,
+            n,
+        }
+    }
+
+    /// Counts conflicts after the split, and finds what bias would show, with ways that are this much wider.
+    pub(super) fn test(&mut self, work: &Work<'_>, all: &[Comparison], given: f64) {
+        let late = &all[work.before_split(all).len()..];
+        self.given = given;
+        let in_conflict: Vec<bool> =
+            windows(late, self.k, self.n).map(|(_, needed)| needed > given).collect();
+        let begins = in_conflict.windows(2).filter(|pair| !pair[0] && pair[1]).count();
+        self.conflicts = begins + usize::from(in_conflict.first() == Some(&true));
+        let shown = |distance: fn(&Comparison) -> f64| {
+            quantile(&sorted(late.iter().map(distance)), 1.0 - SEEN).map(|low| given - low)
+        };
+        self.smallest_bias =
+            shown(|it| it.above).zip(shown(|it| it.below)).map(|(one, other)| one.max(other));
+    }
+}
+
+/// The relations and the signals of a way.
+fn side(way: &WatchedWay) -> (Vec<RelationId>, Vec<SignalId>) {
+    let way = way.computation.way();
+    (way.substitution.relations(), way.inputs().collect())
+}
+
+fn usual_period(comparisons: &[Comparison]) -> Span {
+    let gaps = comparisons.windows(2).map(|pair| (pair[1].received - pair[0].received).seconds());
+    Span::from_seconds(median(gaps).max(1e-3))
+}
+
+/// How much wider the two must be so that fewer than `k` of the last `n` comparisons disagree: the `k`th largest distance.
+fn windows(comparisons: &[Comparison], k: usize, n: usize) -> impl Iterator<Item = (&Comparison, f64)> {
+    comparisons.iter().enumerate().map(move |(at, last)| {
+        let recent = &comparisons[(at + 1).saturating_sub(n)..=at];
+        let distances = sorted(recent.iter().map(|it| it.above.max(it.below)));
+        let needed = distances.len().checked_sub(k).map_or(f64::NEG_INFINITY, |rank| distances[rank]);
+        (last, needed)
+    })
+}
+
+/// The largest need in each block of time that has any.
+fn block_maxima(comparisons: &[Comparison], block: Span, k: usize, n: usize) -> Vec<f64> {
+    let Some(start) = comparisons.first().map(|first| first.received) else { return Vec::new() };
+    let mut maxima: Vec<(i64, f64)> = Vec::new();
+    for (comparison, needed) in windows(comparisons, k, n).filter(|(_, needed)| needed.is_finite()) {
+        let number = (comparison.received - start).0 / block.0;
+        match maxima.last_mut().filter(|(last, _)| *last == number) {
+            Some((_, largest)) => *largest = largest.max(needed),
+            None => maxima.push((number, needed)),
+        }
+    }
+    maxima.into_iter().map(|(_, largest)| largest).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shsa_core::time::{Time, Validity};
+
+    #[test]
+    fn a_bump_that_is_shorter_than_the_window_asks_for_nothing() {
+        let comparison = |at: i64, above: f64| Comparison {
+            received: Time(at),
+            validity: Validity::at(Time(at)),
+            value: 0.0,
+            known: 0.0,
+            above,
+            below: -above,
+            width: 0.0,
+        };
+        let all: Vec<Comparison> =
+            (0..12).map(|at| comparison(at, if at == 5 { 9.0 } else { -1.0 / (at + 1) as f64 })).collect();
+        // 2 of 4: the second largest distance, to whichever side.
+        let needed: Vec<f64> = windows(&all, 2, 4).map(|(_, needed)| needed).collect();
+        assert_eq!(needed[0], f64::NEG_INFINITY);
+        assert!(needed[5..9].iter().all(|needed| (0.0..1.0).contains(needed)), "{needed:?}");
+        assert_eq!(block_maxima(&all, Span(6), 2, 4), [0.5, 0.25]);
+    }
+}

@@ -1,0 +1,88 @@
+//! Every comparison that the engine's monitor makes over observations, as numbers.
+
+use shsa_core::interval::Interval;
+use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::monitor::{Debounce, Monitor, Pair, WatchedWay, WayIndex};
+use shsa_core::observation::Observation;
+use shsa_core::substitution::Way;
+use shsa_core::time::{Time, Validity};
+
+/// One comparison of two ways, all in SI.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Comparison {
+    pub(crate) received: Time,
+    pub(crate) validity: Validity,
+    /// The middle of the slower way's value, and of what the other says about the same moment.
+    pub(crate) value: f64,
+    pub(crate) known: f64,
+    /// By how much the value lies above what is known: how much wider both must be together to meet. Negative: they
+    /// overlap by that.
+    pub(crate) above: f64,
+    /// As `above`, below.
+    pub(crate) below: f64,
+    /// The widths of both.
+    pub(crate) width: f64,
+}
+
+/// All ways of a model with what they said, and all pairs with what they compared.
+pub(crate) struct Watched {
+    pub(crate) monitor: Monitor,
+    /// When and what each way said: the middle of its value, SI.
+    pub(crate) outputs: Vec<Vec<(Validity, f64)>>,
+    pub(crate) comparisons: Vec<Vec<Comparison>>,
+}
+
+impl Watched {
+    /// Compares as the engine does. Observations are in the order of reception. Time: that of the monitor.
+    pub(crate) fn over(knowledge: &KnowledgeBase, ways: &[Way], observations: &[Observation]) -> Watched {
+        let monitor = Monitor::new(knowledge, ways.to_vec(), Debounce::default());
+        let mut compares = vec![Vec::new(); monitor.ways().len()];
+        for (number, pair) in monitor.pairs().iter().enumerate() {
+            compares[pair.way.0 as usize].push(number);
+        }
+        let outputs = vec![Vec::new(); monitor.ways().len()];
+        let comparisons = vec![Vec::new(); monitor.pairs().len()];
+        let mut watched = Watched { monitor, outputs, comparisons };
+        for moment in observations.chunk_by(|one, next| one.received == next.received) {
+            let Some(now) = moment.first().map(|first| first.received) else { continue };
+            for observation in moment {
+                watched.monitor.observe(knowledge, observation, now);
+            }
+            watched.monitor.settle(now);
+            watched.note(&compares, now);
+        }
+        watched
+    }
+
+    fn note(&mut self, compares: &[Vec<usize>], now: Time) {
+        for &(WayIndex(way), sample) in self.monitor.fresh() {
+            self.outputs[way as usize].push((sample.validity, sample.value.midpoint()));
+            for &number in &compares[way as usize] {
+                let (slow, other) = self.sides(&self.monitor.pairs()[number]);
+                let Some(known) = known(slow, other, sample.validity) else { continue };
+                let comparison = Comparison {
+                    received: now,
+                    validity: sample.validity,
+                    value: sample.value.midpoint(),
+                    known: known.midpoint(),
+                    above: sample.value.lo() - known.hi(),
+                    below: known.lo() - sample.value.hi(),
+                    width: sample.value.width() + known.width(),
+                };
+                self.comparisons[number].push(comparison);
+            }
+        }
+    }
+
+    /// The slower and the faster way of a pair.
+    pub(crate) fn sides(&self, pair: &Pair) -> (&WatchedWay, &WatchedWay) {
+        let way = |index: WayIndex| &self.monitor.ways()[index.0 as usize];
+        (way(pair.way), way(pair.other))
+    }
+}
+
+/// What the other way says about the moment of the slower one, as the monitor takes it.
+fn known(slow: &WatchedWay, other: &WatchedWay, moment: Validity) -> Option<Interval> {
+    let mean = if slow.computation.is_mean() { other.outputs.mean_over(moment) } else { None };
+    mean.or_else(|| other.at(moment))
+}

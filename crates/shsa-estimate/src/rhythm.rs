@@ -1,0 +1,114 @@
+//! How a signal comes: its rate, jitter and gaps, its range and how fast it changes.
+
+use crate::order::{quantile, sorted};
+use shsa_core::knowledge::{KnowledgeBase, SignalId};
+use shsa_core::observation::{Observation, RawValue};
+use shsa_core::time::Time;
+
+/// A change is measured over at least this many seconds, and over ten observations: below it is noise.
+const SHORTEST_CHANGE_S: f64 = 0.2;
+
+/// How the observations of one signal come. Values are in the signal's own unit, times in seconds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rhythm {
+    /// Observations.
+    pub count: usize,
+    /// Observations a second: over the median time between two.
+    pub rate_hz: Option<f64>,
+    /// By how much 99 % of the times between two observations differ from the median at most.
+    pub jitter_s: Option<f64>,
+    /// The longest time between two receptions.
+    pub longest_gap_s: Option<f64>,
+    /// The lowest and highest finite value.
+    pub range: Option<(f64, f64)>,
+    /// The largest change a second, over at least ten observations and 0.2 s.
+    pub fastest: Option<f64>,
+}
+
+impl Rhythm {
+    /// Of every signal of a model, in their order. Time: O(n log n) in the observations.
+    pub(crate) fn of_all(
+        knowledge: &KnowledgeBase,
+        observations: &[Observation],
+        left_out: &[(Time, Time)],
+    ) -> Vec<Rhythm> {
+        let signals = knowledge.signals().ids();
+        signals.map(|signal| Rhythm::of(observations, signal, left_out)).collect()
+    }
+
+    fn of(observations: &[Observation], signal: SignalId, left_out: &[(Time, Time)]) -> Rhythm {
+        let own: Vec<&Observation> = observations.iter().filter(|it| it.signal == signal).collect();
+        let gaps = |time: fn(&Observation) -> f64| {
+            let together = own.windows(2).filter(|pair| {
+                !left_out.iter().any(|(from, to)| pair[0].received < *to && *from <= pair[1].received)
+            });
+            sorted(together.map(|pair| time(pair[1]) - time(pair[0])).filter(|gap| *gap > 0.0))
+        };
+        let stamped = gaps(|it| it.stamp.seconds());
+        let usual = quantile(&stamped, 0.5);
+        let jitter =
+            usual.and_then(|usual| quantile(&sorted(stamped.iter().map(|gap| (gap - usual).abs())), 0.99));
+        let points: Vec<(f64, f64)> = own.iter().filter_map(|it| point(it)).collect();
+        let values = sorted(points.iter().map(|(_, value)| *value));
+        Rhythm {
+            count: own.len(),
+            rate_hz: usual.map(|usual| 1.0 / usual),
+            jitter_s: jitter,
+            longest_gap_s: gaps(|it| it.received.seconds()).last().copied(),
+            range: values.first().copied().zip(values.last().copied()),
+            fastest: usual.and_then(|usual| fastest(&points, (10.0 * usual).max(SHORTEST_CHANGE_S))),
+        }
+    }
+}
+
+/// Stamp and value, when it is a number.
+fn point(observation: &Observation) -> Option<(f64, f64)> {
+    match observation.value {
+        RawValue::Number(value) if value.is_finite() => Some((observation.stamp.seconds(), value)),
+        RawValue::Interval { lo, hi } => Some((observation.stamp.seconds(), 0.5 * (lo + hi))),
+        _ => None,
+    }
+}
+
+/// The largest change a second between points that are `least_s` apart or a little more.
+fn fastest(points: &[(f64, f64)], least_s: f64) -> Option<f64> {
+    let mut later = 0;
+    let mut largest = None;
+    for (time, value) in points {
+        later += points[later..].iter().take_while(|(other, _)| other - time < least_s).count();
+        let Some((other, changed)) = points.get(later) else { break };
+        let rate = (changed - value).abs() / (other - time);
+        // Beyond a gap, the change is not known to have been steady.
+        if other - time <= 2.0 * least_s {
+            largest = Some(rate.max(largest.unwrap_or(0.0)));
+        }
+    }
+    largest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shsa_core::knowledge::Id;
+
+    #[test]
+    fn a_late_observation_is_a_gap_and_no_rate() {
+        let times = [0.0, 0.1, 0.2, 0.3, 0.8, 0.9, 1.0, 1.1];
+        let observation = |time: f64| Observation {
+            signal: SignalId::from_index(0),
+            stamp: Time::from_seconds(time),
+            received: Time::from_seconds(time),
+            value: RawValue::Number(3.0 * time),
+        };
+        let observations: Vec<Observation> = times.into_iter().map(observation).collect();
+        let rhythm = Rhythm::of(&observations, SignalId::from_index(0), &[]);
+        let near = |found: Option<f64>, expected: f64| (found.unwrap() - expected).abs() < 1e-6;
+        assert!(near(rhythm.rate_hz, 10.0) && near(rhythm.longest_gap_s, 0.5), "{rhythm:?}");
+        assert!(near(rhythm.jitter_s, 0.4) && near(rhythm.fastest, 3.0), "{rhythm:?}");
+        assert_eq!(rhythm.range.map(|(lo, hi)| (lo, (hi * 10.0).round())), Some((0.0, 33.0)));
+        let left_out = [(Time::from_seconds(0.4), Time::from_seconds(0.6))];
+        let without = Rhythm::of(&observations, SignalId::from_index(0), &left_out);
+        assert!(near(without.longest_gap_s, 0.1), "{without:?}");
+        assert_eq!(Rhythm::of(&observations, SignalId::from_index(1), &[]), Rhythm::default());
+    }
+}
