@@ -39,10 +39,20 @@ const HELP: &str = "\
 What the other form cannot say is told, and the exit status is 3. Comments are not taken over. A drawing (DOT \
 for Graphviz, or SVG) shows the structure only.
 
-The thesis's YAML is read (relations by their outputs with `in`, `fct` and `constraint`, or a `graph`; \
-properties such as `type`, `provided`, `provision`, `constant`, `need`, `accuracy`, `cost`), and its Prolog \
-facts function/3, implementation/2, itomsOf/2 and itomOf/2, by this and every other command. Formulas in Python \
-become ours where they can; else the relation is structure only: it can be planned and analysed, not run.
+Every command reads the files of the thesis's programs, too. Formulas in Python become ours where they can; else the relation is structure only: it can be planned and analysed, not run. The YAML names the property before the element:
+
+  relations:
+    turn: { angle: { in: [base, radius], fct: \"atan(base / radius)\", constraint: \"radius > 1\" } }
+  properties:
+    provided: [base, radius]
+    accuracy: { base: 0.9 }
+    cost: { turn: 2 }
+
+and the Prolog facts the output first:
+
+  function(angle, turn, [base, radius]).
+  implementation(turn, \"angle.v = atan(base.v / radius.v)\").
+  itomsOf(base, [\"/base\"]).
 
 Example: shsa convert models/rover.yaml -o rover.svg --mark v_dmin --lost /lidar/scan
 Example: shsa convert facts.pl -o model.yaml";
