@@ -19,7 +19,7 @@ use shsa_core::substitution::Substitution;
 use std::collections::BTreeMap;
 
 /// Enough for all engines on everything that is generated here.
-const LIMITS: Limits = Limits { expansions: 3_000_000, states: 3_000_000 };
+const LIMITS: Limits = Limits { expansions: 30_000_000, states: 3_000_000 };
 
 /// A question with the oracle's answer.
 struct Case {

@@ -16,7 +16,7 @@ use shsa_core::plan::{BestFirst, Graph, Limits, Options, Part, StopReason, best,
 use shsa_core::substitution::Substitution;
 
 /// Enough for the oracle on everything that is generated here.
-const LIMITS: Limits = Limits { expansions: 300_000, states: 300_000 };
+const LIMITS: Limits = Limits { expansions: 10_000_000, states: 3_000_000 };
 
 fn check(seed: u64) -> usize {
     let mut numbers = Random(seed);

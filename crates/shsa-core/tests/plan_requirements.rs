@@ -15,7 +15,7 @@ use shsa_core::knowledge::{
 use shsa_core::plan::{BestFirst, Graph, Limits, Options, Requirements, Shortfall, StopReason, exhaustive};
 use shsa_core::time::Span;
 
-const LIMITS: Limits = Limits { expansions: 300_000, states: 300_000 };
+const LIMITS: Limits = Limits { expansions: 10_000_000, states: 3_000_000 };
 
 fn text(text: impl Into<String>) -> Text {
     Text { text: text.into(), ..Text::default() }

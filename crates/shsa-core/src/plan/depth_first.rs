@@ -199,6 +199,7 @@ impl<'a> Search<'a> {
             self.take_back(&mut frame);
             while let Some(&choice) = frame.choices.get(frame.next) {
                 frame.next += 1;
+                self.expanded += 1;
                 if !self.closes_cycle(frame.variable, choice) {
                     self.take(frame, choice);
                     return true;
@@ -215,7 +216,6 @@ impl<'a> Search<'a> {
     }
 
     fn take(&mut self, mut frame: Frame, choice: Choice) {
-        self.expanded += 1;
         self.chosen[frame.variable] = choice.relation;
         frame.taken = Some((choice, self.load.add(choice)));
         let mut now = self.add(Task { variable: frame.variable, close: true, next: frame.after });

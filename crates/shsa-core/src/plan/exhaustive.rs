@@ -1,6 +1,7 @@
 //! The oracle: every substitution, by trying everything; slow, simple, and apart from the other searches.
 
 use super::Plan;
+use super::choices::states;
 use super::graph::Options;
 use super::limits::{Limits, StopReason};
 use super::utility::{Scale, Weight};
@@ -14,7 +15,8 @@ type Decisions = BTreeMap<VariableId, Option<RelationId>>;
 
 /// All substitutions of `root`, best first; ties as in [`BestFirst`](super::BestFirst).
 ///
-/// With a limit it gives those that were found so far. Complexity: exponential.
+/// With a limit it gives those that were found so far. Each step goes through all its decisions again, and they count
+/// again; of states, each counts with its decisions. Complexity: exponential.
 #[must_use]
 pub fn exhaustive(knowledge: &KnowledgeBase, root: VariableId, options: &Options, limits: Limits) -> Plan {
     let scale = Scale(knowledge.utility().aggregate());
@@ -25,19 +27,31 @@ pub fn exhaustive(knowledge: &KnowledgeBase, root: VariableId, options: &Options
     let search = Search { knowledge, root, options };
     let mut answers = Vec::new();
     let mut open = Vec::from([Decisions::new()]);
-    let mut expanded = 0;
+    let (mut expanded, mut kept) = (0, states(0));
     let mut stop = StopReason::Complete;
     while let Some(decisions) = open.pop() {
-        if expanded >= limits.expansions || open.len() + answers.len() >= limits.states {
-            let states = expanded < limits.expansions;
-            stop = if states { StopReason::LimitStates } else { StopReason::LimitExpansions };
+        kept -= states(decisions.len());
+        if expanded >= limits.expansions || kept >= limits.states {
+            stop = if expanded < limits.expansions {
+                StopReason::LimitStates
+            } else {
+                StopReason::LimitExpansions
+            };
             break;
         }
-        expanded += 1;
+        expanded += 1 + decisions.len() as u64;
         let Some(substitution) = search.substitution(&decisions) else { continue };
         match search.undecided(&substitution, &decisions) {
-            Some(variable) => open.extend(search.ways(variable).map(|way| with(&decisions, variable, way))),
-            None => answers.push(search.answer(&decisions, substitution)),
+            Some(variable) => {
+                for way in search.ways(variable) {
+                    kept += states(decisions.len() + 1);
+                    open.push(with(&decisions, variable, way));
+                }
+            }
+            None => {
+                kept += states(2 * decisions.len() + substitution.sources.len());
+                answers.push(search.answer(&decisions, substitution));
+            }
         }
     }
     let bound = if stop == StopReason::Complete { scale.worst() } else { scale.best() };
