@@ -9,7 +9,7 @@
 
 mod plan_support;
 
-use plan_support::{Builder, Kind, Random, check_sound, first, knowledge, question, tree};
+use plan_support::{Builder, Kind, Random, chain, check_sound, first, knowledge, question, tree};
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::plan::{
     BestFirst, Graph, Limits, Options, Plan, StopReason, Take, depth_first, exhaustive, ontology,
@@ -232,19 +232,6 @@ fn ends(knowledge: &KnowledgeBase, limit: usize) -> Vec<(usize, StopReason)> {
         (plan.substitutions.len(), plan.stop)
     });
     plans.to_vec()
-}
-
-/// A chain in which each variable is computed from the next, in `ways` ways; in both directions.
-fn chain(length: usize, ways: usize) -> KnowledgeBase {
-    let mut builder = Builder::default();
-    let variables: Vec<_> = (0..=length).map(|i| builder.variable(&format!("v{i}"), None)).collect();
-    builder.signal(variables[length], None);
-    for pair in variables.windows(2) {
-        for way in 0..ways {
-            builder.relation("r", pair, pair, Some(1.0 + way as f64));
-        }
-    }
-    builder.build()
 }
 
 #[test]

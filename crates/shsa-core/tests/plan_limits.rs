@@ -3,7 +3,7 @@
 
 mod plan_support;
 
-use plan_support::{Builder, first, knowledge, tree};
+use plan_support::{Builder, chain, first, knowledge, tree};
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::plan::{BestFirst, Graph, Limits, Options, Plan, StopReason, best, exhaustive};
 
@@ -139,19 +139,6 @@ fn within_limits(knowledge: &KnowledgeBase, count: usize) -> (usize, StopReason)
     // The last decision may open as many states as a variable has relations.
     assert!(search.expanded() <= limits.expansions + knowledge.variables().len() as u64);
     (found, search.stop())
-}
-
-/// A chain in which each variable is computed from the next, in `ways` ways; in both directions.
-fn chain(length: usize, ways: usize) -> KnowledgeBase {
-    let mut builder = Builder::default();
-    let variables: Vec<_> = (0..=length).map(|i| builder.variable(&format!("v{i}"), None)).collect();
-    builder.signal(variables[length], None);
-    for pair in variables.windows(2) {
-        for way in 0..ways {
-            builder.relation("r", pair, pair, Some(1.0 + way as f64));
-        }
-    }
-    builder.build()
 }
 
 #[test]

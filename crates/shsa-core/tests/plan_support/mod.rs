@@ -371,6 +371,19 @@ pub(crate) fn large(relations: usize, seed: u64) -> KnowledgeBase {
     builder.build()
 }
 
+/// A chain in which each variable is computed from the next, in `ways` ways; in both directions.
+pub(crate) fn chain(length: usize, ways: usize) -> KnowledgeBase {
+    let mut builder = Builder::default();
+    let variables: Vec<_> = (0..=length).map(|i| builder.variable(&format!("v{i}"), None)).collect();
+    builder.signal(variables[length], None);
+    for pair in variables.windows(2) {
+        for way in 0..ways {
+            builder.relation("r", pair, pair, Some(1.0 + way as f64));
+        }
+    }
+    builder.build()
+}
+
 /// The drivetrain of the thesis (Höftberger's example): the structure only.
 pub(crate) fn drivetrain() -> KnowledgeBase {
     let mut builder = Builder::default();
