@@ -156,12 +156,6 @@ impl<'a> Choices<'a> {
     }
 }
 
-/// What an answer that is kept counts in [`Limits::states`](super::Limits::states), by its decisions and sources:
-/// four take as much memory as a state.
-pub(super) fn states(decisions: usize) -> usize {
-    1 + decisions / 4
-}
-
 /// What decisions weigh together. A relation that is used for several outputs counts once, with its worst rating.
 #[derive(Debug)]
 pub(super) struct Load {

@@ -13,10 +13,10 @@
 //!   reached in one way only; of several that differ only in what a relation is used for, the best stays.
 
 use super::Plan;
-use super::choices::{Before, Choice, Choices, Chosen, Load, states};
+use super::choices::{Before, Choice, Choices, Chosen, Load};
 use super::exhaustive::{Answer, in_order};
 use super::graph::{Graph, Options};
-use super::limits::{Limits, StopReason};
+use super::limits::{Limits, StopReason, states};
 use super::utility::Weight;
 use crate::knowledge::{IdVec, VariableId};
 use alloc::vec::Vec;

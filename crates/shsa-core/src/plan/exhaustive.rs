@@ -1,9 +1,8 @@
 //! The oracle: every substitution, by trying everything; slow, simple, and apart from the other searches.
 
 use super::Plan;
-use super::choices::states;
 use super::graph::Options;
-use super::limits::{Limits, StopReason};
+use super::limits::{Limits, StopReason, states};
 use super::utility::{Scale, Weight};
 use crate::knowledge::{Inputs, KnowledgeBase, RelationId, VariableId};
 use crate::substitution::Substitution;

@@ -21,6 +21,12 @@ impl Default for Limits {
     }
 }
 
+/// What an answer that is kept counts in [`Limits::states`], by its decisions and sources: four take as much memory as
+/// a state.
+pub(super) fn states(decisions: usize) -> usize {
+    1 + decisions / 4
+}
+
 /// Why a search has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {

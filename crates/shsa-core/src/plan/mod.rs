@@ -80,7 +80,7 @@ fn first(mut search: BestFirst, count: usize) -> Plan {
     while substitutions.len() < count
         && let Some(answer) = search.next()
     {
-        search.keep(choices::states(answer.0.steps.len() + answer.0.sources.len()));
+        search.keep(limits::states(answer.0.steps.len() + answer.0.sources.len()));
         substitutions.push(answer);
     }
     let limited = matches!(search.stop(), StopReason::LimitExpansions | StopReason::LimitStates);

@@ -20,9 +20,9 @@
 //! * Its order of ties is that of a hash set. Here it is that of the other searches.
 
 use super::Plan;
-use super::choices::{Choices, states};
+use super::choices::Choices;
 use super::graph::{Graph, Options};
-use super::limits::{Limits, StopReason};
+use super::limits::{Limits, StopReason, states};
 use super::partial::Partial;
 use super::utility::{Scale, Weight};
 use super::workers::{State, WorkerId, Workers};

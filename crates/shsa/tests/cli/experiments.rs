@@ -17,7 +17,7 @@ fn of<'a>(lines: &'a [Value], search: &str, take: &str, depth: u64) -> &'a Value
 
 #[test]
 fn complete_trees_have_as_many_substitutions_as_the_formula_says() {
-    let lines = lines("--experiment ex1 --limit 20000");
+    let lines = lines("--experiment ex1 --limit 100000");
     assert_eq!(lines.len(), 5 * 9);
     let shape = ["experiment", "branch", "depth", "seed", "nodes", "reached", "search", "take", "seconds"];
     let found = ["stop", "expanded", "found", "utility", "bound", "best"];

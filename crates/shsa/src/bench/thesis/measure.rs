@@ -13,8 +13,6 @@ use std::time::{Duration, Instant};
 
 /// All answers are looked for in so many graphs of a kind: in the larger ones there are more than can be counted.
 pub(super) const COUNTED: u64 = 5;
-/// The oracle's decisions cost most: it may take so many times fewer of them than the others.
-pub(super) const ORACLE_SHARE: u64 = 10;
 /// What takes longer is run once.
 const LONG: Duration = Duration::from_secs(1);
 /// How long all turns may take together, once there were a few.
@@ -84,10 +82,7 @@ impl Subject<'_> {
             }
             Search::Ontology => time(|| ontology(graph, black_box(root), options, limits)),
             Search::DepthFirst(take) => time(|| depth_first(graph, black_box(root), options, take, limits)),
-            Search::Exhaustive => {
-                let limits = Limits { expansions: limits.expansions.div_ceil(ORACLE_SHARE), ..limits };
-                time(|| exhaustive(knowledge, black_box(root), options, limits))
-            }
+            Search::Exhaustive => time(|| exhaustive(knowledge, black_box(root), options, limits)),
         })
     }
 

@@ -208,8 +208,7 @@ fn all(groups: &[Group]) -> Table {
     Table {
         title: "All answers",
         note: "Time until all substitutions are found and sorted, median / worst over the first five graphs of a kind. \"n \
-               stopped\": so many searches were ended by the limit (a tenth of it for exhaustive, whose decisions cost \
-               most), and their times are those until then.",
+               stopped\": so many searches were ended by the limit, and their times are those until then.",
         head: vec![
             "graph",
             "graphs",
