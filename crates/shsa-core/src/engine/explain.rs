@@ -4,7 +4,7 @@ use super::message::{Event, EventKind};
 use crate::diagnosis::Decision;
 use crate::interval::Interval;
 use crate::knowledge::{KnowledgeBase, SignalId, SignalSet, VariableId};
-use crate::monitor::{Absence, Change, Monitor, Pair, Relationship};
+use crate::monitor::{Absence, Change, Monitor, Pair, Relationship, Symptom};
 use crate::time::{Span, Time};
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -15,7 +15,17 @@ const MOST_NAMED: usize = 3;
 
 fn event(knowledge: &KnowledgeBase, kind: EventKind, signal: SignalId, because: String, time: Time) -> Event {
     let variable = Some(knowledge.signals()[signal].variable);
-    Event { time, kind, signal: Some(signal), variable, because, substitution: None }
+    Event { time, kind, signal: Some(signal), variable, symptom: None, because, substitution: None }
+}
+
+fn accusation(
+    knowledge: &KnowledgeBase,
+    kind: EventKind,
+    signal: SignalId,
+    because: String,
+    time: Time,
+) -> Event {
+    Event { symptom: Some(Symptom::Inconsistent), ..event(knowledge, kind, signal, because, time) }
 }
 
 /// A signal that says nothing usable any more.
@@ -25,13 +35,16 @@ pub(super) fn absence(knowledge: &KnowledgeBase, change: &Change, absence: Absen
         Some(last) => format!("the last one {} ago", span(now - last)),
         None => "none ever".to_string(),
     };
-    let (kind, what) = match absence {
-        Absence::Silent => (EventKind::Silent, "nothing received"),
-        Absence::Invalid => {
-            (EventKind::Failed, "no possible value (not a number, out of range or of a wrong shape)")
-        }
+    let (kind, symptom, what) = match absence {
+        Absence::Silent => (EventKind::Silent, Symptom::Silent, "nothing received"),
+        Absence::Invalid => (
+            EventKind::Failed,
+            Symptom::Invalid,
+            "no possible value (not a number, out of range or of a wrong shape)",
+        ),
     };
-    event(knowledge, kind, change.signal, format!("{what} within {}: {last}", span(timeout)), now)
+    let because = format!("{what} within {}: {last}", span(timeout));
+    Event { symptom: Some(symptom), ..event(knowledge, kind, change.signal, because, now) }
 }
 
 /// A signal that speaks again and has done so for its probation.
@@ -53,7 +66,7 @@ pub(super) fn decision(
                 "{}; no other explanation is as small",
                 disagreements(knowledge, monitor, *signal, now)
             );
-            event(knowledge, EventKind::Failed, *signal, because, now)
+            accusation(knowledge, EventKind::Failed, *signal, because, now)
         }
         Decision::Suspected(signal, choice) => {
             let blamed = match choice.len() {
@@ -61,7 +74,7 @@ pub(super) fn decision(
                 _ => format!("it may be any of {}", names(knowledge, choice)),
             };
             let because = format!("{}; {blamed}", disagreements(knowledge, monitor, *signal, now));
-            event(knowledge, EventKind::Suspected, *signal, because, now)
+            accusation(knowledge, EventKind::Suspected, *signal, because, now)
         }
         Decision::Cleared(signal) => {
             let because = "every comparison with it agrees again".to_string();

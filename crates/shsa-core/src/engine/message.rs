@@ -2,6 +2,7 @@
 
 use crate::interval::Interval;
 use crate::knowledge::{NeedId, SignalId, VariableId};
+use crate::monitor::Symptom;
 use crate::observation::Observation;
 use crate::time::{Time, Validity};
 use alloc::string::String;
@@ -84,6 +85,8 @@ pub struct Event {
     pub signal: Option<SignalId>,
     /// The variable, or the need's variable, that it is about.
     pub variable: Option<VariableId>,
+    /// How the signal misbehaves, where the event accuses one.
+    pub symptom: Option<Symptom>,
     /// The evidence in words: which values disagreed, which alternatives there were, which limit was reached.
     pub because: String,
     /// What serves the need now, in words: signals and relations.

@@ -227,7 +227,15 @@ impl Provider {
     fn event(&self, knowledge: &KnowledgeBase, kind: EventKind, because: String, time: Time) -> Event {
         let service = self.active.as_ref().filter(|_| kind != EventKind::Unhealable);
         let substitution = service.map(|service| service.way().describe(knowledge));
-        Event { time, kind, signal: None, variable: Some(self.variable), because, substitution }
+        Event {
+            time,
+            kind,
+            signal: None,
+            variable: Some(self.variable),
+            symptom: None,
+            because,
+            substitution,
+        }
     }
 
     /// The chosen source and the next ones, with their utilities.

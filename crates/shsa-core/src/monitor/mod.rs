@@ -9,6 +9,7 @@
 //! not matter. The cost of an observation is that of the ways that it completes and their pairs; nothing is
 //! allocated and nothing grows with history.
 
+mod symptom;
 mod pair;
 mod watch;
 pub mod thesis;
@@ -18,6 +19,7 @@ mod inherit;
 pub use build::{compared, rests_on};
 pub use inherit::Inheritance;
 pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};
+pub use symptom::Symptom;
 pub use watch::{Absence, Change, Watch};
 
 use crate::alignment::{Acceptance, History, Port, Reach, Sample};

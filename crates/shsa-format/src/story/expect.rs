@@ -6,6 +6,7 @@ use crate::drive::Run;
 use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, Event, EventKind, Publication, PublishedValue};
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, VariableId};
+use shsa_core::monitor::Symptom;
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::Unit;
 
@@ -37,6 +38,7 @@ pub(super) enum Expectation {
         kind: Option<EventKind>,
         signal: Option<SignalId>,
         variable: Option<VariableId>,
+        symptom: Option<Symptom>,
         /// Texts that the reason holds.
         because: Vec<String>,
         /// Texts that the description of the source holds.
@@ -131,12 +133,13 @@ impl Expectation {
 
     /// Whether an event is of this kind, whenever it was.
     fn fits(&self, event: &Event) -> bool {
-        let Expectation::Events { kind, signal, variable, because, substitution, .. } = self else {
+        let Expectation::Events { kind, signal, variable, symptom, because, substitution, .. } = self else {
             return false;
         };
         kind.is_none_or(|kind| kind == event.kind)
             && signal.is_none_or(|signal| event.signal == Some(signal))
             && variable.is_none_or(|variable| event.variable == Some(variable) && event.signal.is_none())
+            && symptom.is_none_or(|symptom| event.symptom == Some(symptom))
             && holds_all(&event.because, because)
             && holds_all(event.substitution.as_deref().unwrap_or_default(), substitution)
     }

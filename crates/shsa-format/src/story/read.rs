@@ -15,6 +15,7 @@ use crate::recording::Sample;
 use shsa_core::engine::EventKind;
 use shsa_core::expression::parse_quantity;
 use shsa_core::knowledge::{Id, KnowledgeBase, Model, NeedId, Place, SignalId, Text, VariableId, build_from};
+use shsa_core::monitor::Symptom;
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::{Dimension, Unit, nearest};
@@ -26,8 +27,8 @@ const TRACE: [&str; 6] = ["duration", "seed", "truth", "signals", "faults", "row
 const SOURCE: [&str; 9] = ["value", "rate", "from", "to", "jitter", "delay", "latency", "noise", "echo"];
 const CHANGE: [&str; 2] = ["at", "change"];
 const ROW: [&str; 4] = ["signal", "time", "received", "value"];
-const EVENT: [&str; 8] =
-    ["event", "never", "signal", "variable", "because", "substitution", "between", "times"];
+const EVENT: [&str; 9] =
+    ["event", "never", "signal", "variable", "symptom", "because", "substitution", "between", "times"];
 const VERDICT: [&str; 3] = ["verdict", "signal", "at"];
 const SERVED: [&str; 3] = ["need", "source", "at"];
 const VALUES: [&str; 7] =
@@ -352,12 +353,14 @@ impl Writer<'_, '_> {
         let never = keys.text("never", "a kind of event, or `anything`", "failed");
         let event = keys.text("event", "a kind of event", "failed");
         let times = keys.text("times", "a number", "1");
+        let symptom = keys.text("symptom", "how a signal misbehaves", "drifting");
         let (signal, variable) =
             (keys.text("signal", "a signal", "/a"), keys.text("variable", "a variable", "speed"));
         let kind = match never.as_ref().or(event.as_ref()) {
             Some(text) if never.is_some() && text.text == "anything" => None,
             text => Some(self.kind(text?)?),
         };
+        let symptom = optional(symptom, |name| self.symptom(name))?;
         let times = match times {
             _ if never.is_some() => Times::Exactly(0),
             Some(text) => Times::Exactly(self.count(&text)?),
@@ -365,7 +368,7 @@ impl Writer<'_, '_> {
         };
         let signal = optional(signal, |name| self.find_signal(name))?;
         let variable = optional(variable, |name| self.find_variable(name))?;
-        Some(Expectation::Events { kind, signal, variable, because, substitution, between, times })
+        Some(Expectation::Events { kind, signal, variable, symptom, because, substitution, between, times })
     }
 
     fn verdict(&mut self, node: &Node) -> Option<Expectation> {
@@ -474,6 +477,11 @@ impl Writer<'_, '_> {
     fn kind(&mut self, text: &Text) -> Option<EventKind> {
         let found = EventKind::ALL.into_iter().find(|kind| kind.name() == text.text);
         self.known(text, "event", found, EventKind::ALL.iter().map(|kind| kind.name()))
+    }
+
+    fn symptom(&mut self, text: &Text) -> Option<Symptom> {
+        let found = Symptom::ALL.into_iter().find(|symptom| symptom.name() == text.text);
+        self.known(text, "symptom", found, Symptom::ALL.iter().map(|symptom| symptom.name()))
     }
 
     fn count(&mut self, text: &Text) -> Option<usize> {

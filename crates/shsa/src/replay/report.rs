@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 use shsa_core::engine::{Event, EventKind, Publication, PublishedValue};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, Need, NeedId, SignalId, VariableId};
+use shsa_core::monitor::Symptom;
 use shsa_core::time::{Span, Time};
 use shsa_format::drive::Run;
 use std::io::{Write, stdout};
@@ -91,6 +92,7 @@ impl<'a> Report<'a> {
             "kind": event.kind.name(),
             "signal": event.signal.map(|signal| &known.signals()[signal].name),
             "variable": event.variable.map(|variable| &known.variables()[variable].name),
+            "symptom": event.symptom.map(Symptom::name),
             "because": event.because,
             "substitution": event.substitution,
         })

@@ -27,7 +27,7 @@ fn a_lie_is_found_and_healed() {
     assert!((report["duration_s"].as_f64().unwrap() - 59.0).abs() < 1e-9);
     assert_eq!(kinds(&report), [("failed", "/level"), ("substituted", "level")]);
     let failed = &report["events"][0];
-    assert_eq!(keys(failed), ["time_s", "kind", "signal", "variable", "because", "substitution"]);
+    assert_eq!(keys(failed), ["time_s", "kind", "signal", "variable", "symptom", "because", "substitution"]);
     let time = failed["time_s"].as_f64().unwrap();
     assert!((30.0..35.0).contains(&time), "{time}");
     assert_eq!(report["events"][1]["substitution"], "/pressure by hydrostatic");
