@@ -2,7 +2,7 @@
 
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::KnowledgeBase;
-use shsa_core::monitor::{Debounce, Monitor, Pair, WatchedWay, WayIndex};
+use shsa_core::monitor::{self, Monitor, Pair, WatchedWay, WayIndex};
 use shsa_core::observation::Observation;
 use shsa_core::substitution::Way;
 use shsa_core::time::{Time, Validity};
@@ -35,7 +35,7 @@ pub(crate) struct Watched {
 impl Watched {
     /// Compares as the engine does. Observations are in the order of reception. Time: that of the monitor.
     pub(crate) fn over(knowledge: &KnowledgeBase, ways: &[Way], observations: &[Observation]) -> Watched {
-        let monitor = Monitor::new(knowledge, ways.to_vec(), Debounce::default());
+        let monitor = Monitor::new(knowledge, ways.to_vec(), monitor::Options::default());
         let mut compares = vec![Vec::new(); monitor.ways().len()];
         for (number, pair) in monitor.pairs().iter().enumerate() {
             compares[pair.way.0 as usize].push(number);

@@ -11,7 +11,7 @@ use shsa_core::engine::witnesses;
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{Id, KnowledgeBase, Shape, SignalId, VariableId};
 use shsa_core::monitor::thesis::{ThesisOptions, ThesisRun};
-use shsa_core::monitor::{Debounce, Monitor, WayIndex};
+use shsa_core::monitor::{self, Monitor, WayIndex};
 use shsa_core::observation::Observation;
 use shsa_core::plan::Graph;
 use shsa_core::substitution::Way;
@@ -252,7 +252,7 @@ struct Watching<'a> {
 
 impl<'a> Watching<'a> {
     fn new(knowledge: &'a KnowledgeBase, ways: Vec<Way>) -> Watching<'a> {
-        let monitor = Monitor::new(knowledge, ways, Debounce::default());
+        let monitor = Monitor::new(knowledge, ways, monitor::Options::default());
         let judge = Judge::new(knowledge, JudgeOptions::default());
         Watching { knowledge, monitor, judge, outputs: Vec::new(), now: None }
     }

@@ -149,8 +149,7 @@ impl Judge {
     pub fn verdict(&self, signal: SignalId, monitor: &Monitor, now: Time) -> Verdict {
         let witnessed = || {
             monitor.pairs().iter().any(|pair| {
-                pair.window.relationship(now) == Relationship::Agree
-                    && self.bears_witness(monitor, pair, signal)
+                pair.relationship(now) == Relationship::Agree && self.bears_witness(monitor, pair, signal)
             })
         };
         match self.standings[signal].verdict {
@@ -197,7 +196,7 @@ impl Judge {
             |signal: &SignalId| !failed.contains(*signal) && self.disagrees_otherwise(*signal, &conflicts);
         let rest: SignalSet = rest.iter().filter(open).collect();
         let about_rest = conflicts.iter().filter(|pair| pair.signals.meets(&rest));
-        let Some(onset) = about_rest.map(|pair| pair.window.onset()).min() else { return };
+        let Some(onset) = about_rest.map(|pair| pair.onset(now)).min() else { return };
         if !self.is_settled(monitor, &rest, onset, now) {
             return;
         }
@@ -214,7 +213,7 @@ impl Judge {
 
     /// The smallest explanations of conflicts.
     fn explanations(&self, monitor: &Monitor, conflicts: &[SignalSet], now: Time) -> Vec<SignalSet> {
-        let agrees = |pair: &&Pair| pair.window.relationship(now) == Relationship::Agree;
+        let agrees = |pair: &&Pair| pair.relationship(now) == Relationship::Agree;
         let support = |signal| {
             monitor.pairs().iter().filter(agrees).filter(|pair| pair.signals.contains(signal)).count()
         };
@@ -231,14 +230,13 @@ impl Judge {
         let open = |pair: &&Pair| {
             pair.signals.meets(accused)
                 && !self.is_explained(pair, None)
-                && match pair.window.relationship(now) {
+                && match pair.relationship(now) {
                     Relationship::Undecided => true,
-                    Relationship::Agree => !pair.window.confirmed_since(onset),
+                    Relationship::Agree => pair.is_building() || !pair.window.confirmed_since(onset),
                     Relationship::Conflict | Relationship::Unknown => false,
                 }
         };
-        let Some(latency) = monitor.pairs().iter().filter(open).map(|pair| pair.window.latency()).max()
-        else {
+        let Some(latency) = monitor.pairs().iter().filter(open).map(|pair| pair.latency()).max() else {
             return true;
         };
         let deadline = onset + latency.times(2);
@@ -326,7 +324,7 @@ impl Judge {
             if !pair.signals.contains(signal) || self.is_explained(pair, Some(signal)) {
                 continue;
             }
-            match pair.window.relationship(now) {
+            match pair.relationship(now) {
                 Relationship::Unknown => {}
                 Relationship::Agree => witnessed |= self.bears_witness(monitor, pair, signal),
                 Relationship::Undecided | Relationship::Conflict => return false,
@@ -346,9 +344,10 @@ impl Judge {
         now: Time,
         relationship: Relationship,
     ) -> impl Iterator<Item = &'m Pair> + 's {
-        monitor.pairs().iter().filter(move |pair| {
-            pair.window.relationship(now) == relationship && !self.is_explained(pair, None)
-        })
+        monitor
+            .pairs()
+            .iter()
+            .filter(move |pair| pair.relationship(now) == relationship && !self.is_explained(pair, None))
     }
 
     /// Whether a failed signal other than `except` is in the pair.

@@ -4,7 +4,7 @@ use super::message::{Event, EventKind};
 use crate::diagnosis::Decision;
 use crate::interval::Interval;
 use crate::knowledge::{KnowledgeBase, SignalId, SignalSet, VariableId};
-use crate::monitor::{Absence, Change, Monitor, Pair, Relationship, Symptom};
+use crate::monitor::{Absence, Change, Monitor, Pair, Relationship, Symptom, Tendency};
 use crate::time::{Span, Time};
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -16,16 +16,6 @@ const MOST_NAMED: usize = 3;
 fn event(knowledge: &KnowledgeBase, kind: EventKind, signal: SignalId, because: String, time: Time) -> Event {
     let variable = Some(knowledge.signals()[signal].variable);
     Event { time, kind, signal: Some(signal), variable, symptom: None, because, substitution: None }
-}
-
-fn accusation(
-    knowledge: &KnowledgeBase,
-    kind: EventKind,
-    signal: SignalId,
-    because: String,
-    time: Time,
-) -> Event {
-    Event { symptom: Some(Symptom::Inconsistent), ..event(knowledge, kind, signal, because, time) }
 }
 
 /// A signal that says nothing usable any more.
@@ -60,26 +50,49 @@ pub(super) fn decision(
     decision: &Decision,
     now: Time,
 ) -> Event {
+    let accusation = |kind, signal, conclusion: &str| {
+        let symptom = monitor.symptom(signal, now);
+        let because = match traits(monitor, signal, symptom, now) {
+            Some(traits) => {
+                format!("{}; {traits}; {conclusion}", disagreements(knowledge, monitor, signal, now))
+            }
+            None => format!("{}; {conclusion}", disagreements(knowledge, monitor, signal, now)),
+        };
+        Event { symptom: Some(symptom), ..event(knowledge, kind, signal, because, now) }
+    };
     match decision {
         Decision::Failed(signal) => {
-            let because = format!(
-                "{}; no other explanation is as small",
-                disagreements(knowledge, monitor, *signal, now)
-            );
-            accusation(knowledge, EventKind::Failed, *signal, because, now)
+            accusation(EventKind::Failed, *signal, "no other explanation is as small")
+        }
+        Decision::Suspected(signal, choice) if choice.len() == 1 => {
+            let conclusion = "it explains most, but some comparisons are undecided";
+            accusation(EventKind::Suspected, *signal, conclusion)
         }
         Decision::Suspected(signal, choice) => {
-            let blamed = match choice.len() {
-                1 => "it explains most, but some comparisons are undecided".to_string(),
-                _ => format!("it may be any of {}", names(knowledge, choice)),
-            };
-            let because = format!("{}; {blamed}", disagreements(knowledge, monitor, *signal, now));
-            accusation(knowledge, EventKind::Suspected, *signal, because, now)
+            let conclusion = format!("it may be any of {}", names(knowledge, choice));
+            accusation(EventKind::Suspected, *signal, &conclusion)
         }
         Decision::Cleared(signal) => {
             let because = "every comparison with it agrees again".to_string();
             event(knowledge, EventKind::Restored, *signal, because, now)
         }
+    }
+}
+
+/// What makes a symptom, where the disagreements do not tell.
+fn traits(monitor: &Monitor, signal: SignalId, symptom: Symptom, now: Time) -> Option<String> {
+    match symptom {
+        Symptom::Frozen => {
+            Some(format!("it has said the same for {}", span(now - monitor.stillness(signal).since())))
+        }
+        Symptom::Skewed => {
+            let late = monitor.skew(signal, now)?;
+            let side = if late.0 < 0 { "early" } else { "late" };
+            Some(format!("it seems to tell things {} {side}", span(Span(late.0.abs()))))
+        }
+        Symptom::Noisy => Some("its values scatter around what others say".to_string()),
+        Symptom::Drifting => Some("the difference has built up slowly".to_string()),
+        _ => None,
     }
 }
 
@@ -99,16 +112,15 @@ pub(super) fn judged_anew(
 
 /// The disagreements that a signal is part of.
 fn disagreements(knowledge: &KnowledgeBase, monitor: &Monitor, signal: SignalId, now: Time) -> String {
-    let against = |pair: &&Pair| {
-        pair.signals.contains(signal) && pair.window.relationship(now) == Relationship::Conflict
-    };
+    let against =
+        |pair: &&Pair| pair.signals.contains(signal) && pair.relationship(now) == Relationship::Conflict;
     let count = monitor.pairs().iter().filter(against).count();
     let mut named: Vec<String> = monitor
         .pairs()
         .iter()
         .filter(against)
         .take(MOST_NAMED)
-        .filter_map(|pair| disagreement(knowledge, monitor, pair))
+        .filter_map(|pair| disagreement(knowledge, monitor, pair, now))
         .collect();
     if count > MOST_NAMED {
         named.push(format!("and {} more disagreements", count - MOST_NAMED));
@@ -116,17 +128,50 @@ fn disagreements(knowledge: &KnowledgeBase, monitor: &Monitor, signal: SignalId,
     named.join("; ")
 }
 
-fn disagreement(knowledge: &KnowledgeBase, monitor: &Monitor, pair: &Pair) -> Option<String> {
-    let (way, other, last) = (monitor.way(pair.way)?, monitor.way(pair.other)?, pair.disagreement?);
+fn disagreement(knowledge: &KnowledgeBase, monitor: &Monitor, pair: &Pair, now: Time) -> Option<String> {
+    let (way, other) = (monitor.way(pair.way)?, monitor.way(pair.other)?);
+    let (one, two) = (way.computation.way().describe(knowledge), other.computation.way().describe(knowledge));
     let variable = way.variable();
+    if pair.window.relationship(now) != Relationship::Conflict {
+        return Some(together(knowledge, variable, pair, (&one, &two)));
+    }
+    let last = pair.disagreement?;
     let (k, n) = pair.window.counts();
     Some(format!(
-        "{} says {} where {} says {} ({k} of {n} comparisons)",
-        way.computation.way().describe(knowledge),
+        "{one} says {} where {two} says {} ({k} of {n} comparisons)",
         interval(knowledge, variable, last.value),
-        other.computation.way().describe(knowledge),
         interval(knowledge, variable, last.other),
     ))
+}
+
+/// What comparisons that agree one by one say together.
+fn together(
+    knowledge: &KnowledgeBase,
+    variable: VariableId,
+    pair: &Pair,
+    (one, two): (&str, &str),
+) -> String {
+    match pair.trend.tendency() {
+        Tendency::Drift => {
+            let mean = pair.trend.mean();
+            let (more, less) = if mean < 0.0 { (two, one) } else { (one, two) };
+            format!(
+                "{more} has said {} more than {less} on average",
+                difference(knowledge, variable, mean.abs())
+            )
+        }
+        Tendency::Noise => format!("{one} and {two} scatter against each other"),
+        Tendency::Skew => format!("{one} and {two} tell the same at different times"),
+        Tendency::Calm | Tendency::Building => format!("{one} and {two} disagreed"),
+    }
+}
+
+/// A difference of values in the unit of a variable.
+fn difference(knowledge: &KnowledgeBase, variable: VariableId, value: f64) -> String {
+    match &knowledge.variables()[variable].unit {
+        Some(unit) => format!("{} {unit}", number(unit.from_si(value) - unit.from_si(0.0))),
+        None => number(value),
+    }
 }
 
 /// An interval in the unit of a variable.

@@ -17,7 +17,7 @@ pub use ways::{Witnesses, to_watch, witnesses};
 
 use crate::diagnosis::{Judge, JudgeOptions, Verdict};
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
-use crate::monitor::{Absence, Change, Debounce, Monitor};
+use crate::monitor::{self, Absence, Change, Monitor};
 use crate::observation::Observation;
 use crate::plan;
 use crate::time::{Span, Time};
@@ -29,8 +29,8 @@ use standby::Standby;
 /// Settings of the engine; the defaults are sound.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
-    /// How many disagreements make a conflict.
-    pub debounce: Debounce,
+    /// What makes a conflict.
+    pub monitor: monitor::Options,
     /// When a signal is trusted again.
     pub judge: JudgeOptions,
 }
@@ -65,7 +65,7 @@ impl Engine {
         judge.probation = probations.max().unwrap_or(judge.probation);
         let graph = plan::Graph::new(&knowledge);
         let ways = ways::to_watch(&knowledge, &graph);
-        let monitor = Monitor::new(&knowledge, ways, options.debounce);
+        let monitor = Monitor::new(&knowledge, ways, options.monitor);
         let probation = judge.probation;
         let judge = Judge::new(&knowledge, judge);
         let standby = Standby::new(&knowledge, &graph);

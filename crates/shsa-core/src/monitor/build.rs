@@ -1,6 +1,6 @@
 //! Sets the monitor up: which ways are compared with which, and how often.
 
-use super::{Debounce, Monitor, Pair, Watch, WatchedWay, WayIndex, Window};
+use super::{Monitor, Options, Pair, Stillness, Trend, Watch, WatchedWay, WayIndex, Window};
 use crate::alignment::{History, Port, Reach};
 use crate::computation::Computation;
 use crate::knowledge::{IdVec, KnowledgeBase, RelationId, Shape, SignalId, SignalSet, VariableId};
@@ -18,7 +18,7 @@ const CAPACITY_WITHOUT_RATE: usize = 256;
 impl Monitor {
     /// Watches these ways of knowing. Ways that cannot be run (structure only), or give vectors, are left out.
     #[must_use]
-    pub fn new(knowledge: &KnowledgeBase, ways: Vec<Way>, debounce: Debounce) -> Monitor {
+    pub fn new(knowledge: &KnowledgeBase, ways: Vec<Way>, options: Options) -> Monitor {
         let watched = |way: &Way| knowledge.variables()[way.substitution.sink].shape == Shape::Scalar;
         let computations: Vec<Computation> = ways
             .into_iter()
@@ -41,23 +41,24 @@ impl Monitor {
         let mut monitor = Monitor {
             ports,
             watch: Watch::new(knowledge),
+            stillness: IdVec::filled(knowledge.signals().len(), |_| Stillness::default()),
             ways,
             pairs: Vec::new(),
             completes,
             pending: Vec::with_capacity(4 * count),
             fresh: Vec::with_capacity(4 * count),
         };
-        monitor.add_pairs(debounce);
+        monitor.add_pairs(options);
         monitor
     }
 
-    fn add_pairs(&mut self, debounce: Debounce) {
+    fn add_pairs(&mut self, options: Options) {
         let ways: Vec<(&Way, &SignalSet)> =
             self.ways.iter().map(|way| (way.computation.way(), &way.rests_on)).collect();
         let compared = compared(&ways);
         for (at, after) in compared {
             if let (Some(one), Some(other)) = (self.ways.get(at), self.ways.get(after)) {
-                self.pairs.push(pair((at, one), (after, other), debounce));
+                self.pairs.push(pair((at, one), (after, other), options));
             }
         }
         for (number, pair) in self.pairs.iter().enumerate() {
@@ -152,7 +153,7 @@ fn evidence(one: &Way, other: &Way) -> (Vec<RelationId>, Vec<SignalId>) {
     (relations, signals)
 }
 
-fn pair(one: (usize, &WatchedWay), other: (usize, &WatchedWay), debounce: Debounce) -> Pair {
+fn pair(one: (usize, &WatchedWay), other: (usize, &WatchedWay), options: Options) -> Pair {
     let lateness = |way: &WatchedWay| {
         let timing = way.computation.timing();
         timing.lag + timing.window + timing.period.unwrap_or(Span::ZERO)
@@ -166,7 +167,8 @@ fn pair(one: (usize, &WatchedWay), other: (usize, &WatchedWay), debounce: Deboun
         way: way_index(slow.0),
         other: way_index(fast.0),
         signals,
-        window: Window::new(debounce, timing.period, timing.lag + timing.window),
+        window: Window::new(options.debounce, timing.period, timing.lag + timing.window),
+        trend: Trend::new(options.trends),
         disagreement: None,
     }
 }

@@ -31,7 +31,9 @@ impl Monitor {
     pub fn inherit(&mut self, old: Monitor, lineage: &Lineage, now: Time) -> Inheritance {
         self.watch.inherit(&old.watch, lineage, now);
         for (index, port) in old.ports.into_iter().enumerate() {
-            if let Some(signal) = lineage.signal(Id::from_index(index)) {
+            let before = Id::from_index(index);
+            if let Some(signal) = lineage.signal(before) {
+                self.stillness[signal] = old.stillness[before];
                 self.ports[signal].inherit(port);
             }
         }
@@ -67,6 +69,7 @@ impl Monitor {
             let place = both.and_then(|both| places.get(&both));
             let Some(pair) = place.and_then(|&at| self.pairs.get_mut(at)) else { continue };
             if pair.window.inherit(&before.window) {
+                pair.trend = before.trend;
                 pair.disagreement = before.disagreement;
                 inheritance.compared.extend(&pair.signals);
             }

@@ -10,6 +10,8 @@
 //! allocated and nothing grows with history.
 
 mod symptom;
+mod trend;
+mod stillness;
 mod pair;
 mod watch;
 pub mod thesis;
@@ -19,7 +21,9 @@ mod inherit;
 pub use build::{compared, rests_on};
 pub use inherit::Inheritance;
 pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};
+pub use stillness::Stillness;
 pub use symptom::Symptom;
+pub use trend::{Tendency, Trend, TrendOptions};
 pub use watch::{Absence, Change, Watch};
 
 use crate::alignment::{Acceptance, History, Port, Reach, Sample};
@@ -29,6 +33,15 @@ use crate::knowledge::{IdVec, KnowledgeBase, SignalId, SignalSet, VariableId};
 use crate::observation::Observation;
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
+
+/// Settings of the comparisons; the defaults are sound.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Options {
+    /// How many single disagreements make a conflict.
+    pub debounce: Debounce,
+    /// What makes one of many comparisons that agree.
+    pub trends: TrendOptions,
+}
 
 /// A way of knowing under watch, with its recent outputs.
 #[derive(Debug)]
@@ -67,6 +80,7 @@ impl WatchedWay {
 pub struct Monitor {
     ports: IdVec<SignalId, Port>,
     watch: Watch,
+    stillness: IdVec<SignalId, Stillness>,
     ways: Vec<WatchedWay>,
     pairs: Vec<Pair>,
     /// Ways that a signal completes.
@@ -86,6 +100,9 @@ impl Monitor {
         let change = self.watch.hear(signal, acceptance.is_some(), now);
         let kept = acceptance.is_some_and(Acceptance::is_kept);
         if kept {
+            if let Some(newest) = self.ports[signal].newest() {
+                self.stillness[signal].record(newest.value, now);
+            }
             let validity = description.validity(observation.stamp);
             self.pending.extend(self.completes[signal].iter().map(|&way| (way, validity)));
         }
@@ -137,15 +154,44 @@ impl Monitor {
             let known =
                 if way.computation.is_mean() { other.outputs.mean_over(sample.validity) } else { None };
             let Some(known) = known.or_else(|| other.at(sample.validity)) else { continue };
-            let before = pair.window.relationship(now);
-            let disagrees = !sample.value.overlaps(known);
-            pair.window.record(disagrees, now);
-            if disagrees {
-                pair.disagreement = Some(Disagreement { time: now, value: sample.value, other: known });
-            }
-            changed |= before != pair.window.relationship(now);
+            let before = pair.relationship(now);
+            pair.record(sample.value, known, sample.validity, now);
+            changed |= before != pair.relationship(now);
         }
         changed
+    }
+
+    /// How a signal misbehaves that comparisons speak against: what most of those in conflict look like.
+    #[must_use]
+    pub fn symptom(&self, signal: SignalId, now: Time) -> Symptom {
+        let against =
+            |pair: &&Pair| pair.signals.contains(signal) && pair.relationship(now) == Relationship::Conflict;
+        let conflicts = || self.pairs.iter().filter(against);
+        let Some(onset) = conflicts().map(|pair| pair.onset(now)).min() else { return Symptom::Inconsistent };
+        if self.stillness[signal].is_still_since(onset, now) {
+            return Symptom::Frozen;
+        }
+        let count = |tendency| conflicts().filter(|pair| pair.trend.character() == tendency).count();
+        let seen = [
+            (Tendency::Calm, Symptom::Inconsistent),
+            (Tendency::Noise, Symptom::Noisy),
+            (Tendency::Skew, Symptom::Skewed),
+            (Tendency::Drift, Symptom::Drifting),
+        ];
+        let most = seen.into_iter().max_by_key(|(tendency, _)| count(*tendency));
+        most.map_or(Symptom::Inconsistent, |(_, symptom)| symptom)
+    }
+
+    /// How much later than its time stamps say a signal tells things, by the comparisons in conflict that it explains.
+    #[must_use]
+    pub fn skew(&self, signal: SignalId, now: Time) -> Option<Span> {
+        let skew = |pair: &Pair| {
+            let late = pair.trend.skew()?;
+            let is_own = self.way(pair.way)?.rests_on.contains(signal);
+            Some(if is_own { late } else { Span::ZERO - late })
+        };
+        let against = self.pairs.iter().filter(|pair| pair.signals.contains(signal));
+        against.filter(|pair| pair.relationship(now) == Relationship::Conflict).find_map(skew)
     }
 
     /// All ways of knowing under watch.
@@ -176,6 +222,12 @@ impl Monitor {
     #[must_use]
     pub fn ports(&self) -> &IdVec<SignalId, Port> {
         &self.ports
+    }
+
+    /// Since when a signal says the same.
+    #[must_use]
+    pub fn stillness(&self, signal: SignalId) -> Stillness {
+        self.stillness[signal]
     }
 
     /// Who is silent.

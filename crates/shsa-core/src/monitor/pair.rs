@@ -1,8 +1,9 @@
 //! Two ways of knowing the same variable, and how they have compared lately.
 
+use super::trend::{Tendency, Trend};
 use crate::interval::Interval;
 use crate::knowledge::SignalSet;
-use crate::time::{Span, Time};
+use crate::time::{Span, Time, Validity};
 
 /// How many comparisons are remembered, and how many of them must disagree.
 ///
@@ -194,6 +195,58 @@ pub struct Pair {
     pub signals: SignalSet,
     /// The recent comparisons.
     pub window: Window,
+    /// What many comparisons say together.
+    pub trend: Trend,
     /// The last disagreement.
     pub disagreement: Option<Disagreement>,
+}
+
+impl Pair {
+    /// Takes a comparison in.
+    pub(super) fn record(&mut self, value: Interval, other: Interval, validity: Validity, now: Time) {
+        let disagrees = !value.overlaps(other);
+        self.window.record(disagrees, now);
+        if disagrees {
+            self.disagreement = Some(Disagreement { time: now, value, other });
+        }
+        match self.window.relationship(now) {
+            Relationship::Agree => self.trend.relax(),
+            state => self.trend.engage(state == Relationship::Conflict),
+        }
+        self.trend.record(value, other, validity, now);
+    }
+
+    /// What its comparisons say now, each on its own and together.
+    #[must_use]
+    pub fn relationship(&self, now: Time) -> Relationship {
+        match (self.window.relationship(now), self.trend.tendency()) {
+            (Relationship::Unknown, _) => Relationship::Unknown,
+            (_, Tendency::Drift | Tendency::Noise | Tendency::Skew) => Relationship::Conflict,
+            (single, Tendency::Calm | Tendency::Building) => single,
+        }
+    }
+
+    /// When what they say against each other began.
+    #[must_use]
+    pub fn onset(&self, now: Time) -> Time {
+        match self.window.relationship(now) {
+            Relationship::Conflict => self.window.onset(),
+            _ => self.trend.onset(),
+        }
+    }
+
+    /// Whether something comes together that may become a conflict.
+    #[must_use]
+    pub fn is_building(&self) -> bool {
+        self.trend.tendency() == Tendency::Building
+    }
+
+    /// How long a conflict takes to show after a fault has begun.
+    #[must_use]
+    pub fn latency(&self) -> Span {
+        match self.trend.tendency() {
+            Tendency::Building => self.trend.latency(self.window.period).max(self.window.latency()),
+            _ => self.window.latency(),
+        }
+    }
 }

@@ -5,7 +5,7 @@ use anyhow::ensure;
 use shsa_bridge::Message;
 use shsa_core::engine::{Engine, Event, Input, Options, Output, PublishedValue};
 use shsa_core::knowledge::SignalId;
-use shsa_core::monitor::Debounce;
+use shsa_core::monitor::{self, Debounce};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time, Validity};
 use std::collections::BTreeMap;
@@ -33,7 +33,8 @@ impl EngineNode {
         let topic = |source: &str| source.split('#').next().unwrap_or(source).to_string();
         let signals = loaded.knowledge.signals().enumerate();
         let signals = signals.map(|(id, signal)| (topic(&signal.source), id)).collect();
-        let options = Options { debounce: DEBOUNCE, ..Options::default() };
+        let monitor = monitor::Options { debounce: DEBOUNCE, ..monitor::Options::default() };
+        let options = Options { monitor, ..Options::default() };
         Ok(EngineNode { engine: Engine::new(loaded.knowledge, options), signals })
     }
 
