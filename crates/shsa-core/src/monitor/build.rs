@@ -168,7 +168,7 @@ fn pair(one: (usize, &WatchedWay), other: (usize, &WatchedWay), options: Options
         other: way_index(fast.0),
         signals,
         window: Window::new(options.debounce, timing.period, timing.lag + timing.window),
-        trend: Trend::new(options.trends),
+        trend: Trend::new(options.trends, timing.window),
         disagreement: None,
     }
 }
