@@ -226,12 +226,12 @@ impl Pair {
         }
     }
 
-    /// When what they say against each other began.
+    /// When what they say against each other began, or was enough to count.
     #[must_use]
     pub fn onset(&self, now: Time) -> Time {
         match self.window.relationship(now) {
             Relationship::Conflict => self.window.onset(),
-            _ => self.trend.onset(),
+            _ => self.trend.raised(),
         }
     }
 

@@ -8,7 +8,7 @@ use crate::time::{Span, Time, Validity};
 /// Settings of the detectors that go by many comparisons; the defaults are sound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrendOptions {
-    /// A mean difference up to this share of the tolerance is no drift.
+    /// A difference, and its change since the beginning, up to this share of the tolerance is no drift.
     pub allowance: f64,
     /// How long a difference of twice the allowance must last to be a drift (at least two windows of a difference
     /// quotient, as it says the same for as long as one), and
@@ -31,6 +31,8 @@ impl Default for TrendOptions {
 const QUICK: Span = Span::from_millis(1_000);
 /// Means go over so many times as many comparisons as a drift takes at least.
 const MEMORY: f64 = 4.0;
+/// Means that rest on less are none.
+const FULL: f64 = 0.5;
 /// Differences count at most so many tolerances, as one wild value is no trend.
 const LARGEST: f64 = 1.5;
 /// A drift that has come so far towards an alarm may yet become one, and scatter or skew from half of it on.
@@ -75,10 +77,13 @@ struct Before {
 pub struct Trend {
     options: TrendOptions,
     before: Option<Before>,
-    /// Cumulative sums (CUSUM) of differences beyond the allowance, above and below; an alarm at 1.
+    /// Cumulative sums (CUSUM, E. S. Page, Continuous Inspection Schemes, 1954, doi:10.1093/biomet/41.1-2.100) of
+    /// differences beyond the allowance, above and below; an alarm at 1.
     sums: [f64; 2],
-    /// Since when one of the sums is above zero.
-    onset: Time,
+    /// The mean difference at the beginning, SI: two sensors may differ for good within their errors.
+    usual: Option<f64>,
+    /// When the alarm was raised.
+    raised: Time,
     /// Means, weighted exponentially: of differences, SI,
     mean: f64,
     /// of their squares, in shares of the tolerance; the same of the last second, and of half the squares of their
@@ -110,7 +115,8 @@ impl Trend {
             options,
             before: None,
             sums: [0.0; 2],
-            onset: Time::MIN,
+            usual: None,
+            raised: Time::MIN,
             mean: 0.0,
             square: 0.0,
             recent: 0.0,
@@ -124,9 +130,9 @@ impl Trend {
         }
     }
 
-    /// Forgets everything.
+    /// Forgets everything but how the two usually differ.
     pub fn forget(&mut self) {
-        *self = Trend::empty(self.options);
+        *self = Trend { usual: self.usual, ..Trend::empty(self.options) };
     }
 
     /// Takes a comparison in.
@@ -142,7 +148,7 @@ impl Trend {
         let before = self.before.replace(Before { time, share: clipped, other: middle });
         let Some(before) = before.filter(|before| before.time < time) else { return };
         let elapsed = (time - before.time).seconds();
-        self.accumulate(share, elapsed, now);
+        self.accumulate(share, tolerance, elapsed);
         let change = clipped - before.share;
         let quick = self.gain(elapsed, QUICK) / MEMORY;
         approach(&mut self.scatter, 0.5 * change * change, quick);
@@ -154,6 +160,9 @@ impl Trend {
         approach(&mut self.slope_slope, slope * slope, gain);
         approach(&mut self.slope_difference, slope * clipped, gain);
         approach(&mut self.weight, 1.0, gain);
+        if self.weight > FULL {
+            self.usual.get_or_insert(self.mean / self.weight);
+        }
         self.raise(now);
     }
 
@@ -163,17 +172,12 @@ impl Trend {
     }
 
     /// Adds what exceeds the allowance; what disagrees outright is for the single comparisons to tell.
-    fn accumulate(&mut self, share: f64, elapsed: f64, now: Time) {
-        if share.abs() > 1.0 {
-            return;
-        }
+    fn accumulate(&mut self, share: f64, tolerance: f64, elapsed: f64) {
+        let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return };
+        let share = common(share, share - usual / tolerance);
         let (allowance, gain) = (self.options.allowance, self.gain(elapsed, self.options.span));
-        let was_calm = self.sums == [0.0; 2];
         for (sum, share) in self.sums.iter_mut().zip([share, -share]) {
             *sum = (*sum + gain * (share - allowance) / allowance).clamp(0.0, 1.0);
-        }
-        if was_calm && self.sums != [0.0; 2] {
-            self.onset = now;
         }
     }
 
@@ -194,15 +198,16 @@ impl Trend {
         } else {
             Tendency::Calm
         };
-        if self.alarm == Tendency::Calm && alarm != Tendency::Calm && largest == 0.0 {
-            self.onset = now;
+        let is_raised = |tendency| !matches!(tendency, Tendency::Calm | Tendency::Building);
+        if is_raised(alarm) && !is_raised(self.alarm) {
+            self.raised = now;
         }
         self.alarm = alarm;
     }
 
     /// The mean square difference where a shift in time explains it; a mean over few comparisons is none.
     fn shifted(&self, held: f64) -> f64 {
-        if self.weight > 0.5 && self.explained() > EXPLAINED * held { self.square } else { 0.0 }
+        if self.weight > FULL && self.explained() > EXPLAINED * held { self.square } else { 0.0 }
     }
 
     /// Single comparisons disagree. While they are in conflict there is nothing to add.
@@ -246,10 +251,10 @@ impl Trend {
         self.options.span.max(period.times(i64::from(self.options.least)))
     }
 
-    /// Since when it has come together.
+    /// When what has come together became enough.
     #[must_use]
-    pub fn onset(&self) -> Time {
-        self.onset
+    pub fn raised(&self) -> Time {
+        self.raised
     }
 
     /// The mean difference of late, SI.
@@ -271,13 +276,24 @@ impl Trend {
     pub fn character(&self) -> Tendency {
         if self.alarm == Tendency::Drift || self.drifted > BEGUN {
             Tendency::Drift
-        } else if self.weight > 0.5 && self.explained() > EXPLAINED {
+        } else if self.weight > FULL && self.explained() > EXPLAINED {
             Tendency::Skew
         } else if self.scatter > ALTERNATING * self.recent {
             Tendency::Noise
         } else {
             Tendency::Calm
         }
+    }
+}
+
+/// What two numbers have in common: nothing when they have different signs, else the smaller one.
+fn common(one: f64, other: f64) -> f64 {
+    if one * other <= 0.0 {
+        0.0
+    } else if one.abs() < other.abs() {
+        one
+    } else {
+        other
     }
 }
 
@@ -329,7 +345,13 @@ mod tests {
         assert_eq!(trend.tendency(), Tendency::Drift);
         assert!((40.0..70.0).contains(&seconds), "{seconds}");
         assert!((0.4..0.7).contains(&trend.mean()), "{}", trend.mean());
-        assert!(trend.onset() < Time::from_seconds(seconds));
+        assert_eq!(trend.raised(), Time::from_seconds(seconds));
+    }
+
+    #[test]
+    fn a_difference_that_has_always_been_there_is_no_drift() {
+        let (_, seconds) = after(10_000, |_| 0.8, |_| 0.0);
+        assert!(seconds.is_infinite());
     }
 
     #[test]
