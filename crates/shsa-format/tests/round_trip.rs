@@ -89,8 +89,8 @@ signals:
   /scan:
     { variable: distances, source: "scan#ranges[0]", unit: cm, rate: 10 Hz, value_error: [-10, 15 cm],
       time_error: [-100 ms, 0 ms], delay: 0 ms, timeout: 1 s, properties: { accuracy: 0.99, prior: 1 % } }
-  /odom/speed: { variable: speed, rate: 20 Hz, value_error: 2 %, derived_from: [/scan] }
-  "null": { variable: heavy, time_error: 5 ms, timeout: none, derived_from: [/scan, /odom/speed] }
+  /odom/speed: { variable: speed, rate: 20 Hz, value_error: 2 %, derived_from: [/scan], shares: { base: 0.002, supply: 1 % } }
+  "null": { variable: heavy, time_error: 5 ms, timeout: none, derived_from: [/scan, /odom/speed], shares: [base, "two words"] }
   "- \"quoted\" \\ \u2028 \u00e4": { variable: humidity }
   "true": { variable: heavy }
 needs:
@@ -171,10 +171,14 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
     let first = (some(text()), some(text()), some(text()), some(text()), some(bounds()));
     let second =
         (some(bounds()), some(text()), some(text()), prop::collection::vec(text(), 0..3), properties());
-    (first, second).prop_map(
+    let names = prop::collection::vec(text().prop_map(|name| (name, None)), 0..3);
+    let priors = properties()
+        .prop_map(|all| all.into_iter().map(|(name, prior)| (name, Some(prior))).collect::<Vec<_>>());
+    (first, second, prop_oneof![names, priors]).prop_map(
         |(
             (variable, source, unit, rate, value_error),
             (time_error, delay, timeout, derived_from, properties),
+            shares,
         )| {
             let name = Text::default();
             SignalDraft {
@@ -188,6 +192,7 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
                 delay,
                 timeout,
                 derived_from,
+                shares,
                 properties,
             }
         },

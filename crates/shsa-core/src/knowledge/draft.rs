@@ -214,6 +214,8 @@ pub struct SignalDraft {
     pub timeout: Option<Text>,
     /// Names of signals that it is computed from.
     pub derived_from: Vec<Text>,
+    /// What it shares with other signals (a device, a clock, a power supply), each with the probability that it fails.
+    pub shares: Vec<(Text, Option<Text>)>,
     /// Named numbers.
     pub properties: PropertyDrafts,
 }

@@ -39,6 +39,8 @@ id! {
     SignalId
     /// A need of a knowledge base, in file order.
     NeedId
+    /// A common cause of a knowledge base, in the order in which signals name them.
+    CauseId
 }
 
 impl VariableId {

@@ -23,7 +23,7 @@ pub use draft::{
     SignalDraft, Source, Text, UtilityDraft, VariableDraft,
 };
 pub use id_set::{IdSet, SignalSet};
-pub use ids::{Id, IdVec, NeedId, RelationId, SignalId, VariableId};
+pub use ids::{CauseId, Id, IdVec, NeedId, RelationId, SignalId, VariableId};
 pub use lineage::Lineage;
 pub use parts::{Contradiction, join, part};
 pub use properties::Properties;
@@ -138,6 +138,21 @@ pub struct Signal {
     pub properties: Properties,
 }
 
+/// What several signals share: a device, a clock, a power supply. When it fails, they all may be wrong at once
+/// (a common cause failure).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cause {
+    /// Unique in the model.
+    pub name: String,
+    /// Who shares it, ascending.
+    pub signals: Vec<SignalId>,
+    /// The probability that it is faulty.
+    pub prior: f64,
+}
+
+/// The probability that a common cause is faulty when no signal gives one.
+pub const CAUSE_PRIOR: f64 = 0.001;
+
 /// A variable that must stay available.
 #[derive(Clone, Debug)]
 pub struct Need {
@@ -195,6 +210,7 @@ pub struct KnowledgeBase {
     relations: IdVec<RelationId, Relation>,
     signals: IdVec<SignalId, Signal>,
     needs: IdVec<NeedId, Need>,
+    causes: IdVec<CauseId, Cause>,
     utility: Utility,
     available: IdVec<SignalId, bool>,
     /// Relations that can produce each variable, ascending.
@@ -227,6 +243,18 @@ impl KnowledgeBase {
     #[must_use]
     pub fn needs(&self) -> &IdVec<NeedId, Need> {
         &self.needs
+    }
+
+    /// All common causes.
+    #[must_use]
+    pub fn causes(&self) -> &IdVec<CauseId, Cause> {
+        &self.causes
+    }
+
+    /// The same with these common causes; they must name only its signals, ascending.
+    #[must_use]
+    pub fn with_causes(self, causes: IdVec<CauseId, Cause>) -> KnowledgeBase {
+        KnowledgeBase { causes, ..self }
     }
 
     /// How substitutions are rated.
@@ -386,6 +414,7 @@ impl KnowledgeBase {
             relations,
             signals,
             needs,
+            causes: IdVec::new(),
             utility: Utility::default(),
             available,
             producers,

@@ -406,9 +406,14 @@ fn signal_fields(draft: &SignalDraft) -> Fields {
         ("delay", words(draft.delay.as_ref())),
         ("timeout", words(draft.timeout.as_ref())),
         ("derived_from", list(&draft.derived_from)),
+        ("shares", shares(&draft.shares)),
         ("properties", numbers(&draft.properties)),
     ]
     .into()
+}
+
+fn shares(causes: &[(Text, Option<Text>)]) -> String {
+    causes.iter().map(|(cause, prior)| format!("{}: {}; ", cause.text, words(prior.as_ref()))).collect()
 }
 
 fn need_fields(draft: &NeedDraft) -> Fields {

@@ -58,6 +58,10 @@ impl Draft {
                 &mut it.timeout,
             ];
             texts.into_iter().flatten().chain(&mut it.derived_from).for_each(&mut *each);
+            it.shares.iter_mut().for_each(|(cause, prior)| {
+                each(cause);
+                prior.iter_mut().for_each(&mut *each);
+            });
             it.value_error.iter_mut().chain(&mut it.time_error).for_each(|error| bounds(error, each));
             properties(&mut it.properties, each);
         }

@@ -17,7 +17,7 @@ const MODEL: [&str; 8] =
     ["shsa", "variables", "constants", "functions", "relations", "signals", "needs", "utility"];
 const VARIABLE: [&str; 5] = ["unit", "shape", "range", "max_rate", "properties"];
 const RELATION: [&str; 8] = ["equation", "for", "when", "error", "output", "outputs", "inputs", "properties"];
-const SIGNAL: [&str; 10] = [
+const SIGNAL: [&str; 11] = [
     "variable",
     "source",
     "unit",
@@ -27,6 +27,7 @@ const SIGNAL: [&str; 10] = [
     "delay",
     "timeout",
     "derived_from",
+    "shares",
     "properties",
 ];
 const NEED: [&str; 8] =
@@ -240,8 +241,23 @@ fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
         delay: keys.span("delay"),
         timeout: keys.span("timeout"),
         derived_from: keys.names("derived_from", "names of signals").unwrap_or_default(),
+        shares: keys.fields.get("shares").map(|node| shares(keys.reader, node)).unwrap_or_default(),
         properties: keys.reader.properties(keys.fields.get("properties")),
     }
+}
+
+/// Names of common causes: a list, or a mapping with their priors.
+fn shares(reader: &mut Reader, node: &Node) -> Vec<(Text, Option<Text>)> {
+    let example = "shares: [imu], or shares: { imu: 0.001 }";
+    if !matches!(node.value, Value::Map(_)) {
+        let names = reader.names(node, "what it shares with other signals", example);
+        return names.into_iter().map(|name| (name, None)).collect();
+    }
+    let entries = reader.entries(node, "what it shares with other signals", example);
+    let prior = |(cause, node): &(Text, Node)| {
+        Some((cause.clone(), Some(reader.text(node, "the probability of a fault", example)?)))
+    };
+    entries.iter().filter_map(prior).collect()
 }
 
 fn utility(reader: &mut Reader, node: &Node) -> Option<UtilityDraft> {

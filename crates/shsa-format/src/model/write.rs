@@ -1,7 +1,7 @@
 //! Drafts as text: YAML for people, JSON for programs; both load to the same draft again.
 
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, Draft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text, UtilityDraft,
+    BodyDraft, Bounds, CAUSE_PRIOR, Draft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text, UtilityDraft,
     VariableDraft,
 };
 use std::fmt::Write;
@@ -150,8 +150,19 @@ fn of_signal(signal: &SignalDraft) -> Tree {
         ("delay", signal.delay.as_ref().map(text)),
         ("timeout", signal.timeout.as_ref().map(text)),
         ("derived_from", (!signal.derived_from.is_empty()).then(|| list(&signal.derived_from))),
+        ("shares", shares(&signal.shares)),
         ("properties", properties(&signal.properties)),
     ])
+}
+
+/// A list of names, or a mapping when priors are given.
+fn shares(causes: &[(Text, Option<Text>)]) -> Option<Tree> {
+    let prior = |prior: &Option<Text>| prior.as_ref().map_or(Tree::Text(CAUSE_PRIOR.to_string()), text);
+    let tree = match causes.iter().all(|(_, prior)| prior.is_none()) {
+        true => Tree::List(causes.iter().map(|(cause, _)| text(cause)).collect()),
+        false => Tree::Map(causes.iter().map(|(cause, given)| (cause.text.clone(), prior(given))).collect()),
+    };
+    (!causes.is_empty()).then_some(tree)
 }
 
 fn of_need(need: &NeedDraft) -> Tree {

@@ -9,6 +9,7 @@ mod scope;
 mod functions;
 mod relations;
 mod signals;
+mod causes;
 mod needs;
 mod utility;
 #[cfg(test)]
@@ -41,12 +42,13 @@ pub fn build_from(source: &mut dyn Source) -> (KnowledgeBase, Vec<Diagnostic>) {
     let names = Names::new(&variables, &functions);
     functions::check(&mut problems, source, &names);
     let (relations, undecided) = relations::build(&mut problems, source, &names);
-    let signals = signals::build(&mut problems, source, &variables);
+    let (signals, shares) = signals::build(&mut problems, source, &variables);
+    let causes = causes::build(&mut problems, &shares);
     let (needs, needed) = needs::build(&mut problems, source, &variables, &signals);
     let mut mentioned = names.mentioned();
     mentioned.extend(&undecided);
     let (list, declared) = variables.into_parts();
-    let knowledge = KnowledgeBase::from_parts(list, relations, signals, needs);
+    let knowledge = KnowledgeBase::from_parts(list, relations, signals, needs).with_causes(causes);
     needs::check_providable(&mut problems, &needed, &knowledge, &undecided);
     variables::check_used(&mut problems, &declared, &knowledge, &mentioned);
     let utility = utility::build(&mut problems, source, &knowledge);

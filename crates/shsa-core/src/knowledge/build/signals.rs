@@ -20,12 +20,12 @@ const SILENT_PERIODS: f64 = 5.0;
 /// And not before this: the scheduling of a busy machine alone delays a fast signal by tens of milliseconds.
 const SILENT_AT_LEAST: Span = Span::from_millis(100);
 
-/// Reads signals; one without a known variable is left out.
+/// Reads signals, and what each shares; one without a known variable is left out.
 pub(super) fn build(
     problems: &mut Problems,
     source: &mut dyn Source,
     variables: &Variables,
-) -> IdVec<SignalId, Signal> {
+) -> (IdVec<SignalId, Signal>, IdVec<SignalId, Shares>) {
     let mut signals = IdVec::new();
     let mut names_of_properties = SharedNames::default();
     let mut declared = IdVec::new();
@@ -34,7 +34,8 @@ pub(super) fn build(
         Some(mut signal) => {
             signal.properties = quantity::properties(problems, &mut names_of_properties, &draft.properties);
             signals.push(signal);
-            declared.push(Declared { name: draft.name.place, derived_from: draft.derived_from.clone() });
+            let (derived_from, shares) = (draft.derived_from.clone(), draft.shares.clone());
+            declared.push(Declared { name: draft.name.place, derived_from, shares });
         }
         None => {
             left_out.insert(draft.name.text.clone());
@@ -46,14 +47,22 @@ pub(super) fn build(
         signals[id].derived_from = origins;
     }
     report_cycles(problems, &signals, &declared);
-    signals
+    let mut shares = IdVec::new();
+    for declared in declared.iter_mut() {
+        shares.push(core::mem::take(&mut declared.shares));
+    }
+    (signals, shares)
 }
 
 /// What later checks read of a draft.
 struct Declared {
     name: Place,
     derived_from: Vec<Text>,
+    shares: Shares,
 }
+
+/// What a signal shares with others, each with the prior of a fault of it.
+pub(super) type Shares = Vec<(Text, Option<Text>)>;
 
 /// Drops and reports the signals that have the name of an earlier one.
 fn drop_repeated(

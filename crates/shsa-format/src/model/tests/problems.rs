@@ -182,6 +182,24 @@ signals:
 }
 
 #[test]
+fn what_signals_share_is_checked() {
+    check(
+        "variables: { speed: { unit: m/s } }
+signals:
+  a: { variable: speed, shares: { imu: 0.001 } }
+  b: { variable: speed, shares: { imu: 0.002, clock: 2 } }
+  c: { variable: speed, shares: [imu, imu, clock] }
+  d: { variable: speed, shares: { clock: [1] } }
+  e: { variable: speed, shares: supply }",
+        "5:40 error: `imu` has the prior 0.001 elsewhere (write the same number everywhere)
+         5:54 error: `clock: 2` makes no sense (a prior is the probability of a fault, more than 0 and less than 1)
+         6:39 error: `imu` is given twice (keep one)
+         7:42 error: expected the probability of a fault, found a list (write it like `shares: [imu], or shares: { imu: 0.001 }`)
+         8:33 warning: only one signal shares `supply` (a common cause is shared by two signals or more)",
+    );
+}
+
+#[test]
 fn needs_can_be_met() {
     check(
         "variables: { x: { unit: m }, y: , z: , w: }\nrelations: { r: z = w }

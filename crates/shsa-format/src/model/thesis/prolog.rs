@@ -2,6 +2,7 @@
 
 use shsa_core::expression::{Node, Symbol, parse_equation};
 use shsa_core::knowledge::{Id, KnowledgeBase, Relation, RelationId, Utility, VariableId};
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use super::names::Taken;
@@ -197,6 +198,9 @@ impl Writer<'_> {
         lose("the source", "signal", signals(&|signal| signal.source != signal.name));
         lose("the errors, rate and delays", "signal", signals(&is_timed));
         lose("the origin", "signal", signals(&|signal| !signal.derived_from.is_empty()));
+        let sharing = knowledge.causes().iter().flat_map(|cause| &cause.signals).collect::<BTreeSet<_>>();
+        let sharing = sharing.into_iter().map(|&signal| knowledge.signals()[signal].name.as_str());
+        lose("what is shared", "signal", sharing.collect());
         lose("the properties", "signal", signals(&|signal| !signal.properties.is_empty()));
         let needs: Vec<&str> =
             knowledge.needs().iter().map(|need| variables[need.variable].name.as_str()).collect();
