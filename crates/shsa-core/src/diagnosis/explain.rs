@@ -1,220 +1,381 @@
-//! Explanations: minimal hitting sets of the conflicts, ranked.
+//! Explanations: what, were it faulty, would explain every conflict, and how probable each is.
 //!
-//! Two ways of knowing that disagree are a conflict over the signals that both rest on: at least one of these is
-//! faulty. A set of signals that meets every conflict explains them all; the smallest such sets are the
-//! candidates (Reiter 1987, DOI 10.1016/0004-3702(87)90062-2). One clear answer names the culprit; several say
-//! that it cannot be told.
+//! Two ways of knowing that disagree are a conflict over the components that both rest on: signals, relations, and what
+//! signals share. At least one of them is faulty. A set of components that meets every conflict explains them all
+//! (Reiter 1987, DOI 10.1016/0004-3702(87)90062-2); which of these sets it is, is a matter of their priors and of the
+//! comparisons that agree (de Kleer and Williams 1987, DOI 10.1016/0004-3702(87)90063-4). One clear answer names the
+//! culprit; several say that it cannot be told.
+//!
+//! A hypothesis is a set of faulty components, all others being sound. It has the probability 0 when it misses a conflict,
+//! else in proportion to the product of
+//!
+//! * `p` for each component in it and `1 - p` for each other one, with the priors `p`;
+//! * [`ONE_SIDED`] for each agreement in which it touches one of the two ways, and at most [`MOST_ONE_SIDED`] of them:
+//!   faults are not seen in every comparison, and comparisons that overlook the same fault are not independent;
+//! * [`BOTH_SIDED`] for each agreement in which it touches both ways, each in another component: two faults
+//!   rarely err alike. What a component does to both ways, it may do alike: that is no evidence.
+//!
+//! Conflicts that share components, directly or over others, are one [`Part`]; what is in no conflict is taken to be sound.
 
-use crate::knowledge::{SignalId, SignalSet};
+use crate::knowledge::{CauseId, Id, IdSet, RelationId, SignalId};
+use alloc::collections::{BTreeMap, BTreeSet, BinaryHeap};
 use alloc::vec::Vec;
+use core::cmp::Ordering;
 
-/// Signals that together explain every conflict, when all of them are faulty.
+/// What can be faulty.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Component {
+    /// It gives wrong values.
+    Signal(SignalId),
+    /// What several signals share: they all may give wrong values.
+    Cause(CauseId),
+    /// It does not hold (a fault of the plant).
+    Relation(RelationId),
+}
+
+/// What two compared ways of knowing rest on, and whether they agree.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// What the one way rests on.
+    pub one: BTreeSet<Component>,
+    /// What the other way rests on.
+    pub other: BTreeSet<Component>,
+    /// Whether they agree; a conflict else.
+    pub agrees: bool,
+}
+
+/// Components that together explain every conflict of a part, when all of them are faulty and no fewer of them do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
-    /// The signals that would be faulty.
-    pub signals: SignalSet,
-    /// Product of the prior fault probabilities of its signals.
-    pub prior: f64,
-    /// How many agreements speak for its signals, so against it.
-    pub support: usize,
+    /// What would be faulty, ascending.
+    pub components: Vec<Component>,
+    /// In proportion to its probability.
+    pub weight: f64,
 }
 
-/// What the conflicts say.
+/// Conflicts that have to do with each other, and what explains them.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Finding {
-    /// Nothing disagrees.
-    Consistent,
-    /// One explanation is smaller, or by its prior far likelier, than all others: these signals are faulty.
-    Clear(Candidate),
-    /// Several explanations are as good: ranked, best first.
-    Ambiguous(Vec<Candidate>),
+pub struct Part {
+    /// All that its conflicts rest on, ascending.
+    pub components: Vec<Component>,
+    /// The explanations that are probable enough beside the best one, best first.
+    pub candidates: Vec<Candidate>,
+    /// Whether there were too many possibilities: then each signal is a candidate of its own.
+    pub is_cut_off: bool,
 }
 
-/// How many times likelier than the next an explanation of the same size must be to be clear.
-const CLEAR_RATIO: f64 = 100.0;
+/// How many times more probable than another an explanation must be to rule it out. It lies below the odds of the usual prior
+/// (1 to 99), so that among signals of that prior fewer faults rule out more.
+pub const CLEAR_RATIO: f64 = 50.0;
 
-/// Largest number of faults at once that is looked for, and of partial explanations kept while searching.
-const LARGEST: usize = 6;
+/// Probability that a comparison agrees although one of its ways is faulty.
+pub const ONE_SIDED: f64 = 0.5;
+/// How many of these count.
+pub const MOST_ONE_SIDED: u32 = 4;
+/// Probability that a comparison agrees although both ways are faulty, each by itself.
+pub const BOTH_SIDED: f64 = 0.01;
+
+/// Priors above this are taken for it: more faults than sound components are no explanation.
+const HIGHEST_PRIOR: f64 = 0.49;
+
+/// Most partial explanations of a part that are gone through.
 const MOST_PARTIAL: usize = 4_096;
 
-/// Explains conflicts by the fewest faulty signals.
+/// Most hypotheses times comparisons that are summed up for exact probabilities.
+const MOST_SUMMED: usize = 1 << 20;
+
+/// Explains conflicts.
 ///
-/// Arguments: the conflicts; for each signal its prior fault probability; for each signal how many agreements
-/// speak for it. Returns all hitting sets of the smallest size, ranked by prior, then by support, then by file
-/// order. Beyond six simultaneous faults or 4,096 partial sets the conflicts are told to be ambiguous between all
-/// their signals. Complexity: O(w^s) for s faults and conflicts of at most w signals, cut off as said.
+/// Arguments: the comparisons; for each component its prior fault probability. Returns the parts of the conflicts, in
+/// the order of their first components. Beyond 4,096 partial explanations of a part, each of its signals is told as a
+/// candidate. Complexity: that many times the part's comparisons.
 #[must_use]
-pub fn explain(
-    conflicts: &[SignalSet],
-    prior: impl Fn(SignalId) -> f64,
-    support: impl Fn(SignalId) -> usize,
-) -> Finding {
-    if conflicts.is_empty() {
-        return Finding::Consistent;
-    }
-    let mut candidates: Vec<Candidate> = smallest_hitting_sets(conflicts)
+pub fn explain(comparisons: &[Comparison], prior: impl Fn(Component) -> f64) -> Vec<Part> {
+    parts(comparisons)
         .into_iter()
-        .map(|signals| Candidate {
-            prior: signals.iter().map(&prior).product(),
-            support: signals.iter().map(&support).sum(),
-            signals,
+        .map(|components| {
+            let local = Local::new(comparisons, &components);
+            let odds: Vec<f64> = components.iter().map(|&component| odds(prior(component))).collect();
+            match local.candidates(&odds) {
+                Some(candidates) => Part { candidates, components, is_cut_off: false },
+                None => Part { candidates: everyone(&components), components, is_cut_off: true },
+            }
         })
-        .collect();
-    candidates.sort_by(|a, b| {
-        b.prior
-            .total_cmp(&a.prior)
-            .then(a.support.cmp(&b.support))
-            .then_with(|| a.signals.iter().cmp(b.signals.iter()))
+        .collect()
+}
+
+/// The exact probability that each component of a part is faulty, in the order of [`Part::components`], given the conflicts,
+/// the agreements and the priors. `None` where that takes too many steps.
+///
+/// Components that stand in the same comparisons are summed up as one. Complexity: O(2^n c) for n of these and c
+/// comparisons, at most 2^20.
+#[must_use]
+pub fn probabilities(
+    comparisons: &[Comparison],
+    part: &Part,
+    prior: impl Fn(Component) -> f64,
+) -> Option<Vec<f64>> {
+    let local = Local::new(comparisons, &part.components);
+    let priors: Vec<f64> = part.components.iter().map(|&component| bounded(prior(component))).collect();
+    let classes = local.classes();
+    let count = classes.iter().max().map_or(0, |last| last + 1);
+    let mut sound = alloc::vec![1.0; count];
+    for (&class, prior) in classes.iter().zip(&priors) {
+        if let Some(sound) = sound.get_mut(class) {
+            *sound *= 1.0 - prior;
+        }
+    }
+    let seen = local.of_classes(&classes);
+    let is_small = count < 20 && (1_usize << count).saturating_mul(seen.len()) <= MOST_SUMMED;
+    if !is_small {
+        return None;
+    }
+    let mut faulty = alloc::vec![0.0; count];
+    let mut total = 0.0;
+    for hypothesis in 0..1_u32 << count {
+        let weight = weight(&seen, &sound, hypothesis);
+        total += weight;
+        let in_it = faulty.iter_mut().enumerate().filter(|(class, _)| hypothesis >> class & 1 == 1);
+        in_it.for_each(|(_, sum)| *sum += weight);
+    }
+    let share = |(&class, prior): (&usize, &f64)| {
+        let (faulty, sound) = (*faulty.get(class)?, *sound.get(class)?);
+        Some(faulty / total * prior / (1.0 - sound))
+    };
+    classes.iter().zip(&priors).map(share).collect()
+}
+
+/// A comparison over classes of components as bits.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    one: u32,
+    other: u32,
+    agrees: bool,
+}
+
+fn weight(seen: &[Seen], sound: &[f64], hypothesis: u32) -> f64 {
+    let misses = |seen: &Seen| !seen.agrees && (seen.one | seen.other) & hypothesis == 0;
+    if seen.iter().any(misses) {
+        return 0.0;
+    }
+    let prior: f64 = sound
+        .iter()
+        .enumerate()
+        .map(|(class, sound)| if hypothesis >> class & 1 == 1 { 1.0 - sound } else { *sound })
+        .product();
+    let touched = seen.iter().filter(|seen| seen.agrees).map(|seen| {
+        let (one, other) = (seen.one & hypothesis, seen.other & hypothesis);
+        Touched::new(one != 0, other != 0, one & other != 0)
     });
-    match candidates.as_slice() {
-        [only] => Finding::Clear(only.clone()),
-        [first, second, ..] if first.prior >= CLEAR_RATIO * second.prior => Finding::Clear(first.clone()),
-        _ => Finding::Ambiguous(candidates),
+    prior * agreement(touched)
+}
+
+/// How a hypothesis touches a comparison.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Touched {
+    Not,
+    OneSide,
+    BothSides,
+}
+
+impl Touched {
+    /// `alike`: by one component that is on both sides, which is no evidence.
+    fn new(one: bool, other: bool, alike: bool) -> Touched {
+        match (one, other) {
+            _ if alike => Touched::Not,
+            (true, true) => Touched::BothSides,
+            (false, false) => Touched::Not,
+            _ => Touched::OneSide,
+        }
+    }
+}
+
+/// The likelihood of agreements.
+fn agreement(touched: impl Iterator<Item = Touched>) -> f64 {
+    let (mut one_sided, mut likelihood) = (0, 1.0);
+    for touched in touched {
+        match touched {
+            Touched::OneSide if one_sided < MOST_ONE_SIDED => {
+                one_sided += 1;
+                likelihood *= ONE_SIDED;
+            }
+            Touched::BothSides => likelihood *= BOTH_SIDED,
+            Touched::OneSide | Touched::Not => {}
+        }
+    }
+    likelihood
+}
+
+fn bounded(prior: f64) -> f64 {
+    prior.clamp(f64::MIN_POSITIVE, HIGHEST_PRIOR)
+}
+
+fn odds(prior: f64) -> f64 {
+    bounded(prior) / (1.0 - bounded(prior))
+}
+
+/// The components of conflicts that have to do with each other.
+fn parts(comparisons: &[Comparison]) -> Vec<Vec<Component>> {
+    let mut parts: Vec<BTreeSet<Component>> = Vec::new();
+    for conflict in comparisons.iter().filter(|comparison| !comparison.agrees) {
+        let mut whole: BTreeSet<Component> = conflict.one.union(&conflict.other).copied().collect();
+        let (joined, apart): (Vec<_>, Vec<_>) = parts.into_iter().partition(|part| !part.is_disjoint(&whole));
+        whole.extend(joined.into_iter().flatten());
+        parts = apart;
+        parts.push(whole);
+    }
+    parts.sort_unstable();
+    parts.into_iter().map(|part| part.into_iter().collect()).collect()
+}
+
+/// Each signal of a part as an explanation of its own: too much is wrong to tell.
+fn everyone(components: &[Component]) -> Vec<Candidate> {
+    let signals = components.iter().filter(|component| matches!(component, Component::Signal(_)));
+    signals.map(|&component| Candidate { components: Vec::from([component]), weight: 0.0 }).collect()
+}
+
+/// A component's place in its part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Place(usize);
+
+impl Id for Place {
+    fn from_index(index: usize) -> Place {
+        Place(index)
+    }
+    fn index(self) -> usize {
+        self.0
     }
 }
 
-/// All sets of the smallest size that meet every conflict, by breadth: every partial set is extended by each
-/// signal of the first conflict that it does not meet.
-fn smallest_hitting_sets(conflicts: &[SignalSet]) -> Vec<SignalSet> {
-    let mut partial = Vec::from([SignalSet::new()]);
-    for _ in 0..=LARGEST {
-        let complete: Vec<SignalSet> =
-            partial.iter().filter(|set| first_unmet(set, conflicts).is_none()).cloned().collect();
-        if !complete.is_empty() {
-            return complete;
-        }
-        partial = partial.iter().flat_map(|set| extended(set, conflicts)).collect();
-        partial.sort_unstable();
-        partial.dedup();
-        if partial.len() > MOST_PARTIAL {
-            break;
-        }
+type PlaceSet = IdSet<Place>;
+
+/// A part with its components numbered from 0.
+struct Local<'c> {
+    components: &'c [Component],
+    conflicts: Vec<(PlaceSet, PlaceSet)>,
+    agreements: Vec<(PlaceSet, PlaceSet)>,
+}
+
+/// An explanation that may miss conflicts yet.
+#[derive(PartialEq)]
+struct Partial {
+    prior: f64,
+    places: PlaceSet,
+}
+
+impl Eq for Partial {}
+
+impl Ord for Partial {
+    /// The more probable first; of equals that in file order.
+    fn cmp(&self, other: &Partial) -> Ordering {
+        self.prior.total_cmp(&other.prior).then_with(|| other.places.iter().cmp(self.places.iter()))
     }
-    everyone(conflicts)
 }
 
-fn first_unmet<'a>(set: &SignalSet, conflicts: &'a [SignalSet]) -> Option<&'a SignalSet> {
-    conflicts.iter().find(|conflict| !conflict.meets(set))
+impl PartialOrd for Partial {
+    fn partial_cmp(&self, other: &Partial) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
 }
 
-fn extended<'a>(set: &'a SignalSet, conflicts: &'a [SignalSet]) -> impl Iterator<Item = SignalSet> + 'a {
-    first_unmet(set, conflicts).into_iter().flat_map(SignalSet::iter).map(move |signal| {
-        let mut larger = set.clone();
-        larger.insert(signal);
-        larger
-    })
-}
+impl<'c> Local<'c> {
+    fn new(comparisons: &[Comparison], components: &'c [Component]) -> Local<'c> {
+        let numbers: BTreeMap<Component, usize> =
+            components.iter().enumerate().map(|(number, &component)| (component, number)).collect();
+        let places = |side: &BTreeSet<Component>| -> PlaceSet {
+            side.iter().filter_map(|component| numbers.get(component)).map(|&number| Place(number)).collect()
+        };
+        let mut local = Local { components, conflicts: Vec::new(), agreements: Vec::new() };
+        for comparison in comparisons {
+            let (one, other) = (places(&comparison.one), places(&comparison.other));
+            if one.is_empty() && other.is_empty() {
+                continue;
+            }
+            let list = if comparison.agrees { &mut local.agreements } else { &mut local.conflicts };
+            list.push((one, other));
+        }
+        local
+    }
 
-/// Each signal of the conflicts as an explanation of its own: too much is wrong to tell.
-fn everyone(conflicts: &[SignalSet]) -> Vec<SignalSet> {
-    let mut all = SignalSet::new();
-    conflicts.iter().for_each(|conflict| all.extend(conflict));
-    all.iter().map(|signal| SignalSet::from_iter([signal])).collect()
+    /// Minimal explanations by falling prior, until no other can come near the best; `None` when these are too many.
+    fn candidates(&self, odds: &[f64]) -> Option<Vec<Candidate>> {
+        let mut open = BinaryHeap::from([Partial { prior: 1.0, places: PlaceSet::new() }]);
+        let mut seen: BTreeSet<PlaceSet> = BTreeSet::new();
+        let mut found: Vec<(PlaceSet, f64)> = Vec::new();
+        let mut best = 0.0_f64;
+        let mut steps = 0;
+        while let Some(Partial { prior, places }) = open.pop() {
+            if prior * CLEAR_RATIO < best {
+                break;
+            }
+            steps += 1;
+            if steps > MOST_PARTIAL || open.len() > 16 * MOST_PARTIAL {
+                return None;
+            }
+            // A part of it was more probable, so it was found before.
+            if found.iter().any(|(smaller, _)| places.covers(smaller)) {
+                continue;
+            }
+            let Some(missed) = self.first_missed(&places) else {
+                let weight = prior * self.likelihood(&places);
+                best = best.max(weight);
+                found.push((places, weight));
+                continue;
+            };
+            for (place, odds) in missed.filter_map(|place| Some((place, odds.get(place.0)?))) {
+                let mut larger = places.clone();
+                larger.insert(place);
+                if seen.insert(larger.clone()) {
+                    open.push(Partial { prior: prior * odds, places: larger });
+                }
+            }
+        }
+        found.retain(|(_, weight)| weight * CLEAR_RATIO >= best);
+        found.sort_by(|a, b| b.1.total_cmp(&a.1).then_with(|| a.0.iter().cmp(b.0.iter())));
+        Some(found.iter().map(|(places, weight)| self.candidate(places, *weight)).collect())
+    }
+
+    fn candidate(&self, places: &PlaceSet, weight: f64) -> Candidate {
+        let components = places.iter().filter_map(|place| self.components.get(place.0).copied()).collect();
+        Candidate { components, weight }
+    }
+
+    fn first_missed(&self, places: &PlaceSet) -> Option<impl Iterator<Item = Place> + '_> {
+        let missed = self.conflicts.iter().find(|(one, other)| !places.meets(one) && !places.meets(other));
+        missed.map(|(one, other)| one.iter().chain(other.iter()))
+    }
+
+    fn likelihood(&self, faulty: &PlaceSet) -> f64 {
+        agreement(self.agreements.iter().map(|(one, other)| {
+            let mut alike = one.iter().filter(|&place| other.contains(place) && faulty.contains(place));
+            Touched::new(faulty.meets(one), faulty.meets(other), alike.next().is_some())
+        }))
+    }
+
+    /// For each component the number of its class: those that stand in the same comparisons on the same sides.
+    fn classes(&self) -> Vec<usize> {
+        let comparisons = || self.conflicts.iter().chain(&self.agreements);
+        let mut numbers: BTreeMap<Vec<(bool, bool)>, usize> = BTreeMap::new();
+        let class = |number: usize| {
+            let sides = comparisons()
+                .map(|(one, other)| (one.contains(Place(number)), other.contains(Place(number))));
+            let next = numbers.len();
+            *numbers.entry(sides.collect()).or_insert(next)
+        };
+        (0..self.components.len()).map(class).collect()
+    }
+
+    fn of_classes(&self, classes: &[usize]) -> Vec<Seen> {
+        let bits = |places: &PlaceSet| {
+            let classes = places.iter().filter_map(|place| classes.get(place.0));
+            classes.fold(0_u32, |bits, &class| bits | 1_u32.checked_shl(class as u32).unwrap_or(0))
+        };
+        let seen = |agrees| {
+            move |(one, other): &(PlaceSet, PlaceSet)| Seen { one: bits(one), other: bits(other), agrees }
+        };
+        self.conflicts.iter().map(seen(false)).chain(self.agreements.iter().map(seen(true))).collect()
+    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::knowledge::Id;
-    use proptest::prelude::*;
-    use std::format;
-    use std::string::String;
-    use std::vec;
-
-    fn set(indices: &[usize]) -> SignalSet {
-        indices.iter().map(|&index| SignalId::from_index(index)).collect()
-    }
-
-    fn text(candidate: &Candidate) -> String {
-        let names: Vec<String> =
-            candidate.signals.iter().map(|signal| format!("{}", signal.index())).collect();
-        names.join("+")
-    }
-
-    #[track_caller]
-    fn check(conflicts: &[&[usize]], expected: &str) {
-        let conflicts: Vec<SignalSet> = conflicts.iter().map(|conflict| set(conflict)).collect();
-        let found = match explain(&conflicts, |_| 0.01, |_| 0) {
-            Finding::Consistent => String::from("consistent"),
-            Finding::Clear(candidate) => format!("clear {}", text(&candidate)),
-            Finding::Ambiguous(all) => {
-                format!("ambiguous {}", all.iter().map(text).collect::<Vec<_>>().join(" "))
-            }
-        };
-        assert_eq!(found, expected);
-    }
-
-    #[test]
-    fn one_liar_among_five_is_clear() {
-        check(&[&[0, 1], &[0, 2], &[0, 3], &[0, 4]], "clear 0");
-    }
-
-    #[test]
-    fn two_that_disagree_cannot_tell() {
-        check(&[&[0, 1]], "ambiguous 0 1");
-    }
-
-    #[test]
-    fn two_liars_that_agree_with_each_other_among_five() {
-        check(&[&[0, 2], &[0, 3], &[0, 4], &[1, 2], &[1, 3], &[1, 4]], "clear 0+1");
-    }
-
-    #[test]
-    fn two_liars_among_four_cannot_be_told_from_the_other_two() {
-        check(&[&[0, 2], &[0, 3], &[1, 2], &[1, 3]], "ambiguous 0+1 2+3");
-    }
-
-    #[test]
-    fn nothing_disagrees() {
-        check(&[], "consistent");
-    }
-
-    #[test]
-    fn too_many_faults_are_told_as_ambiguous() {
-        let pairs: Vec<[usize; 2]> = (0..8).map(|n| [2 * n, 2 * n + 1]).collect();
-        let conflicts: Vec<SignalSet> = pairs.iter().map(|pair| set(pair)).collect();
-        let Finding::Ambiguous(all) = explain(&conflicts, |_| 0.01, |_| 0) else { panic!("not ambiguous") };
-        assert_eq!(all.len(), 16);
-    }
-
-    #[test]
-    fn a_prior_or_the_support_ranks() {
-        let conflicts = [set(&[0, 1])];
-        let Finding::Clear(candidate) =
-            explain(&conflicts, |signal| if signal.index() == 1 { 0.5 } else { 0.001 }, |_| 0)
-        else {
-            panic!("not clear")
-        };
-        assert_eq!(candidate.signals, set(&[1]));
-        let Finding::Ambiguous(all) = explain(&conflicts, |_| 0.01, |signal| 1 - signal.index()) else {
-            panic!("not ambiguous")
-        };
-        assert_eq!(all.iter().map(text).collect::<Vec<_>>(), vec!["1", "0"]);
-    }
-
-    proptest! {
-        #[test]
-        fn every_candidate_meets_every_conflict_and_the_true_faults_are_never_larger(
-            faulty in proptest::collection::btree_set(0usize..8, 1..4),
-            others in proptest::collection::vec((0usize..8, 0usize..8, 0usize..8), 1..12),
-        ) {
-            let conflicts: Vec<SignalSet> = others
-                .iter()
-                .map(|&(a, b, pick)| {
-                    let liar = *faulty.iter().nth(pick % faulty.len()).unwrap();
-                    set(&[a, b, liar])
-                })
-                .collect();
-            let candidates = match explain(&conflicts, |_| 0.01, |_| 0) {
-                Finding::Consistent => vec![],
-                Finding::Clear(one) => vec![one],
-                Finding::Ambiguous(all) => all,
-            };
-            prop_assert!(!candidates.is_empty());
-            for candidate in candidates {
-                prop_assert!(conflicts.iter().all(|conflict| conflict.meets(&candidate.signals)));
-                prop_assert!(candidate.signals.len() <= faulty.len());
-            }
-        }
-    }
-}
+mod tests;

@@ -1,17 +1,24 @@
-//! The verdict on each signal over time: suspect, failed, and trusted again.
+//! The verdict on each signal and relation over time: suspect, failed, and trusted again.
 //!
-//! A signal has failed when it belongs to every smallest explanation of all conflicts, whatever the comparisons
-//! that are still undecided will say. For the other signals of these explanations, the judge first waits for the
-//! comparisons that may yet decide, for a bounded time; then they are suspect. What a failed signal
-//! explains is no evidence about others. A signal is trusted again after it has moved and every comparison that
-//! speaks about it has agreed for the probation time. Without a comparison there is no verdict: unknown is not healthy.
+//! Something has failed when it belongs to every explanation that is probable enough beside the best one, whatever the
+//! comparisons that are still undecided will say. For the rest of these explanations, the judge first waits for
+//! the comparisons that may yet decide, for a bounded time; then it is suspect. Where what signals share explains the
+//! conflicts, these signals are blamed together. What has failed explains is no evidence about others. A signal is
+//! trusted again after it has moved and every comparison that speaks about it has agreed for the probation time; a relation,
+//! when these comparisons agree. Without a comparison there is no verdict: unknown is not healthy.
 
-use super::explain::{Finding, explain};
+mod evidence;
+
+use super::explain::{Component, Part, explain, probabilities};
 use crate::interval::Interval;
-use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId, SignalSet};
-use crate::monitor::{Monitor, Pair, Relationship};
+use crate::knowledge::{CauseId, IdVec, KnowledgeBase, Lineage, RelationId, SignalId, SignalSet};
+use crate::monitor::{Monitor, Pair, Relationship, WatchedWay};
 use crate::time::{Span, Time};
+use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
+use evidence::{Priors, rests_on_any};
+
+pub use evidence::rests_on;
 
 /// What is thought of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -26,15 +33,31 @@ pub enum Verdict {
     Failed,
 }
 
+/// Why something is accused.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Blame {
+    /// The signal or relation.
+    pub component: Component,
+    /// What it shares with others, where that is what explains the conflicts best.
+    pub cause: Option<CauseId>,
+    /// How probable it is that it, or its cause where that is blamed, is faulty; `None` where there are too many
+    /// possibilities for an exact number.
+    pub probability: Option<f64>,
+    /// What else is most probable, and how much.
+    pub next: Option<(Component, f64)>,
+    /// How often it was accused before, each time soon after it was trusted again: an intermittent fault.
+    pub relapses: u32,
+}
+
 /// A change of verdict.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Decision {
-    /// The signal is faulty: it belongs to every smallest explanation.
-    Failed(SignalId),
-    /// These signals explain the conflicts equally well; the set is the whole choice.
-    Suspected(SignalId, SignalSet),
-    /// The signal is trusted again.
-    Cleared(SignalId),
+    /// It is faulty: it belongs to every probable explanation.
+    Failed(Blame),
+    /// It is one of several that explain the conflicts; the list is the whole choice, ascending.
+    Suspected(Blame, Vec<Component>),
+    /// It is trusted again.
+    Cleared(Component),
 }
 
 /// Settings of the judge.
@@ -44,11 +67,14 @@ pub struct JudgeOptions {
     pub probation: Span,
     /// Prior fault probability of a signal whose properties give no `prior`.
     pub prior: f64,
+    /// The same of a relation.
+    pub relation_prior: f64,
 }
 
 impl Default for JudgeOptions {
+    /// Signals fail a thousand times more often than what relates them.
     fn default() -> JudgeOptions {
-        JudgeOptions { probation: Span::from_millis(5_000), prior: 0.01 }
+        JudgeOptions { probation: Span::from_millis(5_000), prior: 0.01, relation_prior: 1e-5 }
     }
 }
 
@@ -72,48 +98,70 @@ struct Standing {
     said: Option<Interval>,
 }
 
-/// Decides on signals from the pairs of a monitor.
+/// Decides on signals and relations from the pairs of a monitor.
 #[derive(Debug)]
 pub struct Judge {
     options: JudgeOptions,
-    priors: IdVec<SignalId, f64>,
+    priors: Priors,
     /// Each signal with all that it is derived from.
     origins: IdVec<SignalId, SignalSet>,
-    standings: IdVec<SignalId, Standing>,
+    /// Of everything that was ever accused.
+    standings: BTreeMap<Component, Standing>,
+    /// What has failed by its verdict, ascending.
+    failed: Vec<Component>,
     /// When to look again without a change of evidence.
     next_review: Option<Time>,
 }
 
 impl Judge {
-    /// For the signals of a knowledge base.
+    /// For the signals and relations of a knowledge base.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase, options: JudgeOptions) -> Judge {
-        let prior = |signal: SignalId| {
-            knowledge.signals()[signal].properties.get("prior").copied().unwrap_or(options.prior)
-        };
-        let count = knowledge.signals().len();
         Judge {
             options,
-            priors: IdVec::filled(count, prior),
-            origins: IdVec::filled(count, |signal| knowledge.origins(signal)),
-            standings: IdVec::filled(count, |_| Standing::default()),
+            priors: Priors::new(knowledge, &options),
+            origins: IdVec::filled(knowledge.signals().len(), |signal| knowledge.origins(signal)),
+            standings: BTreeMap::new(),
+            failed: Vec::new(),
             next_review: None,
         }
     }
 
     /// Goes on with the verdicts before a change of the knowledge base. `compared` are the signals of all comparisons that
     /// go on: a verdict that no such comparison could ever clear is dropped, and so is that on a signal which means
-    /// something else now. Gives the signals whose verdicts were dropped, and whether each is described anew.
-    pub fn inherit(&mut self, old: &Judge, lineage: &Lineage, compared: &SignalSet) -> Vec<(SignalId, bool)> {
+    /// something else now. That on a relation goes on while there are comparisons that rest on it. Gives whose verdicts
+    /// were dropped, and whether each is described anew.
+    pub fn inherit(
+        &mut self,
+        old: &Judge,
+        monitor: &Monitor,
+        lineage: &Lineage,
+        compared: &SignalSet,
+    ) -> Vec<(Component, bool)> {
         self.next_review = old.next_review;
         let mut dropped = Vec::new();
-        for (id, standing) in old.standings.enumerate() {
+        for (&component, standing) in &old.standings {
+            let id = match component {
+                Component::Signal(id) => id,
+                Component::Relation(id) => {
+                    let Some(same) = lineage.relation(id).map(Component::Relation) else { continue };
+                    match monitor.pairs().iter().any(|pair| rests_on(monitor, pair, same)) {
+                        true => self.put(same, *standing),
+                        false if standing.verdict.is_some() => dropped.push((same, false)),
+                        false => {}
+                    }
+                    continue;
+                }
+                Component::Cause(_) => continue,
+            };
             let Some(namesake) = lineage.namesake(id) else { continue };
             match lineage.signal(id) {
                 Some(signal) if standing.verdict.is_none() || compared.contains(signal) => {
-                    self.standings[signal] = *standing;
+                    self.put(Component::Signal(signal), *standing);
                 }
-                same if standing.verdict.is_some() => dropped.push((namesake, same.is_none())),
+                same if standing.verdict.is_some() => {
+                    dropped.push((Component::Signal(namesake), same.is_none()));
+                }
                 _ => {}
             }
         }
@@ -129,19 +177,53 @@ impl Judge {
     /// Whether neither a signal nor anything that it is derived from is suspect or failed.
     #[must_use]
     pub fn trusts(&self, signal: SignalId) -> bool {
-        self.origins[signal].iter().all(|origin| self.standings[origin].verdict.is_none())
+        self.standings.is_empty()
+            || self.origins[signal].iter().all(|origin| self.accusation(Component::Signal(origin)).is_none())
+    }
+
+    /// Whether a way rests on nothing that is suspect or failed.
+    #[must_use]
+    pub fn trusts_way(&self, way: &WatchedWay) -> bool {
+        let steps = &way.computation.way().substitution.steps;
+        let is_trusted = |relation| self.accusation(Component::Relation(relation)).is_none();
+        self.standings.is_empty()
+            || way.rests_on.iter().all(|signal| self.trusts(signal))
+                && steps.iter().all(|step| is_trusted(step.relation))
+    }
+
+    /// Relations that are suspect or failed, ascending: nothing may rest on them.
+    pub fn distrusted_relations(&self) -> impl Iterator<Item = RelationId> + '_ {
+        self.standings.iter().filter_map(|(component, standing)| match component {
+            Component::Relation(relation) if standing.verdict.is_some() => Some(*relation),
+            _ => None,
+        })
     }
 
     /// Whether a signal has failed by its verdict.
     #[must_use]
     pub fn has_failed(&self, signal: SignalId) -> bool {
-        self.standings[signal].verdict == Some(Verdict::Failed)
+        self.accusation(Component::Signal(signal)) == Some(Verdict::Failed)
     }
 
     /// Since when all evidence has spoken for a signal that is suspect or failed.
     #[must_use]
     pub fn clean_since(&self, signal: SignalId) -> Option<Time> {
-        self.standings[signal].clean_since
+        self.standing(Component::Signal(signal)).clean_since
+    }
+
+    fn standing(&self, component: Component) -> Standing {
+        self.standings.get(&component).copied().unwrap_or_default()
+    }
+
+    fn put(&mut self, component: Component, standing: Standing) {
+        self.standings.insert(component, standing);
+        let failed = self.standings.iter().filter(|(_, at)| at.verdict == Some(Verdict::Failed));
+        self.failed = failed.map(|(component, _)| *component).collect();
+    }
+
+    /// Suspect or failed.
+    fn accusation(&self, component: Component) -> Option<Verdict> {
+        self.standings.get(&component).and_then(|standing| standing.verdict)
     }
 
     /// What is thought of a signal now.
@@ -149,28 +231,32 @@ impl Judge {
     pub fn verdict(&self, signal: SignalId, monitor: &Monitor, now: Time) -> Verdict {
         let witnessed = || {
             monitor.pairs().iter().any(|pair| {
-                pair.relationship(now) == Relationship::Agree && self.bears_witness(monitor, pair, signal)
+                pair.relationship(now) == Relationship::Agree
+                    && self.bears_witness(monitor, pair, Component::Signal(signal))
             })
         };
-        match self.standings[signal].verdict {
+        match self.accusation(Component::Signal(signal)) {
             Some(verdict) => verdict,
             None if witnessed() => Verdict::Healthy,
             None => Verdict::Unknown,
         }
     }
 
-    /// Whether one way of a pair rests on the signal, the other on nothing that the signal comes from, and no failed
-    /// signal is in it.
-    fn bears_witness(&self, monitor: &Monitor, pair: &Pair, signal: SignalId) -> bool {
+    /// Whether one way of a pair rests on the signal, the other on nothing that the signal comes from, and nothing that
+    /// has failed is in it. About a relation, each pair that rests on it does.
+    fn bears_witness(&self, monitor: &Monitor, pair: &Pair, component: Component) -> bool {
+        if self.is_explained(monitor, pair, Some(component)) {
+            return false;
+        }
+        let Component::Signal(signal) = component else { return rests_on(monitor, pair, component) };
         let rests = |index| monitor.way(index).map(|way| &way.rests_on);
         let (Some(one), Some(other)) = (rests(pair.way), rests(pair.other)) else { return false };
         let origins = &self.origins[signal];
-        let speaks = (one.contains(signal) && !other.meets(origins))
-            || (other.contains(signal) && !one.meets(origins));
-        speaks && !self.is_explained(pair, Some(signal))
+        (one.contains(signal) && !other.meets(origins)) || (other.contains(signal) && !one.meets(origins))
     }
 
-    /// Takes all evidence in. Complexity: O(pairs) while nothing is in conflict and nobody is accused.
+    /// Takes all evidence in. Complexity: O(pairs) while nothing is in conflict and nobody is accused; else that of
+    /// [`explain()`], and of [`probabilities`] for each part in which something is decided.
     pub fn review(&mut self, monitor: &Monitor, now: Time) -> Vec<Decision> {
         let mut decisions = Vec::new();
         self.next_review = None;
@@ -184,61 +270,81 @@ impl Judge {
         if conflicts.is_empty() {
             return;
         }
-        let mut sets: Vec<SignalSet> = conflicts.iter().map(|pair| pair.signals.clone()).collect();
-        let candidates = self.explanations(monitor, &sets, now);
-        sets.extend(self.open_pairs(monitor, now, Relationship::Undecided).map(|pair| pair.signals.clone()));
-        let rivals = self.explanations(monitor, &sets, now);
-        let accused = union(&candidates);
-        let certain = |signal: &SignalId| candidates.iter().chain(&rivals).all(|set| set.contains(*signal));
-        let (failed, rest): (SignalSet, SignalSet) = (accused.iter().filter(certain).collect(), accused);
-        failed.iter().for_each(|signal| self.set((monitor, now), signal, Verdict::Failed, None, decisions));
-        let open =
-            |signal: &SignalId| !failed.contains(*signal) && self.disagrees_otherwise(*signal, &conflicts);
-        let rest: SignalSet = rest.iter().filter(open).collect();
-        let about_rest = conflicts.iter().filter(|pair| pair.signals.meets(&rest));
+        let comparisons = self.comparisons(monitor, now, &conflicts);
+        let parts = explain(&comparisons, |component| self.priors.of(component));
+        let mut disputed = conflicts.clone();
+        disputed.extend(self.open_pairs(monitor, now, Relationship::Undecided));
+        let rivals = match disputed.len() == conflicts.len() {
+            true => parts.clone(),
+            false => explain(&self.comparisons(monitor, now, &disputed), |it| self.priors.of(it)),
+        };
+        let mut cases: Vec<Case> = parts.iter().map(|part| Case::new(&self.priors, part, &rivals)).collect();
+        for case in &mut cases {
+            case.probabilities = self.probable(case, |case| {
+                probabilities(&comparisons, case.part, |component| self.priors.of(component))
+            });
+            for &component in &case.certain {
+                self.set((monitor, now), component, case, None, decisions);
+            }
+        }
+        for case in &cases {
+            self.suspect((monitor, now), case, &conflicts, decisions);
+        }
+    }
+
+    /// Probabilities are looked for only where something may be decided.
+    fn probable(&self, case: &Case<'_>, find: impl Fn(&Case<'_>) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
+        let is_new = |component: &Component| {
+            let verdict = if case.certain.contains(component) { Verdict::Failed } else { Verdict::Suspect };
+            self.accusation(*component) < Some(verdict)
+        };
+        case.accused().iter().any(is_new).then(|| find(case)).flatten()
+    }
+
+    fn suspect(
+        &mut self,
+        (monitor, now): (&Monitor, Time),
+        case: &Case<'_>,
+        conflicts: &[&Pair],
+        decisions: &mut Vec<Decision>,
+    ) {
+        let is_open = |component: &Component| {
+            !case.certain.contains(component) && self.disagrees_otherwise(monitor, *component, conflicts)
+        };
+        let rest: BTreeSet<Component> = case.accused().into_iter().filter(is_open).collect();
+        let about_rest = conflicts.iter().filter(|pair| rests_on_any(monitor, pair, &rest));
         let Some(onset) = about_rest.map(|pair| pair.onset(now)).min() else { return };
         if !self.is_settled(monitor, &rest, onset, now) {
             return;
         }
         // What is still undecided after the wait names nobody, but it speaks for those who do not disagree at all.
-        let likely = |set: &&SignalSet| rivals.iter().any(|rival| rival.covers(set));
-        let likely: SignalSet = candidates.iter().filter(likely).flat_map(SignalSet::iter).collect();
-        let accused: SignalSet =
-            rest.iter().filter(|signal| likely.is_empty() || likely.contains(*signal)).collect();
-        for signal in accused.iter() {
-            let choice = rivals_of(signal, &accused, &sets);
-            self.set((monitor, now), signal, Verdict::Suspect, Some(choice), decisions);
-        }
-    }
-
-    /// The smallest explanations of conflicts.
-    fn explanations(&self, monitor: &Monitor, conflicts: &[SignalSet], now: Time) -> Vec<SignalSet> {
-        let agrees = |pair: &&Pair| pair.relationship(now) == Relationship::Agree;
-        let support = |signal| {
-            monitor.pairs().iter().filter(agrees).filter(|pair| pair.signals.contains(signal)).count()
-        };
-        match explain(conflicts, |signal| self.priors[signal], support) {
-            Finding::Consistent => Vec::new(),
-            Finding::Clear(candidate) => Vec::from([candidate.signals]),
-            Finding::Ambiguous(all) => all.into_iter().map(|candidate| candidate.signals).collect(),
+        let likely = case.likely();
+        let accused: Vec<Component> =
+            rest.into_iter().filter(|component| likely.is_empty() || likely.contains(component)).collect();
+        for &component in &accused {
+            self.set((monitor, now), component, case, Some(&accused), decisions);
         }
     }
 
     /// Whether all comparisons that speak about the accused have had the time to show a conflict that began at
     /// `onset`, or the wait for them is over.
-    fn is_settled(&mut self, monitor: &Monitor, accused: &SignalSet, onset: Time, now: Time) -> bool {
-        let open = |pair: &&Pair| {
-            pair.signals.meets(accused)
-                && !self.is_explained(pair, None)
-                && match pair.relationship(now) {
-                    Relationship::Undecided => true,
-                    Relationship::Agree => pair.is_building() || !pair.window.confirmed_since(onset),
-                    Relationship::Conflict | Relationship::Unknown => false,
-                }
+    fn is_settled(
+        &mut self,
+        monitor: &Monitor,
+        accused: &BTreeSet<Component>,
+        onset: Time,
+        now: Time,
+    ) -> bool {
+        let is_open = |pair: &&Pair| {
+            let may_decide = match pair.relationship(now) {
+                Relationship::Undecided => true,
+                Relationship::Agree => pair.is_building() || !pair.window.confirmed_since(onset),
+                Relationship::Conflict | Relationship::Unknown => false,
+            };
+            may_decide && rests_on_any(monitor, pair, accused) && !self.is_explained(monitor, pair, None)
         };
-        let Some(latency) = monitor.pairs().iter().filter(open).map(|pair| pair.latency()).max() else {
-            return true;
-        };
+        let open = monitor.pairs().iter().filter(is_open);
+        let Some(latency) = open.map(|pair| pair.latency()).max() else { return true };
         let deadline = onset + latency.times(2);
         if now >= deadline {
             return true;
@@ -247,62 +353,68 @@ impl Judge {
         false
     }
 
+    /// Accuses: as failed, or as one of a choice.
     fn set(
         &mut self,
         (monitor, now): (&Monitor, Time),
-        signal: SignalId,
-        verdict: Verdict,
-        choice: Option<SignalSet>,
+        component: Component,
+        case: &Case<'_>,
+        choice: Option<&[Component]>,
         decisions: &mut Vec<Decision>,
     ) {
-        if self.standings[signal].verdict >= Some(verdict) {
+        let verdict = if choice.is_none() { Verdict::Failed } else { Verdict::Suspect };
+        let before = self.standing(component);
+        if before.verdict >= Some(verdict) {
             return;
         }
-        let said = said(monitor, signal);
-        let alone = choice.as_ref().is_none_or(|choice| choice.len() == 1);
-        let before = self.standings[signal];
         let soon = |cleared: Time| now - cleared <= self.probation(before.relapses).times(RELAPSE_PROBATIONS);
         let relapses = match (before.verdict, before.cleared) {
             (Some(_), _) => before.relapses,
             (None, Some(cleared)) if soon(cleared) => (before.relapses + 1).min(MOST_RELAPSES),
             _ => 0,
         };
-        self.standings[signal] = Standing {
+        let standing = Standing {
             verdict: Some(verdict),
-            alone,
+            alone: choice.is_none_or(|choice| choice.len() == 1),
             clean_since: None,
-            said,
+            said: said(monitor, component),
             relapses,
             cleared: before.cleared,
         };
+        self.put(component, standing);
+        let blame = Blame { relapses, ..case.blame(&self.priors, component) };
         decisions.push(match choice {
-            None => Decision::Failed(signal),
-            Some(choice) => Decision::Suspected(signal, choice),
+            None => Decision::Failed(blame),
+            Some(choice) => Decision::Suspected(blame, choice.to_vec()),
         });
     }
 
     fn clear(&mut self, monitor: &Monitor, now: Time, decisions: &mut Vec<Decision>) {
         let culprit = |decision: &Decision| match decision {
-            Decision::Failed(signal) => Some(*signal),
+            Decision::Failed(blame) => Some(blame.component),
             Decision::Suspected(..) | Decision::Cleared(_) => None,
         };
-        let culprits: SignalSet = decisions.iter().filter_map(culprit).collect();
-        for signal in self.standings.ids() {
-            let Some(verdict) = self.standings[signal].verdict else { continue };
-            if !self.is_clean(monitor, signal, now) {
-                self.standings[signal].clean_since = None;
+        let culprits: BTreeSet<Component> = decisions.iter().filter_map(culprit).collect();
+        let accused: Vec<(Component, Verdict)> =
+            self.standings.iter().filter_map(|(&it, standing)| Some((it, standing.verdict?))).collect();
+        for (component, verdict) in accused {
+            let before = self.standing(component);
+            if !self.is_clean(monitor, component, now) {
+                self.put(component, Standing { clean_since: None, ..before });
                 continue;
             }
-            let since = *self.standings[signal].clean_since.get_or_insert(now);
+            let since = before.clean_since.unwrap_or(now);
             // Only a culprit that it was compared with explains why it was suspected.
-            let compared = |pair: &Pair| pair.signals.contains(signal) && pair.signals.meets(&culprits);
+            let compared =
+                |pair: &Pair| rests_on(monitor, pair, component) && rests_on_any(monitor, pair, &culprits);
             let explained = verdict == Verdict::Suspect && monitor.pairs().iter().any(compared);
-            let relapses = self.standings[signal].relapses;
-            let over = since + self.probation(relapses);
+            let over = since + self.probation(before.relapses);
             if explained || now >= over {
-                self.standings[signal] = Standing { cleared: Some(now), relapses, ..Standing::default() };
-                decisions.push(Decision::Cleared(signal));
+                let relapses = before.relapses;
+                self.put(component, Standing { cleared: Some(now), relapses, ..Standing::default() });
+                decisions.push(Decision::Cleared(component));
             } else {
+                self.put(component, Standing { clean_since: Some(since), ..before });
                 self.look_again(over);
             }
         }
@@ -312,82 +424,111 @@ impl Judge {
         self.options.probation.times(1 << relapses.min(MOST_RELAPSES))
     }
 
-    /// Whether the signal has moved since it was accused, every comparison that speaks about it agrees, and there
-    /// is one.
-    fn is_clean(&self, monitor: &Monitor, signal: SignalId, now: Time) -> bool {
-        let before = self.standings[signal].said;
-        if before.is_some() && before == said(monitor, signal) {
+    /// Whether a signal has moved since it was accused, every comparison that speaks about it agrees, and there is one.
+    fn is_clean(&self, monitor: &Monitor, component: Component, now: Time) -> bool {
+        let before = self.standing(component).said;
+        if before.is_some() && before == said(monitor, component) {
             return false;
         }
         let mut witnessed = false;
         for pair in monitor.pairs() {
-            if !pair.signals.contains(signal) || self.is_explained(pair, Some(signal)) {
+            if !rests_on(monitor, pair, component) || self.is_explained(monitor, pair, Some(component)) {
                 continue;
             }
             match pair.relationship(now) {
                 Relationship::Unknown => {}
-                Relationship::Agree => witnessed |= self.bears_witness(monitor, pair, signal),
+                Relationship::Agree => witnessed |= self.bears_witness(monitor, pair, component),
                 Relationship::Undecided | Relationship::Conflict => return false,
             }
         }
-        witnessed && monitor.watch().absence(signal).is_none()
+        let is_present = match component {
+            Component::Signal(signal) => monitor.watch().absence(signal).is_none(),
+            Component::Relation(_) | Component::Cause(_) => true,
+        };
+        witnessed && is_present
     }
 
     fn look_again(&mut self, at: Time) {
         self.next_review = Some(self.next_review.map_or(at, |earlier| earlier.min(at)));
     }
 
-    /// Pairs in a relationship that no failed signal explains.
-    fn open_pairs<'s, 'm: 's>(
-        &'s self,
-        monitor: &'m Monitor,
-        now: Time,
-        relationship: Relationship,
-    ) -> impl Iterator<Item = &'m Pair> + 's {
-        monitor
-            .pairs()
-            .iter()
-            .filter(move |pair| pair.relationship(now) == relationship && !self.is_explained(pair, None))
+    /// Whether something disagrees with something else than what was accused alone.
+    fn disagrees_otherwise(&self, monitor: &Monitor, component: Component, conflicts: &[&Pair]) -> bool {
+        let alone = || self.standings.iter().filter(|(_, standing)| standing.alone).map(|(alone, _)| *alone);
+        let is_claimed =
+            |pair: &Pair| alone().any(|other| other != component && rests_on(monitor, pair, other));
+        conflicts.iter().any(|pair| rests_on(monitor, pair, component) && !is_claimed(pair))
+    }
+}
+
+/// A part of the conflicts, and what follows from it.
+struct Case<'p> {
+    part: &'p Part,
+    /// The signals and relations of each candidate, best first.
+    candidates: Vec<BTreeSet<Component>>,
+    /// The same with all that is undecided taken for conflicts.
+    rivals: Vec<BTreeSet<Component>>,
+    /// What is in all of these.
+    certain: BTreeSet<Component>,
+    /// In the order of the part's components.
+    probabilities: Option<Vec<f64>>,
+}
+
+impl<'p> Case<'p> {
+    fn new(priors: &Priors, part: &'p Part, rivals: &[Part]) -> Case<'p> {
+        let accused = |part: &Part| -> Vec<BTreeSet<Component>> {
+            part.candidates.iter().map(|candidate| priors.accused(&candidate.components)).collect()
+        };
+        let first = part.components.first();
+        let is_of = |rival: &&Part| first.is_some_and(|first| rival.components.binary_search(first).is_ok());
+        let (candidates, rivals) =
+            (accused(part), rivals.iter().find(is_of).map(accused).unwrap_or_default());
+        let mut certain = candidates.first().cloned().unwrap_or_default();
+        certain.retain(|component| candidates.iter().chain(&rivals).all(|set| set.contains(component)));
+        Case { part, candidates, rivals, certain, probabilities: None }
     }
 
-    /// Whether a failed signal other than `except` is in the pair.
-    fn is_explained(&self, pair: &Pair, except: Option<SignalId>) -> bool {
-        let has_failed = |signal| self.standings[signal].verdict == Some(Verdict::Failed);
-        pair.signals.iter().any(|signal| Some(signal) != except && has_failed(signal))
+    /// Everything that is in a candidate.
+    fn accused(&self) -> BTreeSet<Component> {
+        self.candidates.iter().flatten().copied().collect()
     }
 
-    /// Whether a signal disagrees with something else than signals that were accused alone.
-    fn disagrees_otherwise(&self, signal: SignalId, conflicts: &[&Pair]) -> bool {
-        let claimed =
-            |pair: &Pair| pair.signals.iter().any(|other| other != signal && self.standings[other].alone);
-        conflicts.iter().any(|pair| pair.signals.contains(signal) && !claimed(pair))
+    /// What is in a candidate that may stay one, however the undecided turns out.
+    fn likely(&self) -> BTreeSet<Component> {
+        let stays = |set: &&BTreeSet<Component>| self.rivals.iter().any(|rival| rival.is_superset(set));
+        self.candidates.iter().filter(stays).flatten().copied().collect()
+    }
+
+    fn blame(&self, priors: &Priors, component: Component) -> Blame {
+        let cause = self.cause_of(priors, component);
+        let blamed = cause.map_or(component, Component::Cause);
+        let known = self.probabilities.iter().flat_map(|all| self.part.components.iter().zip(all));
+        let known: Vec<(Component, f64)> = known.map(|(component, share)| (*component, *share)).collect();
+        let probability = known.iter().find(|(known, _)| *known == blamed).map(|(_, share)| *share);
+        let is_other = |(other, _): &&(Component, f64)| {
+            *other != component && *other != blamed && !self.certain.contains(other)
+        };
+        let next = known.iter().filter(is_other).copied().reduce(|a, b| if b.1 > a.1 { b } else { a });
+        Blame { component, cause, probability, next, relapses: 0 }
+    }
+
+    /// The cause by which the best candidate that accuses a signal does so.
+    fn cause_of(&self, priors: &Priors, component: Component) -> Option<CauseId> {
+        let Component::Signal(signal) = component else { return None };
+        let place = self.candidates.iter().position(|accused| accused.contains(&component))?;
+        let candidate = self.part.candidates.get(place)?;
+        if candidate.components.contains(&component) {
+            return None;
+        }
+        candidate.components.iter().find_map(|other| match other {
+            Component::Cause(cause) if priors.shares(signal, *cause) => Some(*cause),
+            _ => None,
+        })
     }
 }
 
 /// What a signal says now, when it is a number.
-fn said(monitor: &Monitor, signal: SignalId) -> Option<Interval> {
+fn said(monitor: &Monitor, component: Component) -> Option<Interval> {
+    let Component::Signal(signal) = component else { return None };
     monitor.ports()[signal].newest().map(|sample| sample.value)
-}
-
-/// The accused that conflicts connect with a signal: one of them is to blame.
-fn rivals_of(signal: SignalId, accused: &SignalSet, conflicts: &[SignalSet]) -> SignalSet {
-    let mut connected = SignalSet::from_iter([signal]);
-    for _ in conflicts {
-        let before = connected.len();
-        for conflict in conflicts.iter().filter(|conflict| conflict.meets(accused)) {
-            if conflict.meets(&connected) {
-                connected.extend(conflict);
-            }
-        }
-        if connected.len() == before {
-            break;
-        }
-    }
-    connected.iter().filter(|signal| accused.contains(*signal)).collect()
-}
-
-fn union(sets: &[SignalSet]) -> SignalSet {
-    let mut all = SignalSet::new();
-    sets.iter().for_each(|set| all.extend(set));
-    all
 }

@@ -1,6 +1,7 @@
-//! Who lies: disagreements as conflicts, minimal hitting sets as explanations, ranked; verdicts over time.
+//! Who lies: disagreements as conflicts, hitting sets as explanations, their probabilities; verdicts over time.
 
 pub mod explain;
 mod judge;
 
-pub use judge::{Decision, Judge, JudgeOptions, Verdict};
+pub use explain::Component;
+pub use judge::{Blame, Decision, Judge, JudgeOptions, Verdict, rests_on};

@@ -1,9 +1,9 @@
 //! Decisions in words: which values disagreed, which alternatives there were, which limit was reached.
 
 use super::message::{Event, EventKind};
-use crate::diagnosis::Decision;
+use crate::diagnosis::{Blame, Component, Decision, rests_on};
 use crate::interval::Interval;
-use crate::knowledge::{KnowledgeBase, SignalId, SignalSet, VariableId};
+use crate::knowledge::{Cause, CauseId, KnowledgeBase, SignalId, SignalSet, VariableId};
 use crate::monitor::{Absence, Change, Monitor, Pair, Relationship, Symptom, Tendency};
 use crate::time::{Span, Time};
 use alloc::format;
@@ -13,13 +13,31 @@ use alloc::vec::Vec;
 /// How many disagreements a reason names.
 const MOST_NAMED: usize = 3;
 
-fn event(knowledge: &KnowledgeBase, kind: EventKind, signal: SignalId, because: String, time: Time) -> Event {
-    let variable = Some(knowledge.signals()[signal].variable);
-    Event { time, kind, signal: Some(signal), variable, symptom: None, because, substitution: None }
+fn event(
+    knowledge: &KnowledgeBase,
+    kind: EventKind,
+    component: Component,
+    because: String,
+    time: Time,
+) -> Event {
+    let (signal, relation, variable) = match component {
+        Component::Signal(signal) => (Some(signal), None, Some(knowledge.signals()[signal].variable)),
+        Component::Relation(relation) => {
+            (None, Some(relation), knowledge.relations()[relation].outputs.first().copied())
+        }
+        Component::Cause(_) => (None, None, None),
+    };
+    Event { signal, relation, ..Event::new(time, kind, variable, because) }
 }
 
-/// A signal that says nothing usable any more.
-pub(super) fn absence(knowledge: &KnowledgeBase, change: &Change, absence: Absence, now: Time) -> Event {
+/// A signal that says nothing usable any more; what all who share it are absent with is named.
+pub(super) fn absence(
+    knowledge: &KnowledgeBase,
+    monitor: &Monitor,
+    change: &Change,
+    absence: Absence,
+    now: Time,
+) -> Event {
     let timeout = knowledge.signals()[change.signal].timeout.unwrap_or(Span::ZERO);
     let last = match change.last_valid {
         Some(last) => format!("the last one {} ago", span(now - last)),
@@ -33,14 +51,25 @@ pub(super) fn absence(knowledge: &KnowledgeBase, change: &Change, absence: Absen
             "no possible value (not a number, out of range or of a wrong shape)",
         ),
     };
-    let because = format!("{what} within {}: {last}", span(timeout));
-    Event { symptom: Some(symptom), ..event(knowledge, kind, change.signal, because, now) }
+    let mut because = format!("{what} within {}: {last}", span(timeout));
+    let is_absent = |signal: &SignalId| monitor.watch().absence(*signal).is_some();
+    let has_failed = |cause: &Cause| {
+        cause.signals.len() > 1
+            && cause.signals.contains(&change.signal)
+            && cause.signals.iter().all(is_absent)
+    };
+    let cause = knowledge.causes().enumerate().find(|(_, cause)| has_failed(cause)).map(|(id, _)| id);
+    if let Some(cause) = cause {
+        because += &format!("; {} is absent with all that share it", knowledge.causes()[cause].name);
+    }
+    let about = Component::Signal(change.signal);
+    Event { symptom: Some(symptom), cause, ..event(knowledge, kind, about, because, now) }
 }
 
 /// A signal that speaks again and has done so for its probation.
 pub(super) fn returned(knowledge: &KnowledgeBase, signal: SignalId, probation: Span, now: Time) -> Event {
     let because = format!("it has spoken again for {}", span(probation));
-    event(knowledge, EventKind::Restored, signal, because, now)
+    event(knowledge, EventKind::Restored, Component::Signal(signal), because, now)
 }
 
 /// A change of verdict.
@@ -50,33 +79,98 @@ pub(super) fn decision(
     decision: &Decision,
     now: Time,
 ) -> Event {
-    let accusation = |kind, signal, conclusion: &str| {
-        let symptom = monitor.symptom(signal, now);
-        let because = match traits(monitor, signal, symptom, now) {
-            Some(traits) => {
-                format!("{}; {traits}; {conclusion}", disagreements(knowledge, monitor, signal, now))
-            }
-            None => format!("{}; {conclusion}", disagreements(knowledge, monitor, signal, now)),
-        };
-        Event { symptom: Some(symptom), ..event(knowledge, kind, signal, because, now) }
-    };
     match decision {
-        Decision::Failed(signal) => {
-            accusation(EventKind::Failed, *signal, "no other explanation is as small")
+        Decision::Failed(blame) => {
+            let why = match (blame.cause, blame.component) {
+                (Some(cause), _) => shared(knowledge, cause),
+                (None, Component::Relation(relation)) => {
+                    format!("relation {} no longer holds", knowledge.relations()[relation].name)
+                }
+                _ => "no other explanation is as probable".to_string(),
+            };
+            accusation((knowledge, monitor, now), EventKind::Failed, blame, &why)
         }
-        Decision::Suspected(signal, choice) if choice.len() == 1 => {
-            let conclusion = "it explains most, but some comparisons are undecided";
-            accusation(EventKind::Suspected, *signal, conclusion)
+        Decision::Suspected(blame, choice) => {
+            let why = match choice.len() {
+                1 => "it explains most, but some comparisons are undecided".to_string(),
+                _ => format!("it may be any of {}", components(knowledge, choice)),
+            };
+            accusation((knowledge, monitor, now), EventKind::Suspected, blame, &why)
         }
-        Decision::Suspected(signal, choice) => {
-            let conclusion = format!("it may be any of {}", names(knowledge, choice));
-            accusation(EventKind::Suspected, *signal, &conclusion)
-        }
-        Decision::Cleared(signal) => {
+        Decision::Cleared(component) => {
             let because = "every comparison with it agrees again".to_string();
-            event(knowledge, EventKind::Restored, *signal, because, now)
+            event(knowledge, EventKind::Restored, *component, because, now)
         }
     }
+}
+
+fn accusation(
+    (knowledge, monitor, now): (&KnowledgeBase, &Monitor, Time),
+    kind: EventKind,
+    blame: &Blame,
+    why: &str,
+) -> Event {
+    let symptom = match blame.component {
+        Component::Signal(signal) => Some((signal, monitor.symptom(signal, now))),
+        Component::Relation(_) | Component::Cause(_) => None,
+    };
+    let mut because = disagreements(knowledge, monitor, blame.component, now);
+    if let Some(traits) = symptom.and_then(|(signal, symptom)| traits(monitor, signal, symptom, now)) {
+        because += &format!("; {traits}");
+    }
+    because += &format!("; {why}");
+    match (blame.probability, &blame.next) {
+        (Some(own), Some((next, other))) if *other >= LEAST_TOLD => {
+            let next = name(knowledge, *next);
+            because += &format!("; probability {}, next {next} {}", probability(own), probability(*other));
+        }
+        (Some(own), _) => because += &format!("; probability {}", probability(own)),
+        (None, _) => because += "; too many possibilities for a probability",
+    }
+    if blame.relapses > 0 {
+        because +=
+            &format!("; intermittent: accused again soon after it was trusted, {}", times(blame.relapses));
+    }
+    let about = event(knowledge, kind, blame.component, because, now);
+    let symptom = symptom.map(|(_, symptom)| symptom);
+    Event { symptom, cause: blame.cause, probability: blame.probability, ..about }
+}
+
+fn times(count: u32) -> String {
+    match count {
+        1 => "once".to_string(),
+        _ => format!("{count} times"),
+    }
+}
+
+/// Probabilities below this are not told.
+const LEAST_TOLD: f64 = 0.0005;
+
+/// With two digits, and never 1: nothing is certain.
+fn probability(share: f64) -> String {
+    match share {
+        share if share >= 1.0 - LEAST_TOLD => "above 0.999".to_string(),
+        share if !(0.095..0.995).contains(&share) => format!("{share:.3}"),
+        share => format!("{share:.2}"),
+    }
+}
+
+fn shared(knowledge: &KnowledgeBase, cause: CauseId) -> String {
+    let cause = &knowledge.causes()[cause];
+    let signals: SignalSet = cause.signals.iter().copied().collect();
+    format!("{}, which {} share, explains it best", cause.name, names(knowledge, &signals))
+}
+
+fn name(knowledge: &KnowledgeBase, component: Component) -> String {
+    match component {
+        Component::Signal(signal) => knowledge.signals()[signal].name.clone(),
+        Component::Relation(relation) => format!("relation {}", knowledge.relations()[relation].name),
+        Component::Cause(cause) => knowledge.causes()[cause].name.clone(),
+    }
+}
+
+fn components(knowledge: &KnowledgeBase, choice: &[Component]) -> String {
+    choice.iter().map(|component| name(knowledge, *component)).collect::<Vec<_>>().join(", ")
 }
 
 /// What makes a symptom, where the disagreements do not tell.
@@ -99,7 +193,7 @@ fn traits(monitor: &Monitor, signal: SignalId, symptom: Symptom, now: Time) -> O
 /// A signal that was accused before the knowledge base changed, and is not any more.
 pub(super) fn judged_anew(
     knowledge: &KnowledgeBase,
-    signal: SignalId,
+    component: Component,
     is_described_anew: bool,
     now: Time,
 ) -> Event {
@@ -107,13 +201,13 @@ pub(super) fn judged_anew(
         true => "the changed model describes it anew",
         false => "the comparisons that spoke about it are gone with the changed model",
     };
-    event(knowledge, EventKind::Restored, signal, because.to_string(), now)
+    event(knowledge, EventKind::Restored, component, because.to_string(), now)
 }
 
-/// The disagreements that a signal is part of.
-fn disagreements(knowledge: &KnowledgeBase, monitor: &Monitor, signal: SignalId, now: Time) -> String {
+/// The disagreements that a signal or relation is part of.
+fn disagreements(knowledge: &KnowledgeBase, monitor: &Monitor, about: Component, now: Time) -> String {
     let against =
-        |pair: &&Pair| pair.signals.contains(signal) && pair.relationship(now) == Relationship::Conflict;
+        |pair: &&Pair| rests_on(monitor, pair, about) && pair.relationship(now) == Relationship::Conflict;
     let count = monitor.pairs().iter().filter(against).count();
     let mut named: Vec<String> = monitor
         .pairs()

@@ -1,7 +1,7 @@
 //! What goes into the engine and what comes out of it.
 
 use crate::interval::Interval;
-use crate::knowledge::{NeedId, SignalId, VariableId};
+use crate::knowledge::{CauseId, NeedId, RelationId, SignalId, VariableId};
 use crate::monitor::Symptom;
 use crate::observation::Observation;
 use crate::time::{Time, Validity};
@@ -87,10 +87,35 @@ pub struct Event {
     pub variable: Option<VariableId>,
     /// How the signal misbehaves, where the event accuses one.
     pub symptom: Option<Symptom>,
+    /// The relation that it is about, where it accuses or clears one: it no longer holds, or holds again.
+    pub relation: Option<RelationId>,
+    /// What the signal shares with others, where that is blamed.
+    pub cause: Option<CauseId>,
+    /// How probable it is that what the event accuses is faulty, where that could be computed.
+    pub probability: Option<f64>,
     /// The evidence in words: which values disagreed, which alternatives there were, which limit was reached.
     pub because: String,
     /// What serves the need now, in words: signals and relations.
     pub substitution: Option<String>,
+}
+
+impl Event {
+    /// About a variable; the rest is empty.
+    #[must_use]
+    pub fn new(time: Time, kind: EventKind, variable: Option<VariableId>, because: String) -> Event {
+        Event {
+            time,
+            kind,
+            signal: None,
+            variable,
+            symptom: None,
+            relation: None,
+            cause: None,
+            probability: None,
+            because,
+            substitution: None,
+        }
+    }
 }
 
 /// Where a published value comes from.

@@ -25,6 +25,7 @@ use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 use provider::Provider;
 use standby::Standby;
+use ways::Lost;
 
 /// Settings of the engine; the defaults are sound.
 #[derive(Clone, Copy, Debug, Default)]
@@ -215,7 +216,7 @@ impl Engine {
                 // It has failed already: that its values became impossible, too, is no news.
                 Some(Absence::Invalid) if self.judge.has_failed(change.signal) => changed = true,
                 Some(absence) => {
-                    let event = explain::absence(&self.knowledge, &change, absence, now);
+                    let event = explain::absence(&self.knowledge, &self.monitor, &change, absence, now);
                     self.outputs.push_back(Output::Event(event));
                     changed = true;
                 }
@@ -247,9 +248,9 @@ impl Engine {
         !decisions.is_empty()
     }
 
-    /// Signals that may not be used now: not available, not trusted, or absent; `proven` leaves out those, too, that
+    /// What may not be used now: relations that are not trusted; signals that are not available, not trusted, or absent. `proven` leaves out those, too, that
     /// have only just come back.
-    fn lost(&self, proven: bool) -> Vec<SignalId> {
+    fn lost(&self, proven: bool) -> Lost {
         let present = |signal: SignalId| {
             self.monitor.watch().absence(signal).is_none()
                 && !(proven && self.returning.iter().any(|(returning, _)| *returning == signal))
@@ -259,11 +260,14 @@ impl Engine {
                 && self.judge.trusts(signal)
                 && self.knowledge.origins(signal).iter().all(present)
         };
-        self.knowledge.signals().ids().filter(|signal| !usable(*signal)).collect()
+        Lost {
+            signals: self.knowledge.signals().ids().filter(|signal| !usable(*signal)).collect(),
+            relations: self.judge.distrusted_relations().collect(),
+        }
     }
 
     fn replan(&mut self, now: Time) {
-        let lost = [&self.lost(true)[..], &self.lost(false)[..]];
+        let lost = [self.lost(true), self.lost(false)];
         for provider in self.providers.iter_mut() {
             let ports = self.monitor.ports();
             let event = provider.replan(&self.knowledge, &self.graph, &self.standby, ports, &lost, now);

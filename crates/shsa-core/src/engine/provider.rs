@@ -11,13 +11,13 @@ pub(super) use inherit::Succession;
 use super::explain;
 use super::message::{Event, EventKind, Output, Publication, PublishedValue, Quality};
 use super::standby::Standby;
-use super::ways::Source;
+use super::ways::{Lost, Source};
 use crate::alignment::{Port, Sample};
 use crate::computation::Computed;
 use crate::diagnosis::Judge;
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId, SignalSet, Switching, VariableId};
-use crate::monitor::{Monitor, WayIndex};
+use crate::monitor::{Monitor, WatchedWay, WayIndex};
 use crate::observation::Observation;
 use crate::plan::Graph;
 use crate::service::Service;
@@ -104,7 +104,7 @@ impl Provider {
             switching: need.switching,
             max_age: need.max_age,
             max_width: need.max_width.unwrap_or(f64::INFINITY),
-            sources: standby.sources(knowledge, graph, id, &[]),
+            sources: standby.sources(knowledge, graph, id, &Lost::default()),
             preferred: None,
             active: None,
             active_rests_on: SignalSet::new(),
@@ -154,14 +154,8 @@ impl Provider {
         self.last.map(|(time, _)| time).or(self.started)
     }
 
-    /// Looks again for what may serve the need: without the first of these lists of lost signals that lets it be served.
-    fn find_sources(
-        &mut self,
-        knowledge: &KnowledgeBase,
-        graph: &Graph,
-        standby: &Standby,
-        lost: &[&[SignalId]],
-    ) {
+    /// Looks again for what may serve the need: without the first of these losses that lets it be served.
+    fn find_sources(&mut self, knowledge: &KnowledgeBase, graph: &Graph, standby: &Standby, lost: &[Lost]) {
         let mut found = lost.iter().map(|lost| standby.sources(knowledge, graph, self.need, lost));
         self.sources = found.find(|sources| !sources.is_empty()).unwrap_or_default();
     }
@@ -183,15 +177,15 @@ impl Provider {
         self.active = service;
     }
 
-    /// Chooses again after the trust in a signal has changed: without the first of these lists of lost signals
-    /// that lets the need be served.
+    /// Chooses again after the trust in a signal has changed: without the first of these losses that lets the need
+    /// be served.
     pub(super) fn replan(
         &mut self,
         knowledge: &KnowledgeBase,
         graph: &Graph,
         standby: &Standby,
         ports: &IdVec<SignalId, Port>,
-        lost: &[&[SignalId]],
+        lost: &[Lost],
         now: Time,
     ) -> Option<Event> {
         self.find_sources(knowledge, graph, standby, lost);
@@ -227,15 +221,7 @@ impl Provider {
     fn event(&self, knowledge: &KnowledgeBase, kind: EventKind, because: String, time: Time) -> Event {
         let service = self.active.as_ref().filter(|_| kind != EventKind::Unhealable);
         let substitution = service.map(|service| service.way().describe(knowledge));
-        Event {
-            time,
-            kind,
-            signal: None,
-            variable: Some(self.variable),
-            symptom: None,
-            because,
-            substitution,
-        }
+        Event { substitution, ..Event::new(time, kind, Some(self.variable), because) }
     }
 
     /// The chosen source and the next ones, with their utilities.
@@ -328,7 +314,7 @@ impl Provider {
         self.started.get_or_insert(now);
         outputs.extend(self.go_back(knowledge, monitor, now).map(Output::Event));
         outputs.extend(self.leave_unfit(knowledge, monitor, now).map(Output::Event));
-        let trusts = |signal: SignalId| judge.trusts(signal);
+        let trusts = |way: &WatchedWay| judge.trusts_way(way);
         let last = self.last.map(|(_, sample)| sample);
         let computed =
             self.active.as_mut().and_then(|service| service.compute(monitor.ports(), last)).map(owned);
@@ -370,12 +356,12 @@ impl Provider {
     fn stand_in(
         &self,
         monitor: &Monitor,
-        trusts: impl Fn(SignalId) -> bool + Copy,
+        trusts: impl Fn(&WatchedWay) -> bool + Copy,
         now: Time,
     ) -> Option<(Sample, Server)> {
         monitor.fresh().iter().find_map(|&(index, sample)| {
             let way = monitor.way(index).filter(|way| way.variable() == self.variable)?;
-            let usable = way.rests_on.iter().all(trusts) && way.rests_on != self.active_rests_on;
+            let usable = trusts(way) && way.rests_on != self.active_rests_on;
             let contradicted =
                 || monitor.votes(self.variable, &way.rests_on, sample, trusts).is_contradicted();
             let sound = usable && self.is_fit(&sample, now) && !contradicted();

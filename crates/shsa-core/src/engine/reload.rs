@@ -40,11 +40,12 @@ impl Engine {
         let source = |(signal, since): &(SignalId, Time)| Some((lineage.source(*signal)?, *since));
         self.returning = old.returning.iter().filter_map(source).collect();
         let inheritance = self.monitor.inherit(old.monitor, lineage, now);
-        for (signal, is_described_anew) in self.judge.inherit(&old.judge, lineage, &inheritance.compared) {
-            let event = explain::judged_anew(&self.knowledge, signal, is_described_anew, now);
+        let dropped = self.judge.inherit(&old.judge, &self.monitor, lineage, &inheritance.compared);
+        for (component, is_described_anew) in dropped {
+            let event = explain::judged_anew(&self.knowledge, component, is_described_anew, now);
             self.outputs.push_back(Output::Event(event));
         }
-        let lost = [&self.lost(true)[..], &self.lost(false)[..]];
+        let lost = [self.lost(true), self.lost(false)];
         let change = Succession {
             old: &old.knowledge,
             new: &self.knowledge,

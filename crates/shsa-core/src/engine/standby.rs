@@ -1,6 +1,6 @@
 //! What serves each need after the loss of any one signal, made ready before it is lost.
 
-use super::ways::{Source, preparation, ways, ways_of};
+use super::ways::{Lost, Source, preparation, ways, ways_of};
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use crate::plan::{Contingency, Graph, Plan};
 use crate::service::Service;
@@ -63,17 +63,18 @@ impl Standby {
         ready
     }
 
-    /// What can serve a need without the lost signals (ascending) and is not too old when it comes, best first.
+    /// What can serve a need without what is lost and is not too old when it comes, best first.
     pub(super) fn sources(
         &self,
         knowledge: &KnowledgeBase,
         graph: &Graph,
         need: NeedId,
-        lost: &[SignalId],
+        lost: &Lost,
     ) -> Arc<[Source]> {
         let variable = knowledge.needs()[need].variable;
         let is_current = self.table.version() == knowledge.version();
-        let loss = self.table.loss(variable, lost).filter(|_| is_current);
+        let is_ready = is_current && lost.relations.is_empty();
+        let loss = self.table.loss(variable, &lost.signals).filter(|_| is_ready);
         let ready = loss.and_then(|loss| self.ready[need].get(loss));
         ready.cloned().unwrap_or_else(|| fit(knowledge, need, ways(knowledge, graph, variable, lost)).into())
     }
@@ -154,8 +155,9 @@ mod tests {
             for need in knowledge.needs().ids() {
                 for set in 0..1_u32 << knowledge.signals().len() {
                     let is_lost = |(index, _): &(usize, SignalId)| set >> index & 1 == 1;
-                    let lost: Vec<SignalId> =
+                    let signals: Vec<SignalId> =
                         knowledge.signals().ids().enumerate().filter(is_lost).map(|(_, id)| id).collect();
+                    let lost = Lost { signals, relations: Vec::new() };
                     let variable = knowledge.needs()[need].variable;
                     let searched = fit(&knowledge, need, ways(&knowledge, &graph, variable, &lost));
                     prop_assert_eq!(&standby.sources(&knowledge, &graph, need, &lost)[..], &searched[..]);

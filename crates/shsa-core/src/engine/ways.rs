@@ -1,7 +1,7 @@
 //! Which ways of knowing are watched, and which can serve a need.
 
 use crate::computation::Computation;
-use crate::knowledge::{Id, KnowledgeBase, Shape, SignalId, VariableId};
+use crate::knowledge::{Id, KnowledgeBase, RelationId, Shape, SignalId, VariableId};
 use crate::plan::{self, Graph, Limits, Options, Plan, Preparation, StopReason};
 use crate::substitution::{Substitution, Way};
 use alloc::vec::Vec;
@@ -74,17 +74,29 @@ pub fn witnesses(knowledge: &KnowledgeBase, graph: &Graph, variable: VariableId)
     Witnesses { ways, complete, expanded: found.expanded }
 }
 
-/// The ways of knowing a variable that can run without some lost signals (ascending), best utility first, then in file
+/// What nothing may rest on, ascending.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Lost {
+    pub(super) signals: Vec<SignalId>,
+    /// Relations that do not hold.
+    pub(super) relations: Vec<RelationId>,
+}
+
+/// The ways of knowing a variable that can run without what is lost, best utility first, then in file
 /// order; last those that only go on from the variable's own last value.
 pub(super) fn ways(
     knowledge: &KnowledgeBase,
     graph: &Graph,
     variable: VariableId,
-    lost: &[SignalId],
+    lost: &Lost,
 ) -> Vec<Source> {
-    let options = Options { forbidden_signals: lost.to_vec(), ..Options::default() };
+    let options = Options {
+        forbidden_signals: lost.signals.clone(),
+        forbidden_relations: lost.relations.clone(),
+        ..Options::default()
+    };
     let found = plan::best(graph, variable, &options, MOST, LIMITS);
-    ways_of(knowledge, &found, |signal| lost.binary_search(&signal).is_err())
+    ways_of(knowledge, &found, |signal| lost.signals.binary_search(&signal).is_err())
 }
 
 /// The ways of a plan's substitutions, in their order, with signals that may be used.

@@ -244,11 +244,11 @@ impl Monitor {
         variable: VariableId,
         rests_on: &SignalSet,
         sample: Sample,
-        trusted: impl Fn(SignalId) -> bool,
+        trusted: impl Fn(&WatchedWay) -> bool,
     ) -> Votes {
         let mut votes = Votes::default();
         for way in self.ways.iter().filter(|way| way.variable() == variable && way.rests_on != *rests_on) {
-            if !way.rests_on.iter().all(&trusted) {
+            if !trusted(way) {
                 continue;
             }
             match way.at(sample.validity).map(|known| known.overlaps(sample.value)) {

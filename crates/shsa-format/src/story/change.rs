@@ -5,7 +5,9 @@ use crate::model::live;
 use crate::model::reader::Reader;
 use crate::model::tree::Node;
 use shsa_core::engine::{Event, Publication};
-use shsa_core::knowledge::{Diagnostic, KnowledgeBase, Model, NeedId, Severity, SignalId, VariableId};
+use shsa_core::knowledge::{
+    CauseId, Diagnostic, KnowledgeBase, Model, NeedId, RelationId, Severity, SignalId, VariableId,
+};
 use shsa_core::time::Time;
 
 /// Changes a model at a moment, and gives what takes over then; `node` is written as for `shsa replay --reload`.
@@ -39,11 +41,23 @@ fn variable(of: &KnowledgeBase, variable: VariableId, to: &KnowledgeBase) -> Opt
     to.variable(&of.variables()[variable].name)
 }
 
+fn relation(of: &KnowledgeBase, relation: RelationId, to: &KnowledgeBase) -> Option<RelationId> {
+    let name = &of.relations()[relation].name;
+    to.relations().enumerate().find(|(_, relation)| relation.name == *name).map(|(id, _)| id)
+}
+
+fn cause(of: &KnowledgeBase, cause: CauseId, to: &KnowledgeBase) -> Option<CauseId> {
+    let name = &of.causes()[cause].name;
+    to.causes().enumerate().find(|(_, cause)| cause.name == *name).map(|(id, _)| id)
+}
+
 /// All that a run has said, with the ids of one knowledge base: what speaks of a need that it does not have is left out.
 pub(super) fn said(run: &Run, knowledge: &KnowledgeBase) -> (Vec<Event>, Vec<Publication>) {
     let event = |(known, event): (&KnowledgeBase, &Event)| Event {
         signal: event.signal.and_then(|id| signal(known, id, knowledge)),
         variable: event.variable.and_then(|id| variable(known, id, knowledge)),
+        relation: event.relation.and_then(|id| relation(known, id, knowledge)),
+        cause: event.cause.and_then(|id| cause(known, id, knowledge)),
         ..event.clone()
     };
     let publication = |(known, publication): (&KnowledgeBase, &Publication)| {

@@ -235,6 +235,10 @@ fn verdict_name(verdict: Verdict) -> &'static str {
 pub(super) fn headline(knowledge: &KnowledgeBase, event: &Event) -> String {
     let signal = event.signal.map(|signal| knowledge.signals()[signal].name.as_str());
     let variable = event.variable.map(|variable| knowledge.variables()[variable].name.as_str());
-    let about = signal.or(variable).unwrap_or_default();
+    let relation = event.relation.map(|relation| &knowledge.relations()[relation].name);
+    let about = match (signal, relation) {
+        (None, Some(relation)) => format!("relation {relation}"),
+        _ => signal.or(variable).unwrap_or_default().to_owned(),
+    };
     format!("{} {about} at {:.2} s", event.kind.name(), event.time.seconds())
 }

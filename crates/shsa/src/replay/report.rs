@@ -87,7 +87,7 @@ impl<'a> Report<'a> {
     }
 
     fn event_json(&self, known: &KnowledgeBase, event: &Event) -> Value {
-        json!({
+        let mut value = json!({
             "time_s": (event.time - self.run.first).seconds(),
             "kind": event.kind.name(),
             "signal": event.signal.map(|signal| &known.signals()[signal].name),
@@ -95,7 +95,17 @@ impl<'a> Report<'a> {
             "symptom": event.symptom.map(Symptom::name),
             "because": event.because,
             "substitution": event.substitution,
-        })
+        });
+        let accused = [
+            ("relation", event.relation.map(|relation| json!(known.relations()[relation].name))),
+            ("cause", event.cause.map(|cause| json!(known.causes()[cause].name))),
+            ("probability", event.probability.map(|probability| json!(probability))),
+        ];
+        if let Some(object) = value.as_object_mut() {
+            let known = accused.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
+            object.extend(known);
+        }
+        value
     }
 
     fn need_json(&self, report: &NeedReport) -> (String, Value) {
@@ -175,10 +185,13 @@ impl<'a> Report<'a> {
 
     fn event_text(&self, known: &KnowledgeBase, event: &Event) -> String {
         let time = format!("{:>9.3} s", (event.time - self.run.first).seconds());
-        let subject = match (event.signal, event.variable) {
-            (Some(signal), _) => known.signals()[signal].name.as_str(),
-            (None, Some(variable)) => known.variables()[variable].name.as_str(),
-            (None, None) => "",
+        let relation =
+            event.relation.map(|relation| format!("relation {}", known.relations()[relation].name));
+        let subject = match (event.signal, &relation, event.variable) {
+            (Some(signal), ..) => known.signals()[signal].name.as_str(),
+            (None, Some(relation), _) => relation,
+            (None, None, Some(variable)) => known.variables()[variable].name.as_str(),
+            (None, None, None) => "",
         };
         let kind = paint_kind(event.kind);
         let source = event.substitution.as_ref().map_or(String::new(), |source| format!(" <- {source}"));

@@ -3,6 +3,7 @@
 use super::super::explain;
 use super::super::message::{Event, EventKind};
 use super::super::standby::Standby;
+use super::super::ways::Lost;
 use super::{Provider, Server};
 use crate::knowledge::{KnowledgeBase, Lineage, SignalId};
 use crate::monitor::{Inheritance, Monitor};
@@ -23,8 +24,8 @@ pub(in super::super) struct Succession<'a> {
     pub(in super::super) standby: &'a Standby,
     pub(in super::super) monitor: &'a Monitor,
     pub(in super::super) inheritance: &'a Inheritance,
-    /// The signals that may not be used: first with those that have yet to prove themselves.
-    pub(in super::super) lost: [&'a [SignalId]; 2],
+    /// What may not be used: first with the signals that have yet to prove themselves.
+    pub(in super::super) lost: [Lost; 2],
     pub(in super::super) now: Time,
 }
 

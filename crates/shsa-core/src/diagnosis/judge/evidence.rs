@@ -1,0 +1,139 @@
+//! What the pairs of a monitor say, as comparisons of components.
+
+use super::{Component, Judge, JudgeOptions};
+use crate::diagnosis::explain::Comparison;
+use crate::knowledge::{CauseId, IdVec, KnowledgeBase, RelationId, SignalId, SignalSet};
+use crate::monitor::{Monitor, Pair, Relationship, WatchedWay, WayIndex};
+use crate::time::Time;
+use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::vec::Vec;
+
+/// What the judge knows of the components beforehand.
+#[derive(Debug)]
+pub(super) struct Priors {
+    signals: IdVec<SignalId, f64>,
+    /// Of relations that give one themselves.
+    relations: BTreeMap<RelationId, f64>,
+    relation: f64,
+    causes: IdVec<CauseId, f64>,
+    /// Who shares each cause.
+    sharing: IdVec<CauseId, Vec<SignalId>>,
+    /// What signals share, where they share something.
+    shared: BTreeMap<SignalId, Vec<CauseId>>,
+}
+
+impl Priors {
+    pub(super) fn new(knowledge: &KnowledgeBase, options: &JudgeOptions) -> Priors {
+        let of_signal = |signal: SignalId| {
+            knowledge.signals()[signal].properties.get("prior").copied().unwrap_or(options.prior)
+        };
+        let own = knowledge.relations().enumerate();
+        let own = own.filter_map(|(id, relation)| Some((id, *relation.properties.get("prior")?)));
+        let mut shared: BTreeMap<SignalId, Vec<CauseId>> = BTreeMap::new();
+        for (id, cause) in knowledge.causes().enumerate() {
+            cause.signals.iter().for_each(|&signal| shared.entry(signal).or_default().push(id));
+        }
+        Priors {
+            signals: IdVec::filled(knowledge.signals().len(), of_signal),
+            relations: own.collect(),
+            relation: options.relation_prior,
+            causes: IdVec::filled(knowledge.causes().len(), |id| knowledge.causes()[id].prior),
+            sharing: IdVec::filled(knowledge.causes().len(), |id| knowledge.causes()[id].signals.clone()),
+            shared,
+        }
+    }
+
+    pub(super) fn of(&self, component: Component) -> f64 {
+        match component {
+            Component::Signal(signal) => self.signals[signal],
+            Component::Cause(cause) => self.causes[cause],
+            Component::Relation(relation) => self.relations.get(&relation).copied().unwrap_or(self.relation),
+        }
+    }
+
+    /// The signals and relations of some components: of a cause, the signals that share it.
+    pub(super) fn accused(&self, components: &[Component]) -> BTreeSet<Component> {
+        let mut all = BTreeSet::new();
+        for &component in components {
+            match component {
+                Component::Cause(cause) => {
+                    all.extend(self.sharing[cause].iter().copied().map(Component::Signal));
+                }
+                _ => _ = all.insert(component),
+            }
+        }
+        all
+    }
+
+    /// Whether a signal shares a cause.
+    pub(super) fn shares(&self, signal: SignalId, cause: CauseId) -> bool {
+        self.sharing[cause].binary_search(&signal).is_ok()
+    }
+
+    fn rests_on(&self, way: &WatchedWay) -> BTreeSet<Component> {
+        let causes = |signal: SignalId| self.shared.get(&signal).into_iter().flatten().copied();
+        let causes = way.rests_on.iter().flat_map(causes).map(Component::Cause);
+        let signals = way.rests_on.iter().map(Component::Signal);
+        let relations = way.computation.way().substitution.relations();
+        signals.chain(causes).chain(relations.into_iter().map(Component::Relation)).collect()
+    }
+}
+
+impl Judge {
+    /// Conflicts, with the agreements that speak about what is in them.
+    pub(super) fn comparisons(&self, monitor: &Monitor, now: Time, conflicts: &[&Pair]) -> Vec<Comparison> {
+        let mut disputed = SignalSet::new();
+        conflicts.iter().for_each(|pair| disputed.extend(&pair.signals));
+        // How a value changes does not show a constant error.
+        let looks_at_changes =
+            |index: WayIndex| monitor.way(index).is_some_and(|way| way.computation.is_mean());
+        let agreements = self
+            .open_pairs(monitor, now, Relationship::Agree)
+            .filter(|pair| !pair.is_building() && pair.signals.meets(&disputed))
+            .filter(|pair| !looks_at_changes(pair.way) && !looks_at_changes(pair.other));
+        let conflicts = conflicts.iter().map(|pair| (*pair, false));
+        let all = conflicts.chain(agreements.map(|pair| (pair, true)));
+        all.filter_map(|(pair, agrees)| {
+            let (one, other) = (monitor.way(pair.way)?, monitor.way(pair.other)?);
+            let (one, other) = (self.priors.rests_on(one), self.priors.rests_on(other));
+            Some(Comparison { one, other, agrees })
+        })
+        .collect()
+    }
+
+    /// Pairs in a relationship that nothing that has failed explains.
+    pub(super) fn open_pairs<'s, 'm: 's>(
+        &'s self,
+        monitor: &'m Monitor,
+        now: Time,
+        relationship: Relationship,
+    ) -> impl Iterator<Item = &'m Pair> + 's {
+        monitor.pairs().iter().filter(move |pair| {
+            pair.relationship(now) == relationship && !self.is_explained(monitor, pair, None)
+        })
+    }
+
+    /// Whether something else than `except` that has failed is in the pair.
+    pub(super) fn is_explained(&self, monitor: &Monitor, pair: &Pair, except: Option<Component>) -> bool {
+        self.failed.iter().any(|&failed| Some(failed) != except && rests_on(monitor, pair, failed))
+    }
+}
+
+/// Whether one of the ways of a pair rests on a signal or a relation.
+#[must_use]
+pub fn rests_on(monitor: &Monitor, pair: &Pair, component: Component) -> bool {
+    let relies = |index: WayIndex, relation: RelationId| {
+        let way = monitor.way(index).map(|way| way.computation.way());
+        way.is_some_and(|way| way.substitution.steps.iter().any(|step| step.relation == relation))
+    };
+    match component {
+        Component::Signal(signal) => pair.signals.contains(signal),
+        Component::Relation(relation) => relies(pair.way, relation) || relies(pair.other, relation),
+        Component::Cause(_) => false,
+    }
+}
+
+/// Whether one of the ways of a pair rests on one of these.
+pub(super) fn rests_on_any(monitor: &Monitor, pair: &Pair, components: &BTreeSet<Component>) -> bool {
+    components.iter().any(|&component| rests_on(monitor, pair, component))
+}
