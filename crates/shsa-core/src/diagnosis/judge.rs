@@ -16,7 +16,7 @@ use crate::monitor::{Monitor, Pair, Relationship, WatchedWay};
 use crate::time::{Span, Time};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
-use evidence::{Priors, rests_on_any};
+use evidence::{Priors, is_gradual, rests_on_any};
 
 pub use evidence::rests_on;
 
@@ -312,9 +312,10 @@ impl Judge {
             !case.certain.contains(component) && self.disagrees_otherwise(monitor, *component, conflicts)
         };
         let rest: BTreeSet<Component> = case.accused().into_iter().filter(is_open).collect();
-        let about_rest = conflicts.iter().filter(|pair| rests_on_any(monitor, pair, &rest));
-        let Some(onset) = about_rest.map(|pair| pair.onset(now)).min() else { return };
-        if !self.is_settled(monitor, &rest, onset, now) {
+        let about_rest = || conflicts.iter().filter(|pair| rests_on_any(monitor, pair, &rest));
+        let Some(onset) = about_rest().map(|pair| pair.onset(now)).min() else { return };
+        let gradual = about_rest().any(|pair| is_gradual(pair, now));
+        if !self.is_settled((monitor, now), &rest, onset, gradual) {
             return;
         }
         // What is still undecided after the wait names nobody, but it speaks for those who do not disagree at all.
@@ -327,24 +328,25 @@ impl Judge {
     }
 
     /// Whether all comparisons that speak about the accused have had the time to show a conflict that began at
-    /// `onset`, or the wait for them is over.
+    /// `onset`, or the wait for them is over. Only one that has come together gradually makes it wait for others that may.
     fn is_settled(
         &mut self,
-        monitor: &Monitor,
+        (monitor, now): (&Monitor, Time),
         accused: &BTreeSet<Component>,
         onset: Time,
-        now: Time,
+        gradual: bool,
     ) -> bool {
+        let latency = |pair: &Pair| if gradual { pair.latency() } else { pair.window.latency() };
         let is_open = |pair: &&Pair| {
             let may_decide = match pair.relationship(now) {
                 Relationship::Undecided => true,
-                Relationship::Agree => pair.is_building() || !pair.window.confirmed_since(onset),
+                Relationship::Agree => (gradual && pair.is_building()) || !pair.window.confirmed_since(onset),
                 Relationship::Conflict | Relationship::Unknown => false,
             };
             may_decide && rests_on_any(monitor, pair, accused) && !self.is_explained(monitor, pair, None)
         };
         let open = monitor.pairs().iter().filter(is_open);
-        let Some(latency) = open.map(|pair| pair.latency()).max() else { return true };
+        let Some(latency) = open.map(latency).max() else { return true };
         let deadline = onset + latency.times(2);
         if now >= deadline {
             return true;

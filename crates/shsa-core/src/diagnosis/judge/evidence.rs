@@ -87,9 +87,11 @@ impl Judge {
         // How a value changes does not show a constant error.
         let looks_at_changes =
             |index: WayIndex| monitor.way(index).is_some_and(|way| way.computation.is_mean());
+        // Who has not yet drifted far enough to disagree does not agree.
+        let gradual = conflicts.iter().any(|pair| is_gradual(pair, now));
         let agreements = self
             .open_pairs(monitor, now, Relationship::Agree)
-            .filter(|pair| !pair.is_building() && pair.signals.meets(&disputed))
+            .filter(|pair| !(gradual && pair.is_building()) && pair.signals.meets(&disputed))
             .filter(|pair| !looks_at_changes(pair.way) && !looks_at_changes(pair.other));
         let conflicts = conflicts.iter().map(|pair| (*pair, false));
         let all = conflicts.chain(agreements.map(|pair| (pair, true)));
@@ -131,6 +133,11 @@ pub fn rests_on(monitor: &Monitor, pair: &Pair, component: Component) -> bool {
         Component::Relation(relation) => relies(pair.way, relation) || relies(pair.other, relation),
         Component::Cause(_) => false,
     }
+}
+
+/// Whether a conflict has come together from many comparisons that agree one by one.
+pub(super) fn is_gradual(conflict: &Pair, now: Time) -> bool {
+    conflict.window.relationship(now) != Relationship::Conflict
 }
 
 /// Whether one of the ways of a pair rests on one of these.
