@@ -322,11 +322,12 @@ impl<'c> Local<'c> {
                 found.push((places, weight));
                 continue;
             };
-            for (place, odds) in missed.filter_map(|place| Some((place, odds.get(place.0)?))) {
+            let with = missed.filter_map(|place| Some((place, prior * odds.get(place.0)?)));
+            for (place, prior) in with.filter(|(_, prior)| prior * CLEAR_RATIO >= best) {
                 let mut larger = places.clone();
                 larger.insert(place);
                 if seen.insert(larger.clone()) {
-                    open.push(Partial { prior: prior * odds, places: larger });
+                    open.push(Partial { prior, places: larger });
                 }
             }
         }

@@ -9,13 +9,14 @@
 
 mod evidence;
 
-use super::explain::{Component, Part, explain, probabilities};
+use super::explain::{Comparison, Component, Part, explain, probabilities};
 use crate::interval::Interval;
 use crate::knowledge::{CauseId, IdVec, KnowledgeBase, Lineage, RelationId, SignalId, SignalSet};
 use crate::monitor::{Monitor, Pair, Relationship, WatchedWay};
 use crate::time::{Span, Time};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
+use core::cell::OnceCell;
 use evidence::{Priors, is_gradual, rests_on_any};
 
 pub use evidence::rests_on;
@@ -278,11 +279,9 @@ impl Judge {
             true => parts.clone(),
             false => explain(&self.comparisons(monitor, now, &disputed), |it| self.priors.of(it)),
         };
-        let mut cases: Vec<Case> = parts.iter().map(|part| Case::new(&self.priors, part, &rivals)).collect();
-        for case in &mut cases {
-            case.probabilities = self.probable(case, |case| {
-                probabilities(&comparisons, case.part, |component| self.priors.of(component))
-            });
+        let case = |part| Case::new(&self.priors, &comparisons, part, &rivals);
+        let cases: Vec<Case> = parts.iter().map(case).collect();
+        for case in &cases {
             for &component in &case.certain {
                 self.set((monitor, now), component, case, None, decisions);
             }
@@ -290,15 +289,6 @@ impl Judge {
         for case in &cases {
             self.suspect((monitor, now), case, &conflicts, decisions);
         }
-    }
-
-    /// Probabilities are looked for only where something may be decided.
-    fn probable(&self, case: &Case<'_>, find: impl Fn(&Case<'_>) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
-        let is_new = |component: &Component| {
-            let verdict = if case.certain.contains(component) { Verdict::Failed } else { Verdict::Suspect };
-            self.accusation(*component) < Some(verdict)
-        };
-        case.accused().iter().any(is_new).then(|| find(case)).flatten()
     }
 
     fn suspect(
@@ -465,6 +455,7 @@ impl Judge {
 
 /// A part of the conflicts, and what follows from it.
 struct Case<'p> {
+    comparisons: &'p [Comparison],
     part: &'p Part,
     /// The signals and relations of each candidate, best first.
     candidates: Vec<BTreeSet<Component>>,
@@ -472,12 +463,12 @@ struct Case<'p> {
     rivals: Vec<BTreeSet<Component>>,
     /// What is in all of these.
     certain: BTreeSet<Component>,
-    /// In the order of the part's components.
-    probabilities: Option<Vec<f64>>,
+    /// In the order of the part's components; looked for only where something is decided.
+    probabilities: OnceCell<Option<Vec<f64>>>,
 }
 
 impl<'p> Case<'p> {
-    fn new(priors: &Priors, part: &'p Part, rivals: &[Part]) -> Case<'p> {
+    fn new(priors: &Priors, comparisons: &'p [Comparison], part: &'p Part, rivals: &[Part]) -> Case<'p> {
         let accused = |part: &Part| -> Vec<BTreeSet<Component>> {
             part.candidates.iter().map(|candidate| priors.accused(&candidate.components)).collect()
         };
@@ -487,7 +478,7 @@ impl<'p> Case<'p> {
             (accused(part), rivals.iter().find(is_of).map(accused).unwrap_or_default());
         let mut certain = candidates.first().cloned().unwrap_or_default();
         certain.retain(|component| candidates.iter().chain(&rivals).all(|set| set.contains(component)));
-        Case { part, candidates, rivals, certain, probabilities: None }
+        Case { comparisons, part, candidates, rivals, certain, probabilities: OnceCell::new() }
     }
 
     /// Everything that is in a candidate.
@@ -504,7 +495,9 @@ impl<'p> Case<'p> {
     fn blame(&self, priors: &Priors, component: Component) -> Blame {
         let cause = self.cause_of(priors, component);
         let blamed = cause.map_or(component, Component::Cause);
-        let known = self.probabilities.iter().flat_map(|all| self.part.components.iter().zip(all));
+        let find = || probabilities(self.comparisons, self.part, |component| priors.of(component));
+        let known =
+            self.probabilities.get_or_init(find).iter().flat_map(|all| self.part.components.iter().zip(all));
         let known: Vec<(Component, f64)> = known.map(|(component, share)| (*component, *share)).collect();
         let probability = known.iter().find(|(known, _)| *known == blamed).map(|(_, share)| *share);
         let is_other = |(other, _): &&(Component, f64)| {

@@ -82,7 +82,7 @@ pub(super) fn decision(
     match decision {
         Decision::Failed(blame) => {
             let why = match (blame.cause, blame.component) {
-                (Some(cause), _) => shared(knowledge, cause),
+                (Some(cause), _) => format!("{}, explains it best", shared(knowledge, cause)),
                 (None, Component::Relation(relation)) => {
                     format!("relation {} no longer holds", knowledge.relations()[relation].name)
                 }
@@ -91,10 +91,13 @@ pub(super) fn decision(
             accusation((knowledge, monitor, now), EventKind::Failed, blame, &why)
         }
         Decision::Suspected(blame, choice) => {
-            let why = match choice.len() {
+            let mut why = match choice.len() {
                 1 => "it explains most, but some comparisons are undecided".to_string(),
                 _ => format!("it may be any of {}", components(knowledge, choice)),
             };
+            if let Some(cause) = blame.cause {
+                why += &format!("; by {}", shared(knowledge, cause));
+            }
             accusation((knowledge, monitor, now), EventKind::Suspected, blame, &why)
         }
         Decision::Cleared(component) => {
@@ -158,7 +161,7 @@ fn probability(share: f64) -> String {
 fn shared(knowledge: &KnowledgeBase, cause: CauseId) -> String {
     let cause = &knowledge.causes()[cause];
     let signals: SignalSet = cause.signals.iter().copied().collect();
-    format!("{}, which {} share, explains it best", cause.name, names(knowledge, &signals))
+    format!("{}, which {} share", cause.name, names(knowledge, &signals))
 }
 
 fn name(knowledge: &KnowledgeBase, component: Component) -> String {
