@@ -7,7 +7,7 @@ mod plan_support;
 
 use plan_support::{KINDS, Random, knowledge, random};
 use shsa_core::analysis::{Analysis, Candidate, Limited, Options, Tolerance, analyze};
-use shsa_core::diagnosis::explain::{Finding, explain};
+use shsa_core::diagnosis::explain::{Comparison, Component, explain};
 use shsa_core::engine::{self, Engine};
 use shsa_core::knowledge::{
     Id, IdVec, KnowledgeBase, Need, Properties, Relation, Signal, SignalId, SignalSet, Switching, ValueError,
@@ -165,12 +165,19 @@ fn check_suspects(knowledge: &KnowledgeBase, analysis: &Analysis) -> usize {
     for signal in knowledge.signals().ids() {
         let shown =
             comparisons.pairs().iter().filter(|&&pair| comparisons.shows(knowledge, pair).contains(signal));
-        let conflicts: Vec<SignalSet> = shown.map(|&pair| comparisons.signals(pair)).collect();
-        let suspects: SignalSet = match explain(&conflicts, |_| 0.01, |_| 0) {
-            Finding::Consistent => SignalSet::new(),
-            Finding::Clear(candidate) => candidate.signals,
-            Finding::Ambiguous(all) => all.iter().flat_map(|candidate| candidate.signals.iter()).collect(),
+        let conflict = |&pair: &_| Comparison {
+            one: comparisons.signals(pair).iter().map(Component::Signal).collect(),
+            other: BTreeSet::new(),
+            agrees: false,
         };
+        let conflicts: Vec<Comparison> = shown.map(conflict).collect();
+        let explained = explain(&conflicts, |_| 0.01);
+        let named = explained.iter().flat_map(|part| &part.candidates).flat_map(|it| &it.components);
+        let named = named.filter_map(|component| match component {
+            Component::Signal(signal) => Some(*signal),
+            Component::Cause(_) | Component::Relation(_) => None,
+        });
+        let suspects: SignalSet = named.collect();
         assert_eq!(*faults.suspects(signal), suspects);
         assert_eq!(faults.is_detectable(signal), !suspects.is_empty());
         let told: Vec<SignalId> = knowledge

@@ -2,7 +2,7 @@
 
 use crate::folder::{Folder, keys};
 use crate::tank;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// A report without the time that it took.
 fn without_elapsed(mut report: Value) -> Value {
@@ -27,7 +27,10 @@ fn a_lie_is_found_and_healed() {
     assert!((report["duration_s"].as_f64().unwrap() - 59.0).abs() < 1e-9);
     assert_eq!(kinds(&report), [("failed", "/level"), ("substituted", "level")]);
     let failed = &report["events"][0];
-    assert_eq!(keys(failed), ["time_s", "kind", "signal", "variable", "symptom", "because", "substitution"]);
+    let usual = ["time_s", "kind", "signal", "variable", "symptom", "because", "substitution"];
+    assert_eq!(keys(failed), [&usual[..], &["probability"]].concat());
+    assert!((0.9..1.0).contains(&failed["probability"].as_f64().unwrap()), "{failed}");
+    assert_eq!(keys(&report["events"][1]), usual);
     let time = failed["time_s"].as_f64().unwrap();
     assert!((30.0..35.0).contains(&time), "{time}");
     assert_eq!(report["events"][1]["substitution"], "/pressure by hydrostatic");
@@ -36,6 +39,39 @@ fn a_lie_is_found_and_healed() {
     assert_eq!(need["signal"], "/healed/level");
     assert_eq!(report["signals"]["/level"]["verdict"], "failed");
     assert_eq!(report["signals"]["/volume"]["verdict"], "healthy");
+}
+
+/// Three signals of `a`, three of `b`, and `b` no longer is what `a` implies from 2 s on.
+const SLIP: &str = "shsa: 1
+variables: { a: { range: [-1000, 1000] }, b: { range: [-1000, 1000] } }
+relations: { twice: b = 2 * a }
+signals:
+  a1: { variable: a, rate: 10 Hz, value_error: 0.5, shares: [board] }
+  a2: { variable: a, rate: 10 Hz, value_error: 0.5, shares: [board] }
+  a3: { variable: a, rate: 10 Hz, value_error: 0.5 }
+  b1: { variable: b, rate: 10 Hz, value_error: 0.5 }
+  b2: { variable: b, rate: 10 Hz, value_error: 0.5 }
+  b3: { variable: b, rate: 10 Hz, value_error: 0.5 }
+";
+
+#[test]
+fn a_relation_that_no_longer_holds_is_told_with_its_name_and_no_signal() {
+    let folder = Folder::new();
+    folder.write("slip.yaml", SLIP);
+    let mut lines = String::new();
+    for step in 0..40_u64 {
+        let (time, b) = (step * 100_000_000, if step < 20 { 20.0 } else { 60.0 });
+        for (signal, value) in [("a1", 10.0), ("a2", 10.0), ("a3", 10.0), ("b1", b), ("b2", b), ("b3", b)] {
+            let row = json!({ "signal": signal, "time_ns": time, "received_ns": time, "value": value });
+            lines += &format!("{row}\n");
+        }
+    }
+    folder.write("slip.jsonl", lines);
+    let report = folder.json("replay slip.yaml slip.jsonl", 0);
+    assert_eq!(kinds(&report), [("failed", "a")]);
+    let failed = &report["events"][0];
+    assert_eq!((&failed["signal"], &failed["relation"]), (&Value::Null, &json!("twice")));
+    assert!(failed["because"].as_str().unwrap().contains("relation twice no longer holds"), "{failed}");
 }
 
 #[test]
