@@ -17,6 +17,7 @@ use crate::time::{Span, Time};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 use core::cell::OnceCell;
+use core::ops::Bound;
 use evidence::{Priors, is_gradual, rests_on_any};
 
 pub use evidence::rests_on;
@@ -222,6 +223,13 @@ impl Judge {
         self.failed = failed.map(|(component, _)| *component).collect();
     }
 
+    /// Notes since when all evidence speaks for something, without allocation.
+    fn note(&mut self, component: Component, clean_since: Option<Time>) {
+        if let Some(standing) = self.standings.get_mut(&component) {
+            standing.clean_since = clean_since;
+        }
+    }
+
     /// Suspect or failed.
     fn accusation(&self, component: Component) -> Option<Verdict> {
         self.standings.get(&component).and_then(|standing| standing.verdict)
@@ -387,12 +395,14 @@ impl Judge {
             Decision::Suspected(..) | Decision::Cleared(_) => None,
         };
         let culprits: BTreeSet<Component> = decisions.iter().filter_map(culprit).collect();
-        let accused: Vec<(Component, Verdict)> =
-            self.standings.iter().filter_map(|(&it, standing)| Some((it, standing.verdict?))).collect();
-        for (component, verdict) in accused {
+        let mut next = self.standings.keys().next().copied();
+        while let Some(component) = next {
+            let after = (Bound::Excluded(component), Bound::Unbounded);
+            next = self.standings.range(after).next().map(|(component, _)| *component);
+            let Some(verdict) = self.accusation(component) else { continue };
             let before = self.standing(component);
             if !self.is_clean(monitor, component, now) {
-                self.put(component, Standing { clean_since: None, ..before });
+                self.note(component, None);
                 continue;
             }
             let since = before.clean_since.unwrap_or(now);
@@ -406,7 +416,7 @@ impl Judge {
                 self.put(component, Standing { cleared: Some(now), relapses, ..Standing::default() });
                 decisions.push(Decision::Cleared(component));
             } else {
-                self.put(component, Standing { clean_since: Some(since), ..before });
+                self.note(component, Some(since));
                 self.look_again(over);
             }
         }
