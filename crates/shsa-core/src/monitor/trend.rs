@@ -45,7 +45,7 @@ const HYSTERESIS: f64 = 0.5;
 /// The share of the differences' squares that a shift in time must explain.
 const EXPLAINED: f64 = 0.8;
 /// The share of the differences' squares that changes from one to the next, from which on they are noise.
-const ALTERNATING: f64 = 0.5;
+const ALTERNATING: f64 = 0.75;
 
 /// What has come together over many comparisons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,6 +100,8 @@ pub struct Trend {
     /// The single comparisons are in conflict; what a drift had come to when that began.
     in_conflict: bool,
     drifted: f64,
+    /// Whether a shift in time explained the differences until then.
+    was_shifted: bool,
 }
 
 impl Trend {
@@ -127,6 +129,7 @@ impl Trend {
             alarm: Tendency::Calm,
             in_conflict: false,
             drifted: 0.0,
+            was_shifted: false,
         }
     }
 
@@ -182,11 +185,11 @@ impl Trend {
     }
 
     fn raise(&mut self, now: Time) {
-        let TrendOptions { scatter, skew, .. } = self.options;
+        let scatter = self.options.scatter;
         let held = |alarm| if self.alarm == alarm { HYSTERESIS } else { 1.0 };
         let largest = self.largest_sum();
         let (noise, shifted) =
-            (self.scatter / (scatter * scatter), self.shifted(held(Tendency::Skew)) / (skew * skew));
+            (self.scatter / (scatter * scatter), self.shifted(held(Tendency::Skew)) / self.limit_of_skew());
         let alarm = if largest >= 1.0 || (self.alarm == Tendency::Drift && largest > 0.0) {
             Tendency::Drift
         } else if shifted > held(Tendency::Skew) {
@@ -205,6 +208,10 @@ impl Trend {
         self.alarm = alarm;
     }
 
+    fn limit_of_skew(&self) -> f64 {
+        self.options.skew * self.options.skew
+    }
+
     /// The mean square difference where a shift in time explains it; a mean over few comparisons is none.
     fn shifted(&self, held: f64) -> f64 {
         if self.weight > FULL && self.explained() > EXPLAINED * held { self.square } else { 0.0 }
@@ -217,6 +224,8 @@ impl Trend {
         }
         if !self.in_conflict {
             self.drifted = self.largest_sum();
+            self.was_shifted =
+                self.alarm == Tendency::Skew || self.shifted(HYSTERESIS) > HALF * self.limit_of_skew();
         }
         self.sums = [0.0; 2];
         self.in_conflict = true;
@@ -276,7 +285,7 @@ impl Trend {
     pub fn character(&self) -> Tendency {
         if self.alarm == Tendency::Drift || self.drifted > BEGUN {
             Tendency::Drift
-        } else if self.weight > FULL && self.explained() > EXPLAINED {
+        } else if self.alarm == Tendency::Skew || self.was_shifted {
             Tendency::Skew
         } else if self.scatter > ALTERNATING * self.recent {
             Tendency::Noise
