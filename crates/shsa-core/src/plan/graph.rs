@@ -1,5 +1,6 @@
 //! A knowledge base as the searches read it: flat arrays, built once, and a view of it without what is forbidden.
 
+mod lasting;
 mod update;
 
 use super::utility::{Scale, Weight};
@@ -60,7 +61,7 @@ struct VariableFacts {
     status: Status,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Carrier {
     signal: SignalId,
     available: bool,
@@ -68,7 +69,7 @@ struct Carrier {
     weight: Weight,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct RelationFacts {
     several_outputs: bool,
     exclusive: bool,
@@ -150,6 +151,11 @@ impl Graph {
     #[must_use]
     pub fn relations(&self) -> usize {
         self.relations.len()
+    }
+
+    /// How many signals it has.
+    pub(super) fn signals(&self) -> usize {
+        self.carried.len()
     }
 
     /// How its weights are joined.

@@ -34,7 +34,9 @@ impl Workshop {
         let workshop = self;
         let job = Job { workshop, graph, derivations, variable, preparation, entries, plans, reads, left };
         let (prepared, unused) = job.run();
-        (prepared, left - unused)
+        let work = left - unused;
+        let enough = if unused == 0 { u64::MAX } else { work };
+        (prepared.map(|prepared| Prepared { work: enough, ..prepared }), work)
     }
 }
 
@@ -76,7 +78,8 @@ impl<'a> Job<'a> {
         let entries = self.entries.into_iter().map(entry).collect();
         self.reads.sort_unstable();
         self.reads.dedup();
-        (Some(Prepared { entries, plans: self.plans, events, reads: self.reads, complete }), self.left)
+        let (plans, reads) = (self.plans, self.reads);
+        (Some(Prepared { entries, plans, events, reads, complete, work: 0 }), self.left)
     }
 
     /// `None` when the work was not enough.

@@ -69,6 +69,8 @@ pub(super) struct Prepared {
     pub(super) reads: Vec<VariableId>,
     /// Whether no loss was left out for its work.
     pub(super) complete: bool,
+    /// With how much work it is made; the highest number when it is not known that less than all there was is enough.
+    pub(super) work: u64,
 }
 
 impl Prepared {
