@@ -30,8 +30,8 @@ use derivation::Derivations;
 use job::Workshop;
 use prepare::Prepared;
 
-/// For each of some variables the best plans after each loss.
-#[derive(Clone, Debug)]
+/// For each of some variables the best plans after each loss; by default for none.
+#[derive(Clone, Debug, Default)]
 pub struct Contingency {
     preparation: Preparation,
     version: u64,
