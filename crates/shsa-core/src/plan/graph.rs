@@ -204,18 +204,19 @@ impl Graph {
     }
 
     fn add_producers(&mut self, knowledge: &KnowledgeBase) {
+        let mut all = Rows::new();
         for variable in knowledge.variables().ids() {
-            let mut relations = knowledge.producers(variable).to_vec();
-            relations.dedup();
-            let producers: Vec<_> = relations
-                .into_iter()
-                .map(|relation| {
+            // A relation that names an output twice stands there twice, side by side.
+            let mut last = None;
+            let relations = knowledge.producers(variable).iter().copied();
+            all.push(relations.filter(|&relation| last.replace(relation) != Some(relation)).map(
+                |relation| {
                     let weight = self.weight(relation, variable, |input| self.variables[input].status);
                     Producer { relation, weight }
-                })
-                .collect();
-            self.producers.push(producers.into_iter());
+                },
+            ));
         }
+        self.producers = all;
     }
 
     fn weight(
