@@ -234,7 +234,15 @@ fn preparation(numbers: &mut Random, knowledge: &KnowledgeBase) -> Preparation {
     let scarce = numbers.chance(0.2);
     let work = if scarce { numbers.below(3_000) as u64 } else { 100_000_000 };
     let work_each = if scarce { numbers.below(2_000) as u64 } else { 10_000_000 };
-    Preparation { count, pairs: numbers.chance(0.5), options, limits, work_each, work }
+    Preparation {
+        count,
+        pairs: numbers.chance(0.5),
+        options,
+        limits,
+        work_each,
+        work,
+        ..Preparation::default()
+    }
 }
 
 /// All that can be asked of two tables is the same.

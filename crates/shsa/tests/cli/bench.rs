@@ -13,6 +13,8 @@ fn scale_measures_each_size_and_writes_what_it_found() {
     for line in &lines {
         assert!(line["load_s"].as_f64().unwrap() > 0.0 && line["change_worst_s"].as_f64().unwrap() > 0.0);
         assert_eq!(line["table_needs"], line["needs"]);
+        assert!(line["structure_worst_s"].as_f64().unwrap() >= line["structure_median_s"].as_f64().unwrap());
+        assert!(line["structure_searches"].as_f64() < line["table_searches"].as_f64(), "{line}");
     }
     let read = |name: &str| std::fs::read_to_string(folder.path("found").join(name)).unwrap();
     assert!(read("scale.md").contains("shsa bench scale --sizes 300,100 --seed 1"));

@@ -4,6 +4,7 @@
 //! stands, and on what is derived from the signals there. Where all this lasts, a preparation that were made anew would
 //! be the old one with other ids, to the last number.
 
+use super::super::Requirements;
 use super::super::graph::{Graph, Options};
 use super::derivation::Derivations;
 use super::prepare::{Preparation, Prepared};
@@ -11,17 +12,22 @@ use crate::knowledge::{IdVec, Lineage, SignalId, VariableId};
 use crate::substitution::{Step, Substitution};
 
 impl Preparation {
-    /// The same by other ids; signals and relations that are gone need not be forbidden any more.
+    /// The same by other ids; what is gone need not be forbidden any more.
     pub(super) fn succeeded(self, lineage: &Lineage) -> Preparation {
         let signals = self.options.forbidden_signals.iter().filter_map(|&signal| lineage.namesake(signal));
         let relations =
             self.options.forbidden_relations.iter().filter_map(|&relation| lineage.relation(relation));
-        let options = Options {
-            forbidden_signals: signals.collect(),
-            forbidden_relations: relations.collect(),
-            ..self.options
-        };
-        Preparation { options, ..self }
+        let suspects =
+            self.requirements.independent_of.iter().filter_map(|&suspect| lineage.namesake(suspect));
+        Preparation {
+            requirements: Requirements { independent_of: suspects.collect(), ..self.requirements },
+            options: Options {
+                forbidden_signals: signals.collect(),
+                forbidden_relations: relations.collect(),
+                ..self.options
+            },
+            ..self
+        }
     }
 }
 
