@@ -104,7 +104,7 @@ fn check_table(seed: u64, knowledge: &KnowledgeBase, graph: &Graph, table: &Cont
     for variable in table.variables() {
         assert!(table.is_complete(variable));
         for (lost, must_be_known) in &losses {
-            check_plan(&table.plan_or_search(graph, variable, lost), graph, table, variable, lost);
+            check_plan(&table.plan_or_search(knowledge, graph, variable, lost), graph, table, variable, lost);
             match table.plan(variable, lost) {
                 None => assert!(!must_be_known, "lost {lost:?}"),
                 Some(plan) => {
@@ -240,7 +240,7 @@ fn what_the_work_was_not_enough_for_is_searched_for() {
         let (knowledge, graph, table) = only_need(&lines, preparation);
         let x = knowledge.variable("x").unwrap();
         for lost in [vec![], signals(&knowledge, &["/a/0"]), signals(&knowledge, &["/b/1"])] {
-            check_plan(&table.plan_or_search(&graph, x, &lost), &graph, &table, x, &lost);
+            check_plan(&table.plan_or_search(&knowledge, &graph, x, &lost), &graph, &table, x, &lost);
         }
         assert_eq!(table.is_complete(x), table.plan(x, &signals(&knowledge, &["/b/1"])).is_some());
     }
@@ -255,7 +255,7 @@ fn a_table_of_an_earlier_version_is_not_used() {
     let a = knowledge.signal("/a/0").unwrap();
     knowledge.set_available(a, false);
     graph.update(&knowledge, &[Element::Signal(a)]);
-    let plan = table.plan_or_search(&graph, x, &[]);
+    let plan = table.plan_or_search(&knowledge, &graph, x, &[]);
     assert_eq!(plan.substitutions[0].0.sources, [knowledge.variable("b").unwrap()]);
 }
 

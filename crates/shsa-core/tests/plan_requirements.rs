@@ -12,7 +12,10 @@ use plan_support::Random;
 use shsa_core::knowledge::{
     BodyDraft, Bounds, Draft, KnowledgeBase, RelationDraft, SignalDraft, SignalId, Text, VariableDraft, build,
 };
-use shsa_core::plan::{BestFirst, Graph, Limits, Options, Requirements, Shortfall, StopReason, exhaustive};
+use shsa_core::plan::{
+    BestFirst, Contingency, Graph, Limits, Options, Preparation, Requirements, Shortfall, StopReason,
+    best_meeting, exhaustive,
+};
 use shsa_core::time::Span;
 
 const LIMITS: Limits = Limits { expansions: 10_000_000, states: 3_000_000 };
@@ -145,6 +148,47 @@ fn what_is_pruned_is_what_the_exact_check_refuses() {
     }
     assert!(admitted > 1_000 && refused > 500, "{admitted} admitted, {refused} refused");
     assert!(kinds.iter().enumerate().all(|(at, &count)| count > 20 || at < 2), "{kinds:?}");
+}
+
+/// The plans of a table after each loss of up to two signals are those of searches that must meet the same.
+#[test]
+fn a_table_meets_the_requirements_after_each_loss() {
+    let (mut known, mut changed) = (0, 0);
+    for seed in 0..400 {
+        let mut random = Random(seed);
+        let knowledge = random_model(&mut random);
+        let requirements = random_requirements(&mut random, &knowledge);
+        let options = Options { substitute_provided: random.chance(0.3), ..Options::default() };
+        let (root, graph) = (knowledge.variables().ids().next().unwrap(), Graph::new(&knowledge));
+        let count = 3;
+        let preparation = Preparation {
+            count,
+            pairs: true,
+            options: options.clone(),
+            requirements: requirements.clone(),
+            limits: LIMITS,
+            ..Preparation::default()
+        };
+        let table = Contingency::new(&knowledge, &graph, [root], preparation);
+        assert!(table.is_complete(root));
+        let signals: Vec<SignalId> = knowledge.signals().ids().collect();
+        for lost in signals.iter().flat_map(|&one| signals.iter().map(move |&other| vec![one, other])) {
+            let narrow = Options { forbidden_signals: lost.clone(), ..options.clone() };
+            let fresh = best_meeting(&knowledge, &graph, root, &narrow, &requirements, count, LIMITS);
+            for plan in
+                [table.plan(root, &lost).unwrap(), &*table.plan_or_search(&knowledge, &graph, root, &lost)]
+            {
+                assert_eq!(
+                    (&plan.substitutions, plan.stop),
+                    (&fresh.substitutions, fresh.stop),
+                    "seed {seed} lost {lost:?} {requirements:?}"
+                );
+            }
+            known += fresh.substitutions.len();
+            changed += usize::from(table.loss(root, &lost) != Some(&[]));
+        }
+    }
+    assert!(known > 1_000 && changed > 1_000, "{known} {changed}");
 }
 
 fn kind(shortfall: &Shortfall) -> usize {

@@ -4,7 +4,7 @@ use crate::plan::{Names, find_variable};
 use crate::show::{self, Paint, paint};
 use serde_json::{Value, json};
 use shsa_core::knowledge::{KnowledgeBase, SignalId, VariableId};
-use shsa_core::plan::{Contingency, Graph, Preparation};
+use shsa_core::plan::{Contingency, Graph, Options, Preparation, Requirements};
 use shsa_core::substitution::Substitution;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,27 +24,56 @@ fn variables(knowledge: &KnowledgeBase, name: Option<&str>) -> anyhow::Result<Ve
     Ok(needed.into_iter().collect())
 }
 
-/// All answers, for people or as one JSON object.
+/// All answers, for people or as one JSON object; `requirements` gives those of a variable, and forbids in the options.
 ///
 /// # Errors
-/// When there is no variable to ask about.
+/// When there is no variable to ask about, or requirements make no sense for one.
 pub(crate) fn answer(
     knowledge: &KnowledgeBase,
     name: Option<&str>,
-    preparation: Preparation,
+    preparation: &Preparation,
+    requirements: impl Fn(VariableId, &mut Options) -> anyhow::Result<Requirements>,
     as_json: bool,
 ) -> anyhow::Result<String> {
     let variables = variables(knowledge, name)?;
-    let preparation = Preparation { count: MOST, ..preparation };
-    let excluded = preparation.options.forbidden_signals.clone();
     let graph = Graph::new(knowledge);
-    let table = Contingency::new(knowledge, &graph, variables.iter().copied(), preparation);
-    let prospects: Vec<Prospect> =
-        variables.iter().map(|&variable| Prospect::of(knowledge, &table, variable, &excluded)).collect();
+    let table = |(preparation, variables): (Preparation, Vec<VariableId>)| {
+        let excluded = preparation.requirements.narrowed(knowledge, &preparation.options).forbidden_signals;
+        let table = Contingency::new(knowledge, &graph, variables.iter().copied(), preparation);
+        (table, variables, excluded)
+    };
+    let tables: Vec<_> = alike(&variables, preparation, requirements)?.into_iter().map(table).collect();
+    let mut prospects = Vec::new();
+    for (table, variables, excluded) in &tables {
+        let prospect = |&variable| Prospect::of(knowledge, table, variable, excluded);
+        prospects.extend(variables.iter().map(prospect));
+    }
+    prospects.sort_by_key(|prospect: &Prospect| prospect.variable);
     Ok(match as_json {
-        true => to_json(knowledge, &table, &prospects).to_string(),
+        true => {
+            let searches = tables.iter().map(|(table, ..)| table.searches()).sum();
+            to_json(knowledge, preparation.pairs, searches, &prospects).to_string()
+        }
         false => to_text(knowledge, &prospects),
     })
+}
+
+/// The variables of which the same is required, with all that their tables are made for.
+fn alike(
+    variables: &[VariableId],
+    preparation: &Preparation,
+    requirements: impl Fn(VariableId, &mut Options) -> anyhow::Result<Requirements>,
+) -> anyhow::Result<Vec<(Preparation, Vec<VariableId>)>> {
+    let mut groups: Vec<(Preparation, Vec<VariableId>)> = Vec::new();
+    for &variable in variables {
+        let mut preparation = Preparation { count: MOST, ..preparation.clone() };
+        preparation.requirements = requirements(variable, &mut preparation.options)?;
+        match groups.iter_mut().find(|(known, _)| *known == preparation) {
+            Some((_, variables)) => variables.push(variable),
+            None => groups.push((preparation, vec![variable])),
+        }
+    }
+    Ok(groups)
 }
 
 /// One signal that is lost, or two; with all that is derived from them.
@@ -156,7 +185,7 @@ fn needed_as(knowledge: &KnowledgeBase, variable: VariableId) -> Vec<&str> {
     needs.map(|need| need.signal.as_str()).collect()
 }
 
-fn to_json(knowledge: &KnowledgeBase, table: &Contingency, prospects: &[Prospect]) -> Value {
+fn to_json(knowledge: &KnowledgeBase, pairs: bool, searches: u64, prospects: &[Prospect]) -> Value {
     let server = |server: &Server| server.names.to_json(server.utility);
     let one = |prospect: &Prospect| {
         let losses = prospect.after.iter().map(|(loss, after)| {
@@ -177,8 +206,8 @@ fn to_json(knowledge: &KnowledgeBase, table: &Contingency, prospects: &[Prospect
         })
     };
     json!({
-        "pairs": table.preparation().pairs,
-        "searches": table.searches(),
+        "pairs": pairs,
+        "searches": searches,
         "variables": prospects.iter().map(one).collect::<Vec<_>>(),
     })
 }

@@ -9,7 +9,7 @@ use shsa_format::model::{Report, read_text, write};
 use std::ffi::OsStr;
 use std::fs;
 use std::io::{Write, stdout};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `shsa join`.
 #[derive(clap::Args)]
@@ -45,8 +45,12 @@ struct Output {
     output: PathBuf,
 }
 
+/// The endings of what can be written.
+const ENDINGS: [&str; 3] = ["yaml", "yml", "json"];
+
 /// Joins; bad input when the models contradict each other, or the whole has errors.
 pub(crate) fn join(arguments: &JoinArguments) -> anyhow::Result<Outcome> {
+    arguments.output.check(&arguments.models)?;
     let names: Vec<String> = arguments.models.iter().map(|path| path.display().to_string()).collect();
     let texts = arguments.models.iter().map(|path| told(read_text(path, "model")));
     let texts = texts.collect::<anyhow::Result<Vec<_>>>()?;
@@ -58,6 +62,7 @@ pub(crate) fn join(arguments: &JoinArguments) -> anyhow::Result<Outcome> {
 
 /// Takes a part out.
 pub(crate) fn part(arguments: &PartArguments) -> anyhow::Result<Outcome> {
+    arguments.output.check(std::slice::from_ref(&arguments.model))?;
     let model = show::load_live(&arguments.model)?;
     let names: Vec<&str> = arguments.names.iter().map(String::as_str).collect();
     match knowledge::part(model.draft(), &names) {
@@ -74,6 +79,27 @@ fn told<T>(read: Result<T, Report>) -> anyhow::Result<T> {
 }
 
 impl Output {
+    /// Before anything is read: that it would not be written over a model, nor as something else than its ending says.
+    fn check(&self, models: &[PathBuf]) -> anyhow::Result<()> {
+        let shown = self.output.display();
+        let ending = self.output.extension().map(|ending| ending.to_string_lossy());
+        if let Some(ending) = ending.filter(|ending| !ENDINGS.contains(&ending.as_ref())) {
+            bail!(
+                "cannot write {shown} as .{ending}: a model with all that it says is YAML or JSON; write it as one of \
+                 these, and convert that with `shsa convert`"
+            );
+        }
+        let whole = |path: &Path| fs::canonicalize(path).ok();
+        let own = whole(&self.output);
+        if let Some(model) = models.iter().find(|model| own.is_some() && whole(model) == own) {
+            bail!(
+                "cannot write {shown}: it is the model {} that is read; give another name",
+                model.display()
+            );
+        }
+        Ok(())
+    }
+
     fn write(&self, draft: &Draft) -> anyhow::Result<Outcome> {
         let is_json = self.output.extension() == Some(OsStr::new("json"));
         let text = if is_json { write::json(draft) } else { write::yaml(draft) };

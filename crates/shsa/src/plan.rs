@@ -42,7 +42,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N")]
     limit: Option<u64>,
     /// Tell what takes over when a signal is lost, for the variable or else for all needs.
-    #[arg(long, conflicts_with_all = ["engine", "top", "all", "threads"], conflicts_with_all = requirements::FLAGS)]
+    #[arg(long, conflicts_with_all = ["engine", "top", "all", "threads", "why"])]
     contingency: bool,
     /// With --contingency: for any two signals that are lost, too.
     #[arg(long, requires = "contingency")]
@@ -97,7 +97,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             ..Preparation::default()
         };
         let variable = arguments.variable.as_deref();
-        let answer = contingency::answer(&knowledge, variable, preparation, arguments.json)?;
+        let required =
+            |variable, options: &mut Options| arguments.requirements.read(&knowledge, variable, options);
+        let answer = contingency::answer(&knowledge, variable, &preparation, required, arguments.json)?;
         writeln!(stdout().lock(), "{answer}")?;
         return Ok(Outcome::Done);
     }

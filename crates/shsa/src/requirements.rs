@@ -14,18 +14,6 @@ use std::collections::BTreeSet;
 /// How many candidates are asked why they are none, at most.
 const MOST_ASKED: usize = 1_000;
 
-/// All that stands in [`RequirementArguments`].
-pub(crate) const FLAGS: [&str; 8] = [
-    "for_need",
-    "max_latency",
-    "max_width",
-    "min_rate",
-    "integrity",
-    "independent_of",
-    "exclude_relation",
-    "why",
-];
-
 /// Requirements on the command line.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Requirements")]

@@ -61,6 +61,14 @@ impl Engine {
     /// Sets everything up; what is allocated for observations is allocated here.
     #[must_use]
     pub fn new(knowledge: KnowledgeBase, options: Options) -> Engine {
+        Engine::with_standby(knowledge, options, Standby::new)
+    }
+
+    fn with_standby(
+        knowledge: KnowledgeBase,
+        options: Options,
+        plan_ahead: impl FnOnce(&KnowledgeBase, &plan::Graph) -> Standby,
+    ) -> Engine {
         let mut judge = options.judge;
         let probations = knowledge.needs().iter().map(|need| need.switching.probation);
         judge.probation = probations.max().unwrap_or(judge.probation);
@@ -69,7 +77,7 @@ impl Engine {
         let monitor = Monitor::new(&knowledge, ways, options.monitor);
         let probation = judge.probation;
         let judge = Judge::new(&knowledge, judge);
-        let standby = Standby::new(&knowledge, &graph);
+        let standby = plan_ahead(&knowledge, &graph);
         let providers = IdVec::filled(knowledge.needs().len(), |need| {
             Provider::new(&knowledge, &graph, &standby, monitor.ports(), need)
         });

@@ -2,7 +2,7 @@
 //!
 //! The new engine is set up as at the beginning, and every stage then takes over what is still the same, matched by names:
 //! the ports of signals that mean the same, the recent comparisons of ways that compute the same, the verdicts that
-//! rest on such comparisons, silences and probations, and what serves each need. So nothing of the old knowledge base
+//! rest on such comparisons, silences and probations, what serves each need, and the plans for its losses. So nothing of the old knowledge base
 //! stays, and nothing grows with the number of changes.
 
 use super::message::Output;
@@ -19,7 +19,7 @@ impl Engine {
     /// nothing had happened. A signal that is described anew is judged anew; a verdict is dropped when no comparison that
     /// speaks about its signal goes on. A need whose source the change takes away is served by the next best at once.
     ///
-    /// Complexity: that of [`Engine::new`], and O(n log n) in what is taken over.
+    /// Complexity: that of [`Engine::new`] without the plans that last, and O(n log n) in what is taken over.
     pub fn reload(&mut self, knowledge: KnowledgeBase, at: Time) {
         self.advance(at);
         if self.waiting {
@@ -27,8 +27,11 @@ impl Engine {
         }
         let now = self.now.unwrap_or(at);
         let lineage = Lineage::new(&self.knowledge, &knowledge);
-        let version = self.knowledge.version();
-        let new = Engine::new(knowledge.succeeding(version), self.options);
+        let knowledge = knowledge.succeeding(self.knowledge.version());
+        let standby = core::mem::take(&mut self.standby);
+        let new = Engine::with_standby(knowledge, self.options, |knowledge, graph| {
+            standby.carried_over(&self.graph, &lineage, knowledge, graph)
+        });
         let old = core::mem::replace(self, new);
         self.inherit(old, &lineage, now);
     }

@@ -1,7 +1,7 @@
 //! What serves each need after the loss of any one signal, made ready before it is lost.
 
 use super::ways::{Lost, Source, preparation, ways, ways_of};
-use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
+use crate::knowledge::{IdVec, KnowledgeBase, Lineage, NeedId, SignalId, VariableId};
 use crate::plan::{Contingency, Graph, Plan};
 use crate::service::Service;
 use alloc::collections::BTreeMap;
@@ -13,7 +13,7 @@ const MOST_READY: usize = 100_000;
 
 /// The sources of all needs with nothing lost and after single losses, within counted bounds; what is not ready, as
 /// after several losses that each make a difference, is searched for when it is asked for.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Standby {
     table: Contingency,
     ready: IdVec<NeedId, BTreeMap<Vec<SignalId>, Arc<[Source]>>>,
@@ -22,8 +22,23 @@ pub(super) struct Standby {
 impl Standby {
     /// Plans ahead.
     pub(super) fn new(knowledge: &KnowledgeBase, graph: &Graph) -> Standby {
-        let variables = knowledge.needs().iter().map(|need| need.variable);
-        let table = Contingency::new(knowledge, graph, variables, preparation());
+        Standby::of(knowledge, Contingency::new(knowledge, graph, needed(knowledge), preparation()))
+    }
+
+    /// As [`Standby::new`], from what stood ready in the knowledge base before, whose graph was `before`.
+    pub(super) fn carried_over(
+        self,
+        before: &Graph,
+        lineage: &Lineage,
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+    ) -> Standby {
+        let table = self.table.carried_over(before, lineage, knowledge, graph, needed(knowledge));
+        Standby::of(knowledge, table)
+    }
+
+    /// Makes ready what the plans of a table stand for.
+    fn of(knowledge: &KnowledgeBase, table: Contingency) -> Standby {
         let ready = IdVec::filled(knowledge.needs().len(), |_| BTreeMap::new());
         let mut standby = Standby { table, ready };
         let mut left = MOST_READY;
@@ -78,6 +93,10 @@ impl Standby {
         let ready = loss.and_then(|loss| self.ready[need].get(loss));
         ready.cloned().unwrap_or_else(|| fit(knowledge, need, ways(knowledge, graph, variable, lost)).into())
     }
+}
+
+fn needed(knowledge: &KnowledgeBase) -> impl Iterator<Item = VariableId> + '_ {
+    knowledge.needs().iter().map(|need| need.variable)
 }
 
 /// Whether some substitution starts from what a lost signal carries.
@@ -143,15 +162,20 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is lost, what stands ready is what a search gives.
+        /// Whatever is lost, what stands ready is what a search gives; after a change of structure, too.
         #[test]
         fn what_stands_ready_is_what_is_searched_for(
             equations in prop::collection::vec((0..6_usize, 1..6_usize, 1..6_usize), 1..6),
             carried in prop::collection::vec(0..6_usize, 1..7),
+            before in (0..6_usize, 0..7_usize),
         ) {
             let knowledge = system(&equations, &carried);
             let graph = Graph::new(&knowledge);
-            let standby = Standby::new(&knowledge, &graph);
+            let (equation, signal) = before;
+            let old = system(equations.get(equation..).unwrap_or(&equations), carried.get(..signal).unwrap_or(&carried));
+            let (old_graph, lineage) = (Graph::new(&old), Lineage::new(&old, &knowledge));
+            let standby = Standby::new(&old, &old_graph);
+            let standby = standby.carried_over(&old_graph, &lineage, &knowledge, &graph);
             for need in knowledge.needs().ids() {
                 for set in 0..1_u32 << knowledge.signals().len() {
                     let is_lost = |(index, _): &(usize, SignalId)| set >> index & 1 == 1;

@@ -116,6 +116,11 @@ impl Formula {
         self.size
     }
 
+    /// The number of nodes on the longest way to a leaf.
+    pub(super) fn levels(&self) -> usize {
+        self.levels
+    }
+
     /// Whether it is within [`MAX_NODES`] and [`MAX_LEVELS`].
     pub(super) fn is_bounded(&self) -> bool {
         self.size <= MAX_NODES && self.levels <= MAX_LEVELS
@@ -193,43 +198,6 @@ impl Formula {
         for argument in &self.arguments {
             argument.visit(see);
         }
-    }
-
-    /// With the variables that `definitions` define replaced by their formulas, those in turn by the definitions
-    /// before them: one formula of a whole substitution.
-    ///
-    /// A variable stays a variable where the result would leave [`MAX_NODES`] or [`MAX_LEVELS`]; the previous value of
-    /// a variable stays as it is.
-    #[must_use]
-    pub fn inline(&self, definitions: &[(Symbol, &Formula)]) -> Formula {
-        let mut written_out: Vec<(Symbol, Formula)> = Vec::new();
-        for (symbol, formula) in definitions {
-            let formula = formula.replaced(&written_out);
-            written_out.push((*symbol, formula));
-        }
-        self.replaced(&written_out)
-    }
-
-    /// Replaced if that stays bounded, else unchanged.
-    fn replaced(&self, definitions: &[(Symbol, Formula)]) -> Formula {
-        let mut room = MAX_NODES.saturating_sub(self.size);
-        let replaced = self.replace(definitions, &mut room);
-        if replaced.is_bounded() { replaced } else { self.clone() }
-    }
-
-    fn replace(&self, definitions: &[(Symbol, Formula)], room: &mut usize) -> Formula {
-        if let Operation::Symbol(symbol) = self.operation {
-            let definition = definitions.iter().rev().find(|(defined, _)| *defined == symbol);
-            return match definition {
-                Some((_, formula)) if formula.size <= *room => {
-                    *room -= formula.size;
-                    formula.clone()
-                }
-                _ => self.clone(),
-            };
-        }
-        let arguments = self.arguments.iter().map(|argument| argument.replace(definitions, room)).collect();
-        self.with_arguments(arguments)
     }
 }
 

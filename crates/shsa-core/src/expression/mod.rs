@@ -31,6 +31,7 @@ mod parser;
 mod operation;
 mod number;
 mod formula;
+mod inline;
 mod text;
 mod simplify;
 mod measure;

@@ -73,6 +73,12 @@ impl Lineage {
         self.needs.find(old).copied().flatten()
     }
 
+    /// Whether every variable, relation and signal that lasts has the id that it had.
+    #[must_use]
+    pub fn keeps_ids(&self) -> bool {
+        keep(&self.variables) && keep(&self.relations) && keep(&self.namesakes)
+    }
+
     fn reads_alike(&self, old: (&KnowledgeBase, SignalId), new: (&KnowledgeBase, SignalId)) -> bool {
         let ((old, id), (new, namesake)) = (old, new);
         let (one, other) = (&old.signals()[id], &new.signals()[namesake]);
@@ -114,12 +120,88 @@ impl Lineage {
     }
 }
 
+fn keep<I: Id>(matches: &IdVec<I, Option<I>>) -> bool {
+    matches.enumerate().all(|(id, new)| new.is_none_or(|new| new == id))
+}
+
+/// How many elements a walk over two lists passes over to be in step again.
+const AHEAD: usize = 8;
+
 /// For each old element the new one of the same name.
+///
+/// Most elements of a changed model follow each other as before, so both lists are gone through side by side, from both
+/// ends; only what lies between is looked up by its name. Time: O(n), and O(k log k) for k in between.
 fn matched<I: Id, T>(old: &IdVec<I, T>, new: &IdVec<I, T>, name: impl Fn(&T) -> &str) -> IdVec<I, Option<I>> {
-    let names: BTreeMap<&str, I> = new.enumerate().map(|(id, element)| (name(element), id)).collect();
-    let mut found = IdVec::new();
-    for element in old {
-        found.push(names.get(name(element)).copied());
+    let old_name = |at: usize| old.find(I::from_index(at)).map(&name);
+    let new_name = |at: usize| new.find(I::from_index(at)).map(&name);
+    let same = |at: usize, new_at: usize| old_name(at).is_some() && old_name(at) == new_name(new_at);
+    let mut found = IdVec::filled(old.len(), |_| None);
+    let (mut lost, mut gained) = (Vec::new(), Vec::new());
+    let (mut at, mut new_at) = (0, 0);
+    let ahead = |(at, new_at)| {
+        let steps = (0..=AHEAD).flat_map(|ahead| [(ahead, 0), (0, ahead), (ahead, ahead)]);
+        steps.into_iter().find(|(passed, new_passed)| same(at + passed, new_at + new_passed))
+    };
+    while let Some((passed, new_passed)) = ahead((at, new_at)) {
+        lost.extend(at..at + passed);
+        gained.extend(new_at..new_at + new_passed);
+        found[I::from_index(at + passed)] = Some(I::from_index(new_at + new_passed));
+        (at, new_at) = (at + passed + 1, new_at + new_passed + 1);
+    }
+    let (mut end, mut new_end) = (old.len(), new.len());
+    while at < end && new_at < new_end && same(end - 1, new_end - 1) {
+        (end, new_end) = (end - 1, new_end - 1);
+        found[I::from_index(end)] = Some(I::from_index(new_end));
+    }
+    lost.extend(at..end);
+    gained.extend(new_at..new_end);
+    let names: BTreeMap<_, _> = gained.into_iter().map(|at| (new_name(at), I::from_index(at))).collect();
+    for at in lost {
+        found[I::from_index(at)] = names.get(&old_name(at)).copied();
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::string::{String, ToString};
+    use proptest::prelude::*;
+
+    fn list(names: &[u32]) -> IdVec<VariableId, String> {
+        let mut list = IdVec::new();
+        names.iter().for_each(|name| _ = list.push(name.to_string()));
+        list
+    }
+
+    fn check(old: &[u32], new: &[u32]) {
+        let place = |name: &u32| new.iter().position(|other| other == name);
+        let expected: Vec<Option<usize>> = old.iter().map(place).collect();
+        let found = matched(&list(old), &list(new), String::as_str);
+        let found: Vec<Option<usize>> = found.iter().map(|id| id.map(Id::index)).collect();
+        assert_eq!(found, expected, "{old:?} {new:?}");
+    }
+
+    proptest! {
+        #[test]
+        fn names_are_matched_wherever_they_stand(
+            all in Just((0..60).collect::<Vec<u32>>()).prop_shuffle(),
+            cuts in prop::collection::vec((0..60_usize, 0..60_usize, 0..12_usize), 0..5),
+            old in 0..60_usize,
+        ) {
+            let old = all.get(..old).unwrap_or_default();
+            let mut new = old.to_vec();
+            for (cut, (at, to, length)) in (100..).step_by(100).zip(cuts) {
+                let at = at.min(new.len());
+                let moved: Vec<u32> = new.drain(at..(at + length).min(new.len())).collect();
+                let to = to.min(new.len());
+                match length % 3 {
+                    0 => {}
+                    1 => new.splice(to..to, moved).for_each(drop),
+                    _ => new.splice(to..to, cut..cut + length as u32).for_each(drop),
+                }
+            }
+            check(old, &new);
+        }
+    }
 }

@@ -15,7 +15,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 /// How substitutions are rated; higher is better.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum Utility {
     /// `(0.3/n + 0.5/cost + 0.1/(u+1) + 0.5*A) / 1.4` for each relation, multiplied: few inputs, low cost, few inputs
     /// that must be substituted themselves, exact inputs (Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien
@@ -27,7 +27,7 @@ pub enum Utility {
 }
 
 /// Formulas of a model that rate relations and signals.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct OwnUtility {
     /// How ratings make the utility of a substitution.
     pub aggregate: Aggregate,
@@ -74,7 +74,7 @@ impl Aggregate {
 }
 
 /// A formula over facts of a relation or signal.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Rating {
     /// As written in the model.
     pub text: String,

@@ -104,11 +104,20 @@ impl<'a> BestFirst<'a> {
         limits: Limits,
     ) -> BestFirst<'a> {
         let options = requirements.narrowed(knowledge, options);
-        let mut search = BestFirst::new(graph, root, &options, limits);
+        BestFirst::new(graph, root, &options, limits).along_paths(knowledge, requirements, options)
+    }
+
+    /// With the requirements along substitutions, for a search that was begun with these, narrowed options.
+    pub(super) fn along_paths(
+        mut self,
+        knowledge: &'a KnowledgeBase,
+        requirements: &Requirements,
+        options: Options,
+    ) -> BestFirst<'a> {
         if requirements.limits_paths() {
-            search.paths = Some(Paths::new(knowledge, requirements.clone(), options, &search.scope));
+            self.paths = Some(Paths::new(knowledge, requirements.clone(), options, &self.scope));
         }
-        search
+        self
     }
 
     /// Counts answers that the caller keeps into the limit of states.

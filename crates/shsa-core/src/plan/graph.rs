@@ -1,5 +1,6 @@
 //! A knowledge base as the searches read it: flat arrays, built once, and a view of it without what is forbidden.
 
+mod lasting;
 mod update;
 
 use super::utility::{Scale, Weight};
@@ -60,7 +61,7 @@ struct VariableFacts {
     status: Status,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Carrier {
     signal: SignalId,
     available: bool,
@@ -68,7 +69,7 @@ struct Carrier {
     weight: Weight,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct RelationFacts {
     several_outputs: bool,
     exclusive: bool,
@@ -152,6 +153,11 @@ impl Graph {
         self.relations.len()
     }
 
+    /// How many signals it has.
+    pub(super) fn signals(&self) -> usize {
+        self.carried.len()
+    }
+
     /// How its weights are joined.
     pub(super) fn scale(&self) -> Scale {
         Scale(self.utility.aggregate())
@@ -198,18 +204,19 @@ impl Graph {
     }
 
     fn add_producers(&mut self, knowledge: &KnowledgeBase) {
+        let mut all = Rows::new();
         for variable in knowledge.variables().ids() {
-            let mut relations = knowledge.producers(variable).to_vec();
-            relations.dedup();
-            let producers: Vec<_> = relations
-                .into_iter()
-                .map(|relation| {
+            // A relation that names an output twice stands there twice, side by side.
+            let mut last = None;
+            let relations = knowledge.producers(variable).iter().copied();
+            all.push(relations.filter(|&relation| last.replace(relation) != Some(relation)).map(
+                |relation| {
                     let weight = self.weight(relation, variable, |input| self.variables[input].status);
                     Producer { relation, weight }
-                })
-                .collect();
-            self.producers.push(producers.into_iter());
+                },
+            ));
         }
+        self.producers = all;
     }
 
     fn weight(

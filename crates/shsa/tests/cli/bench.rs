@@ -13,7 +13,11 @@ fn scale_measures_each_size_and_writes_what_it_found() {
     for line in &lines {
         assert!(line["load_s"].as_f64().unwrap() > 0.0 && line["change_worst_s"].as_f64().unwrap() > 0.0);
         assert_eq!(line["table_needs"], line["needs"]);
+        assert!(line["structure_worst_s"].as_f64().unwrap() >= line["structure_median_s"].as_f64().unwrap());
     }
+    // Of three needs, a change touches one.
+    let searches = |key: &str| lines[1][key].as_f64().unwrap();
+    assert!(searches("structure_searches") < searches("table_searches"), "{}", lines[1]);
     let read = |name: &str| std::fs::read_to_string(folder.path("found").join(name)).unwrap();
     assert!(read("scale.md").contains("shsa bench scale --sizes 300,100 --seed 1"));
     assert!(read("scale-time.svg").starts_with("<svg") && read("scale-memory.svg").starts_with("<svg"));

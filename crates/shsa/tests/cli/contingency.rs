@@ -109,11 +109,48 @@ fn what_cannot_be_asked() {
     assert!(told.starts_with("a: nothing can provide it now\n"), "{told}");
 }
 
+/// A variable with two stand-ins: the values of one are wide, those of the other old.
+const STAND_INS: &str = "\
+shsa: 1
+variables: { x: { unit: m }, y: { unit: m }, z: { unit: m } }
+relations: { near: x = y + 1 m, far: x = z + 2 m }
+signals:
+  own: { variable: x, rate: 10 Hz, value_error: 0.1 }
+  wide: { variable: y, rate: 20 Hz, value_error: 1 }
+  old: { variable: z, rate: 10 Hz, value_error: 0.1, delay: 500 ms, properties: { integrity: B } }
+needs:
+  x: { max_age: 300 ms, max_width: 1 }
+  z: { max_age: 2 s }
+";
+
+#[test]
+fn what_takes_over_meets_the_requirements() {
+    let folder = Folder::with(&[("m.yaml", STAND_INS.as_bytes())]);
+    let ways = |flags: &str| {
+        let answer = folder.json(&format!("plan m.yaml x --contingency {flags}"), 0);
+        let losses = of(&answer, 0).into_iter().find(|(lost, ..)| lost == "own");
+        (answer["variables"][0]["now"]["signals"].clone(), losses.map(|(_, relations, _)| relations))
+    };
+    let (own, nothing) = (json!(["own"]), Some(Value::Null));
+    assert_eq!(ways(""), (own.clone(), Some(json!(["near"]))));
+    assert_eq!(ways("--max-width 1"), (own.clone(), Some(json!(["far"]))));
+    assert_eq!(ways("--max-latency 300ms"), (own.clone(), Some(json!(["near"]))));
+    assert_eq!(ways("--exclude-relation near"), (own.clone(), Some(json!(["far"]))));
+    assert_eq!(ways("--for-need"), (own.clone(), nothing.clone()));
+    assert_eq!(ways("--independent-of wide --max-latency 300ms"), (own, nothing));
+    assert_eq!(ways("--integrity B"), (json!(["old"]), None), "its own signal falls short already");
+    assert_eq!(ways("--min-rate 15"), (json!(["wide"]), None));
+    // Each need its own.
+    let answer = folder.json("plan m.yaml --contingency --for-need", 0);
+    let unhealed: Vec<&Value> =
+        answer["variables"].as_array().unwrap().iter().map(|it| &it["unhealed"]).collect();
+    assert_eq!(unhealed, [&json!([["own"]]), &json!([])]);
+    folder.refuses("plan m.yaml y --contingency --for-need", &["no need of 'y'"]);
+}
+
 #[test]
 fn what_it_does_not_look_at_is_refused() {
-    for flag in
-        ["--for-need", "--max-width 1", "--exclude-relation pump", "--why", "--threads 2", "--engine dfs"]
-    {
+    for flag in ["--why", "--threads 2", "--engine dfs"] {
         folder().refuses(&format!("plan m.yaml flow --contingency {flag}"), &["cannot be used with"]);
     }
 }

@@ -45,3 +45,21 @@ fn contradictions_name_both_places() {
     folder.refuses("join chassis.yaml", &["required"]);
     folder.refuses("part chassis.yaml weel", &["nothing with the name weel"]);
 }
+
+#[test]
+fn nothing_is_written_over_a_model_or_as_what_it_is_not() {
+    let folder = folder();
+    let is_read = "it is the model";
+    folder.refuses("join chassis.yaml engine.yaml -o engine.yaml", &["engine.yaml", is_read]);
+    folder.refuses("join chassis.yaml engine.yaml -o ./chassis.yaml", &["chassis.yaml", is_read]);
+    folder.refuses("part engine.yaml speed -o engine.yaml", &["engine.yaml", is_read]);
+    for ending in ["pl", "dot", "svg"] {
+        let words = [&format!("as .{ending}"), "YAML or JSON", "shsa convert"];
+        folder.refuses(&format!("part engine.yaml gears -o x.{ending}"), &words);
+        folder.refuses(&format!("join chassis.yaml engine.yaml -o x.{ending}"), &words);
+    }
+    let read = |name: &str| std::fs::read_to_string(folder.path(name)).unwrap();
+    assert_eq!((read("chassis.yaml"), read("engine.yaml")), (CHASSIS.into(), ENGINE.into()));
+    assert_eq!(folder.names().len(), 2, "{:?}", folder.names());
+    folder.ends("part engine.yaml speed -o part.yml", 0);
+}

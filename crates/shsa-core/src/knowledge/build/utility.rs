@@ -10,6 +10,7 @@ use crate::knowledge::draft::{Place, Source, Text, UtilityDraft};
 use crate::knowledge::properties::SharedNames;
 use crate::knowledge::utility::{Aggregate, Element, Fact, OwnUtility, Rating, Utility, UtilityProblem};
 use crate::knowledge::{KnowledgeBase, Properties};
+use crate::unit::Dimension;
 use alloc::boxed::Box;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
@@ -142,6 +143,12 @@ fn rating(problems: &mut Problems, text: &Text, names: &Names) -> Option<Rating>
     }
     let formula = checked.formula?;
     let whole = 0..text.text.len();
+    if let Some(dimension) = checked.dimension.filter(|&dimension| dimension != Dimension::PLAIN) {
+        let message = format!("a utility is a plain number, and this is in {dimension}");
+        let help = "divide it by a constant of that unit";
+        problems.inside(text, Problem::error(whole, message).with_help(help));
+        return None;
+    }
     if formula.shape() != expression::Shape::Scalar || formula.is_stateful() {
         let problem = Problem::error(whole, "a utility is a number of the present properties");
         problems.inside(text, problem);

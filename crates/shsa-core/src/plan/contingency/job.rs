@@ -5,11 +5,22 @@ use super::super::graph::{Graph, Options, View};
 use super::super::utility::Weight;
 use super::super::{Marks, Plan, StopReason, first};
 use super::derivation::Derivations;
-use super::prepare::{Entry, Preparation, Prepared, with};
+use super::prepare::{Entry, Preparation, Prepared, with, without};
 use super::reach::{Reach, Reached};
-use crate::knowledge::{SignalId, VariableId};
+use crate::knowledge::{KnowledgeBase, SignalId, VariableId};
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
+
+/// What plans are made from.
+#[derive(Clone, Copy)]
+pub(super) struct Ground<'a> {
+    pub(super) knowledge: &'a KnowledgeBase,
+    pub(super) graph: &'a Graph,
+    pub(super) derivations: &'a Derivations,
+    pub(super) preparation: &'a Preparation,
+    /// The options of the preparation without what falls short of its requirements on its own.
+    pub(super) options: &'a Options,
+}
 
 /// What is needed to make plans, and can be used again.
 #[derive(Clone, Debug, Default)]
@@ -22,19 +33,19 @@ impl Workshop {
     /// All plans of a variable, and the work that it was; `None` when `work` is not enough for the first.
     pub(super) fn prepare(
         &mut self,
-        graph: &Graph,
-        derivations: &Derivations,
+        ground: Ground,
         variable: VariableId,
-        preparation: &Preparation,
         work: u64,
     ) -> (Option<Prepared>, u64) {
-        self.reach.fit(graph.variables());
-        let left = work.min(preparation.work_each);
+        self.reach.fit(ground.graph.variables());
+        let left = work.min(ground.preparation.work_each);
         let (entries, plans, reads) = (BTreeMap::new(), Vec::new(), Vec::new());
         let workshop = self;
-        let job = Job { workshop, graph, derivations, variable, preparation, entries, plans, reads, left };
+        let job = Job { workshop, ground, variable, entries, plans, reads, left };
         let (prepared, unused) = job.run();
-        (prepared, left - unused)
+        let work = left - unused;
+        let enough = if unused == 0 { u64::MAX } else { work };
+        (prepared.map(|prepared| Prepared { work: enough, ..prepared }), work)
     }
 }
 
@@ -55,10 +66,8 @@ struct Situation<'a> {
 
 struct Job<'a> {
     workshop: &'a mut Workshop,
-    graph: &'a Graph,
-    derivations: &'a Derivations,
+    ground: Ground<'a>,
     variable: VariableId,
-    preparation: &'a Preparation,
     /// By the lost signals: where the plan stands, and what matters then.
     entries: BTreeMap<Vec<SignalId>, (usize, Vec<SignalId>)>,
     plans: Vec<Plan>,
@@ -70,13 +79,14 @@ struct Job<'a> {
 impl<'a> Job<'a> {
     fn run(mut self) -> (Option<Prepared>, u64) {
         let Some(base) = self.without(&[], None) else { return (None, 0) };
-        let events = self.derivations.with_origins(&base.matters);
+        let events = self.ground.derivations.with_origins(&base.matters);
         let complete = self.losses(&base, &events).is_some();
         let entry = |(lost, (plan, matters))| Entry { lost, plan, matters };
         let entries = self.entries.into_iter().map(entry).collect();
         self.reads.sort_unstable();
         self.reads.dedup();
-        (Some(Prepared { entries, plans: self.plans, events, reads: self.reads, complete }), self.left)
+        let (plans, reads) = (self.plans, self.reads);
+        (Some(Prepared { entries, plans, events, reads, complete, work: 0 }), self.left)
     }
 
     /// `None` when the work was not enough.
@@ -89,7 +99,7 @@ impl<'a> Job<'a> {
         for &event in events {
             self.event(base, &[event])?;
         }
-        if self.preparation.pairs {
+        if self.ground.preparation.pairs {
             self.pairs(base, &leaders)?;
             self.pairs_of_events(base, events)?;
         }
@@ -98,7 +108,7 @@ impl<'a> Job<'a> {
 
     /// The loss of some signals and all that is derived from them; the signals that matter after it.
     fn event(&mut self, base: &Situation<'a>, lost: &[SignalId]) -> Option<Vec<SignalId>> {
-        let lost = self.derivations.with_derived(lost);
+        let lost = self.ground.derivations.with_derived(lost);
         let (mut set, mut matters) = (Vec::new(), base.matters.clone());
         loop {
             let all = with(&set, &lost, &matters);
@@ -116,10 +126,10 @@ impl<'a> Job<'a> {
     fn pairs_of_events(&mut self, base: &Situation<'a>, events: &[SignalId]) -> Option<()> {
         for &one in events {
             let matters = self.event(base, &[one])?;
-            for &other in events.iter().chain(&self.derivations.with_origins(&matters)) {
+            for &other in events.iter().chain(&self.ground.derivations.with_origins(&matters)) {
                 self.pay(1)?;
                 // Without derived signals it is one of the pairs.
-                if self.derivations.with_derived(&[one, other]).len() > 2 {
+                if self.ground.derivations.with_derived(&[one, other]).len() > 2 {
                     self.event(base, &[one, other])?;
                 }
             }
@@ -154,7 +164,7 @@ impl<'a> Job<'a> {
         known: &Situation<'a>,
         lost: &[SignalId],
     ) -> Option<Option<Situation<'a>>> {
-        let view = View::new(self.graph, &self.preparation.without(lost));
+        let view = View::new(self.ground.graph, &without(self.ground.options, lost));
         if !self.makes_no_difference(base, known, &view, lost)? {
             return self.without(lost, Some((base, view))).map(Some);
         }
@@ -179,7 +189,11 @@ impl<'a> Job<'a> {
         view: &View<'a>,
         lost: &[SignalId],
     ) -> Option<bool> {
-        for variable in lost.iter().filter_map(|&signal| self.graph.carried(signal)) {
+        if self.ground.preparation.requirements.limits_paths() {
+            // A variable may be older, or less exact, as it comes than it is when it is computed.
+            return Some(false);
+        }
+        for variable in lost.iter().filter_map(|&signal| self.ground.graph.carried(signal)) {
             let (before, after) = (known.view.status(variable), view.status(variable));
             if before == after {
                 continue;
@@ -191,7 +205,7 @@ impl<'a> Job<'a> {
             }
             let beyond = if core::ptr::eq(base, known) { &[][..] } else { known.reached.readings(variable) };
             for reading in base.reached.readings(variable).iter().chain(beyond) {
-                self.pay(1 + self.graph.inputs(reading.producer.relation).len() as u64)?;
+                self.pay(1 + self.ground.graph.inputs(reading.producer.relation).len() as u64)?;
                 let weight = |view: &View| view.weight(reading.producer, reading.place);
                 if weight(view) < weight(&known.view) {
                     return Some(false);
@@ -208,22 +222,23 @@ impl<'a> Job<'a> {
         lost: &[SignalId],
         after: Option<(&Situation<'a>, View<'a>)>,
     ) -> Option<Situation<'a>> {
-        let options = self.preparation.without(lost);
+        let options = without(self.ground.options, lost);
         let (view, reached) = match after {
             Some((base, view)) => {
                 let reached = self.reach_beyond(base, &view, lost, &options)?;
                 (view, reached)
             }
             None => {
-                let view = View::new(self.graph, &options);
+                let view = View::new(self.ground.graph, &options);
                 let reached = self.workshop.reach.from(&view, self.variable, &options, self.left)?;
                 (view, reached)
             }
         };
         self.pay(reached.work)?;
-        let Preparation { count, limits, .. } = *self.preparation;
-        let marks = &mut self.workshop.marks;
-        let plan = first(BestFirst::with_marks(marks, self.graph, self.variable, &options, limits), count);
+        let Ground { knowledge, graph, preparation, .. } = self.ground;
+        let Preparation { count, limits, requirements, .. } = preparation;
+        let search = BestFirst::with_marks(&mut self.workshop.marks, graph, self.variable, &options, *limits);
+        let plan = first(search.along_paths(knowledge, requirements, options), *count);
         self.left = self.left.saturating_sub(plan.expanded);
         self.reads.extend_from_slice(&reached.variables);
         let matters = self.carriers(&reached);
@@ -255,7 +270,7 @@ impl<'a> Job<'a> {
                 && !base.reached.readings(variable).is_empty()
                 && !options.substitute_provided
         };
-        let carried = lost.iter().filter_map(|&signal| self.graph.carried(signal));
+        let carried = lost.iter().filter_map(|&signal| self.ground.graph.carried(signal));
         let mut lost: Vec<_> = carried.filter(is_lost).collect();
         lost.sort_unstable();
         lost.dedup();
@@ -269,8 +284,9 @@ impl<'a> Job<'a> {
 
     /// The usable signals that carry what was reached, ascending.
     fn carriers(&self, reached: &Reached) -> Vec<SignalId> {
-        let forbidden = &self.preparation.options.forbidden_signals;
-        let carriers = reached.variables.iter().flat_map(|&variable| self.graph.usable_carriers(variable));
+        let forbidden = &self.ground.options.forbidden_signals;
+        let carriers =
+            reached.variables.iter().flat_map(|&variable| self.ground.graph.usable_carriers(variable));
         let mut carriers: Vec<_> = carriers.filter(|signal| !forbidden.contains(signal)).collect();
         carriers.sort_unstable();
         carriers

@@ -7,30 +7,35 @@
 //! the relations that could use it; so every entry is a search of its own, and equals one that is made anew.
 //!
 //! A table lists for each variable which parts of the knowledge base its searches have read; when a number or the
-//! availability of a signal changes there, the plans of this variable are made again, and no others.
+//! availability of a signal changes there, the plans of this variable are made again, and no others. So it is after a
+//! change of structure: the plans of variables of which nothing that was read has changed are carried over.
 
 mod derivation;
 mod reach;
 mod prepare;
 mod job;
+mod carry;
 
 pub use prepare::Preparation;
 
 use super::best_first::BestFirst;
-use super::graph::Graph;
-use super::{Plan, first};
-use crate::knowledge::{Element, Id, IdVec, KnowledgeBase, SignalId, VariableId};
+use super::graph::{Graph, Options};
+use super::{Plan, Requirements, first};
+use crate::knowledge::{Element, Id, IdVec, KnowledgeBase, Lineage, SignalId, VariableId};
 use alloc::borrow::Cow;
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
+use carry::Succession;
 use derivation::Derivations;
-use job::Workshop;
-use prepare::Prepared;
+use job::{Ground, Workshop};
+use prepare::{Prepared, without};
 
-/// For each of some variables the best plans after each loss.
-#[derive(Clone, Debug)]
+/// For each of some variables the best plans after each loss; by default for none.
+#[derive(Clone, Debug, Default)]
 pub struct Contingency {
     preparation: Preparation,
+    /// The options without what falls short of the requirements on its own.
+    options: Options,
     version: u64,
     /// Whether searches were refused.
     monotone: bool,
@@ -57,8 +62,45 @@ impl Contingency {
         variables: impl IntoIterator<Item = VariableId>,
         preparation: Preparation,
     ) -> Contingency {
-        let mut left = preparation.work;
-        let mut table = Contingency {
+        let mut table = Contingency::empty(knowledge, graph, preparation);
+        table.fill(knowledge, graph, variables, |_| None);
+        table
+    }
+
+    /// The table of `variables` after a change of structure, from the one of the knowledge base before, whose graph was
+    /// `before`. It is that of [`Contingency::new`], but only those plans are made that may depend on what has
+    /// changed (with requirements, all); [`Contingency::searches`] goes on counting.
+    ///
+    /// Complexity: O(model), O(table) when ids have changed, and that of [`Contingency::new`] for what is made anew.
+    #[must_use]
+    pub fn carried_over(
+        self,
+        before: &Graph,
+        lineage: &Lineage,
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        variables: impl IntoIterator<Item = VariableId>,
+    ) -> Contingency {
+        // What requirements look at beyond the graph is not compared.
+        let is_asked = self.preparation.requirements != Requirements::default();
+        let is_current = self.version == before.version() && !is_asked;
+        let mut table = Contingency::empty(knowledge, graph, self.preparation.succeeded(lineage));
+        table.searches = self.searches;
+        let succession = Succession::new((before, &self.derivations), (graph, &table.derivations), lineage);
+        let mut carried: Vec<Option<Prepared>> =
+            self.prepared.into_iter().map(|old| succession.carried(old).filter(|_| is_current)).collect();
+        let mut slots = IdVec::filled(graph.variables(), |_| None);
+        for (variable, slot) in self.slots.enumerate() {
+            lineage.variable(variable).into_iter().for_each(|namesake| slots[namesake] = *slot);
+        }
+        table
+            .fill(knowledge, graph, variables, |variable| carried.get_mut(slots[variable]? as usize)?.take());
+        table
+    }
+
+    fn empty(knowledge: &KnowledgeBase, graph: &Graph, preparation: Preparation) -> Contingency {
+        Contingency {
+            options: preparation.requirements.narrowed(knowledge, &preparation.options),
             preparation,
             version: graph.version(),
             monotone: graph.is_monotone(),
@@ -68,16 +110,45 @@ impl Contingency {
             derivations: Derivations::new(knowledge),
             workshop: Workshop::default(),
             searches: 0,
-        };
+        }
+    }
+
+    /// Gives each variable the plans that it has already, if their work is allowed, else makes them.
+    fn fill(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        variables: impl IntoIterator<Item = VariableId>,
+        mut known: impl FnMut(VariableId) -> Option<Prepared>,
+    ) {
+        let mut left = self.preparation.work;
         for variable in variables {
             if left == 0 {
                 break;
             }
-            if table.slots.find(variable) == Some(&None) {
-                left = left.saturating_sub(table.prepare(graph, variable, left));
+            if self.slots.find(variable) != Some(&None) {
+                continue;
+            }
+            let most = left.min(self.preparation.work_each);
+            let (prepared, work) = match known(variable).filter(|known| known.work <= most) {
+                Some(known) => {
+                    let work = known.work;
+                    (Some(known), work)
+                }
+                None => self.make(knowledge, graph, variable, left),
+            };
+            left = left.saturating_sub(work);
+            if let Some(prepared) = prepared {
+                self.slots[variable] = Some(self.prepared.len() as u32);
+                self.prepared.push(prepared);
             }
         }
-        table
+        let slots = self.slots.enumerate();
+        let known =
+            slots.filter_map(|(variable, slot)| Some((variable, self.prepared.get((*slot)? as usize)?)));
+        self.readers = known
+            .flat_map(|(variable, known)| known.reads.iter().map(move |&read| (read, variable)))
+            .collect();
     }
 
     /// The version of the knowledge base that it is of.
@@ -152,15 +223,27 @@ impl Contingency {
     /// The plan of the table, or, where it has none or is of another version than the graph, one that is searched
     /// for.
     #[must_use]
-    pub fn plan_or_search(&self, graph: &Graph, variable: VariableId, lost: &[SignalId]) -> Cow<'_, Plan> {
+    pub fn plan_or_search(
+        &self,
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        variable: VariableId,
+        lost: &[SignalId],
+    ) -> Cow<'_, Plan> {
         let known = self.plan(variable, lost).filter(|_| self.version == graph.version());
-        known.map_or_else(|| Cow::Owned(self.search(graph, variable, lost)), Cow::Borrowed)
+        known.map_or_else(|| Cow::Owned(self.search(knowledge, graph, variable, lost)), Cow::Borrowed)
     }
 
-    fn search(&self, graph: &Graph, variable: VariableId, lost: &[SignalId]) -> Plan {
-        let Preparation { count, limits, .. } = self.preparation;
-        let options = self.preparation.without(lost);
-        first(BestFirst::new(graph, variable, &options, limits), count)
+    fn search(
+        &self,
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        variable: VariableId,
+        lost: &[SignalId],
+    ) -> Plan {
+        let Preparation { count, limits, options, requirements, .. } = &self.preparation;
+        let options = without(options, lost);
+        first(BestFirst::meeting(knowledge, graph, variable, &options, requirements, *limits), *count)
     }
 
     /// The plans of a variable by the lost signals, with nothing lost first. Signals whose loss can make no difference
@@ -194,11 +277,13 @@ impl Contingency {
                 }
             }
         }
-        if self.monotone != graph.is_monotone() {
+        let options = self.preparation.requirements.narrowed(knowledge, &self.preparation.options);
+        if self.monotone != graph.is_monotone() || self.options != options {
+            self.options = options;
             affected.extend(self.variables());
         }
         for &variable in &affected {
-            self.prepare(graph, variable, u64::MAX);
+            self.renew(knowledge, graph, variable);
         }
         self.monotone = graph.is_monotone();
         self.version = graph.version();
@@ -210,31 +295,36 @@ impl Contingency {
         self.readers.range(all(variable)).map(|&(_, prepared)| prepared)
     }
 
-    /// Makes the plans of one variable, anew if it has some; gives the work that it was.
-    fn prepare(&mut self, graph: &Graph, variable: VariableId, work: u64) -> u64 {
-        let (new, work) = self.workshop.prepare(graph, &self.derivations, variable, &self.preparation, work);
-        let slot = &mut self.slots[variable];
-        match (slot.and_then(|slot| self.prepared.get_mut(slot as usize)), new) {
-            (Some(old), Some(new)) => {
-                self.searches += new.plans.len() as u64;
+    /// The plans of one variable, and the work that it was.
+    fn make(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        variable: VariableId,
+        work: u64,
+    ) -> (Option<Prepared>, u64) {
+        let Contingency { derivations, preparation, options, workshop, .. } = self;
+        let ground = Ground { knowledge, graph, derivations, preparation, options };
+        let made = workshop.prepare(ground, variable, work);
+        self.searches += made.0.as_ref().map_or(0, |made| made.plans.len() as u64);
+        made
+    }
+
+    /// Makes the plans of a variable that has some anew.
+    fn renew(&mut self, knowledge: &KnowledgeBase, graph: &Graph, variable: VariableId) {
+        let (new, _) = self.make(knowledge, graph, variable, u64::MAX);
+        let slot = self.slots.find(variable).copied().flatten();
+        let Some(old) = slot.and_then(|slot| self.prepared.get_mut(slot as usize)) else { return };
+        match new {
+            Some(new) => {
                 difference(&old.reads, &new.reads)
                     .for_each(|read| _ = self.readers.remove(&(read, variable)));
                 difference(&new.reads, &old.reads).for_each(|read| _ = self.readers.insert((read, variable)));
                 *old = new;
             }
             // What it has read stays: when this changes back the work may be enough again.
-            (Some(old), None) => {
-                *old = Prepared { reads: core::mem::take(&mut old.reads), ..Prepared::default() }
-            }
-            (None, Some(new)) => {
-                self.searches += new.plans.len() as u64;
-                self.readers.extend(new.reads.iter().map(|&read| (read, variable)));
-                *slot = Some(self.prepared.len() as u32);
-                self.prepared.push(new);
-            }
-            (None, None) => {}
+            None => *old = Prepared { reads: core::mem::take(&mut old.reads), ..Prepared::default() },
         }
-        work
     }
 }
 

@@ -1,12 +1,12 @@
 //! What is asked of a table, and what it keeps for one variable.
 
 use super::super::graph::Options;
-use super::super::{Limits, Plan};
+use super::super::{Limits, Plan, Requirements};
 use crate::knowledge::{SignalId, VariableId};
 use alloc::vec::Vec;
 
 /// What a table is made for, and what making it may cost.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Preparation {
     /// How many substitutions each plan has at the most.
     pub count: usize,
@@ -14,6 +14,8 @@ pub struct Preparation {
     pub pairs: bool,
     /// Of each search; lost signals are forbidden in addition.
     pub options: Options,
+    /// What substitutions must meet. Of age and width, no loss can be told to make no difference without a search.
+    pub requirements: Requirements,
     /// Of each search.
     pub limits: Limits,
     /// How many inputs may be looked at and decisions taken for one variable; a search that has begun ends by its own
@@ -30,6 +32,7 @@ impl Default for Preparation {
             count: 1,
             pairs: false,
             options: Options::default(),
+            requirements: Requirements::default(),
             limits: Limits::default(),
             work_each: 10_000_000,
             work: 100_000_000,
@@ -37,13 +40,11 @@ impl Default for Preparation {
     }
 }
 
-impl Preparation {
-    /// The options of a search without some signals.
-    pub(super) fn without(&self, lost: &[SignalId]) -> Options {
-        let mut options = self.options.clone();
-        options.forbidden_signals.extend_from_slice(lost);
-        options
-    }
+/// The options of a search without some signals.
+pub(super) fn without(options: &Options, lost: &[SignalId]) -> Options {
+    let mut options = options.clone();
+    options.forbidden_signals.extend_from_slice(lost);
+    options
 }
 
 /// The plan after a loss.
@@ -69,6 +70,8 @@ pub(super) struct Prepared {
     pub(super) reads: Vec<VariableId>,
     /// Whether no loss was left out for its work.
     pub(super) complete: bool,
+    /// With how much work it is made; the highest number when it is not known that less than all there was is enough.
+    pub(super) work: u64,
 }
 
 impl Prepared {

@@ -258,6 +258,10 @@ fn a_utility_gets_no_better_with_more_relations() {
          3:73 error: the utility of signal `b` has no value (give it every property that the formula reads, or name values under `defaults`)",
     );
     check(
+        &model("utility: { relation: 1 m, signal: 2 }"),
+        "5:22 error: a utility is a plain number, and this is in m (divide it by a constant of that unit)",
+    );
+    check(
         &model("utility: { aggregat: sum, relation: previous(inputs) + prise, agregate: 3 }"),
         "5:12 error: unknown key `aggregat` (did you mean `aggregate`? known keys here: aggregate, relation, signal, defaults)
          5:56 error: `prise` is not defined

@@ -11,7 +11,7 @@ use std::path::Path;
 /// A column: its head, the key of what was measured, and how it is written.
 type Column = (&'static str, &'static str, fn(f64) -> String);
 
-const COLUMNS: [Column; 12] = [
+const COLUMNS: [Column; 14] = [
     ("relations", "relations", count),
     ("signals", "signals", count),
     ("needs", "needs", count),
@@ -24,6 +24,8 @@ const COLUMNS: [Column; 12] = [
     ("its needs", "table_needs", count),
     ("a change, median", "change_median_s", seconds),
     ("worst", "change_worst_s", seconds),
+    ("a change of structure, median", "structure_median_s", seconds),
+    ("worst", "structure_worst_s", seconds),
 ];
 
 /// A table for the terminal.
@@ -53,6 +55,7 @@ fn time(all: &[Measured]) -> Chart {
     let series = [
         ("load from JSON", "load_s"),
         ("table of losses", "table_s"),
+        ("a change of structure, worst", "structure_worst_s"),
         ("graph", "graph_s"),
         ("a change, worst", "change_worst_s"),
         ("a plan, median", "plan_median_s"),
@@ -82,6 +85,7 @@ fn document(arguments: &Arguments, all: &[Measured]) -> String {
     let head = COLUMNS.map(|(head, ..)| head).join(" | ");
     let rule = "---|".repeat(COLUMNS.len());
     let rows: String = all.iter().map(|one| format!("| {} |\n", cells(one).join(" | "))).collect();
+    let parts = all.last().map(parts).unwrap_or_default();
     let limited: f64 = all.iter().map(|one| one.get("plans_limited")).sum();
     format!(
         "# Scale
@@ -100,6 +104,8 @@ Written by `shsa bench scale --sizes {} --seed {} --out docs`; the numbers are i
 - *table of losses* holds the best plans of every need for every single lost signal, *its needs* are those for which it
   does: a limit bounds the set-up of each.
 - *a change*: a signal is lost, or comes back; until graph and table are current again.
+- *a change of structure*: a relation is added, or a signal removed, in the middle of the model; until graph and table are
+  those of the new knowledge base, once that is checked. {parts}
 
 ![time](scale-time.svg)
 
@@ -108,6 +114,21 @@ Written by `shsa bench scale --sizes {} --seed {} --out docs`; the numbers are i
         sizes.join(","),
         arguments.seed,
         model::DESCRIPTION,
+    )
+}
+
+/// Where the time of a change of structure goes.
+fn parts(one: &Measured) -> String {
+    format!(
+        "Of {} relations, matching the elements of both takes {}, the table {} (of its {} searches, at most {} are made \
+         again), and the graph, which is made anew, {}: loading a model, with all checks, takes {:.0} times as long.",
+        count(one.get("relations")),
+        seconds(one.get("structure_match_s")),
+        seconds(one.get("structure_table_s")),
+        count(one.get("table_searches")),
+        count(one.get("structure_searches")),
+        seconds(one.get("structure_graph_s")),
+        one.get("load_s") / one.get("structure_graph_s"),
     )
 }
 

@@ -1,0 +1,60 @@
+//! What a graph has in common with the one that takes its place after a change of structure.
+
+use super::{Carrier, Graph};
+use crate::knowledge::{IdVec, Lineage, RelationId, VariableId};
+
+impl Graph {
+    /// The variables about which a search that comes by reads the same in both graphs, by other ids: how they are
+    /// provided and by which signals, and the relations that produce them with all their inputs and numbers, in the
+    /// same order. What an input is like is a question to that input.
+    ///
+    /// A search in which all that it comes by lasts, and stays in the same order, takes the same decisions. Complexity:
+    /// O(model).
+    pub(in crate::plan) fn lasting(&self, new: &Graph, lineage: &Lineage) -> IdVec<VariableId, bool> {
+        if self.utility != new.utility || self.monotone != new.monotone {
+            return IdVec::filled(self.variables.len(), |_| false);
+        }
+        let relations =
+            IdVec::filled(self.relations.len(), |relation| self.relation_lasts(new, lineage, relation));
+        IdVec::filled(self.variables.len(), |variable| {
+            let namesake = lineage.variable(variable);
+            namesake.is_some_and(|namesake| {
+                self.is_provided_alike(new, lineage, (variable, namesake))
+                    && self.is_produced_alike(new, lineage, &relations, (variable, namesake))
+            })
+        })
+    }
+
+    fn relation_lasts(&self, new: &Graph, lineage: &Lineage, relation: RelationId) -> bool {
+        let Some(namesake) = lineage.relation(relation) else { return false };
+        let inputs = self.inputs.row(relation).iter().map(|&input| lineage.variable(input));
+        let numbers = self.properties.row(relation).iter().map(|number| number.to_bits());
+        self.relations[relation] == new.relations[namesake]
+            && inputs.eq(new.inputs.row(namesake).iter().copied().map(Some))
+            && numbers.eq(new.properties.row(namesake).iter().map(|number| number.to_bits()))
+    }
+
+    fn is_provided_alike(&self, new: &Graph, lineage: &Lineage, pair: (VariableId, VariableId)) -> bool {
+        let (old, namesake) = (&self.variables[pair.0], &new.variables[pair.1]);
+        let succeeded = |carrier: &Carrier| {
+            let signal = lineage.namesake(carrier.signal)?;
+            Some(Carrier { signal, ..*carrier })
+        };
+        let carriers = self.carriers.row(pair.0).iter().map(succeeded);
+        old.constant == namesake.constant
+            && old.own_accuracy == namesake.own_accuracy
+            && carriers.eq(new.carriers.row(pair.1).iter().copied().map(Some))
+    }
+
+    fn is_produced_alike(
+        &self,
+        new: &Graph,
+        lineage: &Lineage,
+        lasting: &IdVec<RelationId, bool>,
+        pair: (VariableId, VariableId),
+    ) -> bool {
+        let producers = self.producers.row(pair.0).iter().map(|producer| producer.relation);
+        let succeeded = |relation| lineage.relation(relation).filter(|_| lasting[relation]);
+        producers.map(succeeded).eq(new.producers.row(pair.1).iter().map(|producer| Some(producer.relation)))
+    }
+}
