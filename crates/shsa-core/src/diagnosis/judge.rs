@@ -144,6 +144,19 @@ impl Judge {
         self.standings[signal].clean_since
     }
 
+    /// How long all evidence must speak for a signal before it is trusted again; each relapse doubles it.
+    #[must_use]
+    pub fn probation_of(&self, signal: SignalId) -> Span {
+        self.probation(self.standings[signal].relapses)
+    }
+
+    /// Whether a signal that is suspect or failed still says exactly what it said when it was accused.
+    #[must_use]
+    pub fn stands_still(&self, signal: SignalId, monitor: &Monitor) -> bool {
+        let before = self.standings[signal].said;
+        before.is_some() && before == said(monitor, signal)
+    }
+
     /// What is thought of a signal now.
     #[must_use]
     pub fn verdict(&self, signal: SignalId, monitor: &Monitor, now: Time) -> Verdict {
@@ -315,8 +328,7 @@ impl Judge {
     /// Whether the signal has moved since it was accused, every comparison that speaks about it agrees, and there
     /// is one.
     fn is_clean(&self, monitor: &Monitor, signal: SignalId, now: Time) -> bool {
-        let before = self.standings[signal].said;
-        if before.is_some() && before == said(monitor, signal) {
+        if self.stands_still(signal, monitor) {
             return false;
         }
         let mut witnessed = false;

@@ -175,7 +175,8 @@ fn difference(knowledge: &KnowledgeBase, variable: VariableId, value: f64) -> St
 }
 
 /// An interval in the unit of a variable.
-pub(super) fn interval(knowledge: &KnowledgeBase, variable: VariableId, value: Interval) -> String {
+#[must_use]
+pub fn interval(knowledge: &KnowledgeBase, variable: VariableId, value: Interval) -> String {
     let shown = |number: f64| match &knowledge.variables()[variable].unit {
         Some(unit) => unit.from_si(number),
         None => number,
@@ -197,7 +198,8 @@ fn number(value: f64) -> String {
 }
 
 /// A span with the unit that suits it.
-pub(super) fn span(length: Span) -> String {
+#[must_use]
+pub fn span(length: Span) -> String {
     match length.seconds() {
         seconds if seconds.abs() < 1.0 => format!("{:.0} ms", seconds * 1e3),
         seconds if seconds.abs() < 100.0 => format!("{seconds:.1} s"),
