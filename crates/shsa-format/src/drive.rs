@@ -235,7 +235,8 @@ impl Run {
 }
 
 /// When an input arrives.
-pub(crate) fn time(input: &Input) -> Time {
+#[must_use]
+pub fn time(input: &Input) -> Time {
     match input {
         Input::Observation(observation) => observation.received,
         Input::Tick(time) => *time,

@@ -8,11 +8,12 @@ use shsa_core::engine::Input;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time};
-use shsa_format::drive::Era;
+use shsa_format::drive::{self, Era};
 use shsa_format::fault::Fault;
 use shsa_format::journal;
 use shsa_format::model::live::Live;
 use shsa_format::recording::{self, ReadOptions, Recording, Wanted, parse_span};
+use shsa_format::story::Story;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -38,6 +39,13 @@ pub(crate) struct SourceArguments {
     pub(super) reload: Vec<Reload>,
 }
 
+impl SourceArguments {
+    /// Whether anything is changed in what is replayed.
+    pub(crate) fn changes(&self) -> bool {
+        !self.inject.is_empty() || !self.reload.is_empty()
+    }
+}
+
 /// What is to be replayed.
 pub(crate) struct Source {
     pub(crate) eras: Vec<Era>,
@@ -48,6 +56,21 @@ pub(crate) struct Source {
     /// Rows without a value, by the names of signals.
     pub(super) missing: BTreeMap<String, usize>,
     pub(crate) degraded: bool,
+}
+
+impl Source {
+    /// What goes into the run of a story.
+    pub(crate) fn of_story(story: &Story) -> Source {
+        let eras = story.journal();
+        let last = eras.iter().flat_map(|era| &era.inputs).map(drive::time).max();
+        Source {
+            eras,
+            clean: None,
+            span: Some((Time(0), last.unwrap_or_default())),
+            missing: BTreeMap::new(),
+            degraded: false,
+        }
+    }
 }
 
 /// Reads recordings with the faults injected, or a journal.
@@ -81,7 +104,7 @@ pub(crate) fn is_journal(path: &Path) -> bool {
 }
 
 fn read_journal(path: &Path, arguments: &SourceArguments, live: Live) -> anyhow::Result<Source> {
-    if !arguments.inject.is_empty() || !arguments.reload.is_empty() {
+    if arguments.changes() {
         bail!("a journal is replayed as it was; faults and other models are for recordings only");
     }
     let file = File::open(path).with_context(|| format!("{} cannot be read", path.display()))?;
