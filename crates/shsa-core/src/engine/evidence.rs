@@ -4,7 +4,7 @@ use super::{Engine, NeedStatus};
 use crate::diagnosis::Verdict;
 use crate::interval::Interval;
 use crate::knowledge::{KnowledgeBase, NeedId, SignalId, SignalSet, VariableId};
-use crate::monitor::{Absence, Pair, Relationship, WatchedWay, WayIndex};
+use crate::monitor::{Absence, Pair, Relationship, Tendency, WatchedWay, WayIndex};
 use crate::substitution::Way;
 use crate::time::{Span, Time};
 use alloc::vec::Vec;
@@ -53,10 +53,16 @@ pub struct Comparison {
     pub relationship: Relationship,
     /// How many of the recent comparisons disagree, and how many there are.
     pub counts: (u32, u32),
+    /// What the comparisons say together where they agree one by one, and how much more, SI, the way that rests on the
+    /// signal has said on average.
+    pub together: Option<(Tendency, f64)>,
     /// When the present disagreement began; `None` when there is none.
     pub onset: Option<Time>,
     /// The values that last disagreed, SI: of the way that rests on the signal, and of the other one.
     pub disagreed: Option<(Interval, Interval)>,
+    /// What was last compared, as far as it is still known, SI: of the way that rests on the signal, and of the other one;
+    /// and when it was true.
+    pub compared: Option<(Interval, Interval, Time)>,
     /// Whether only one of the ways rests on the signal or what it comes from.
     pub bears_witness: bool,
     /// Signals in it that have failed, the signal itself apart: they explain what it says.
@@ -165,12 +171,18 @@ impl Engine {
             true => (last.value, last.other),
             false => (last.other, last.value),
         });
+        let compared = compared(slow, fast).map(|(value, known, time)| match is_slow {
+            true => (value, known, time),
+            false => (known, value, time),
+        });
         let (slow_side, fast_side) = (self.side(pair.way, slow), self.side(pair.other, fast));
         let (own, other) = if is_slow { (slow_side, fast_side) } else { (fast_side, slow_side) };
         let failed = |other: &SignalId| *other != signal && self.judge.has_failed(*other);
-        let relationship = pair.window.relationship(at);
+        let relationship = pair.relationship(at);
         let counts = pair.window.counts();
         let disagrees = counts.0 > 0 && relationship != Relationship::Unknown;
+        let is_together = pair.window.relationship(at) != relationship;
+        let ahead = if is_slow { pair.trend.mean() } else { -pair.trend.mean() };
         Some(Comparison {
             pair: number,
             variable: slow.variable(),
@@ -180,8 +192,10 @@ impl Engine {
             signals: pair.signals.clone(),
             relationship,
             counts,
-            onset: disagrees.then(|| pair.window.onset()),
+            together: is_together.then(|| (pair.trend.tendency(), ahead)),
+            onset: (disagrees || is_together).then(|| pair.onset(at)),
             disagreed: disagreed.filter(|_| disagrees),
+            compared,
             explained_by: pair.signals.iter().filter(failed).collect(),
         })
     }
@@ -215,6 +229,17 @@ impl Engine {
             unheard: others.into_iter().filter(is_unheard).collect(),
         }
     }
+}
+
+/// The newest value of the slower of two ways, and the other one brought to its moment.
+fn compared(slow: &WatchedWay, fast: &WatchedWay) -> Option<(Interval, Interval, Time)> {
+    let newest = slow.outputs.newest(0)?;
+    let mean = match slow.computation.is_mean() {
+        true => fast.outputs.mean_over(newest.validity),
+        false => None,
+    };
+    let known = mean.or_else(|| fast.at(newest.validity))?;
+    Some((newest.value, known, newest.validity.to))
 }
 
 impl Rival {

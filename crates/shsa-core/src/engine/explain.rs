@@ -166,8 +166,9 @@ fn together(
     }
 }
 
-/// A difference of values in the unit of a variable.
-fn difference(knowledge: &KnowledgeBase, variable: VariableId, value: f64) -> String {
+/// A difference of values, SI, in the unit of a variable.
+#[must_use]
+pub fn difference(knowledge: &KnowledgeBase, variable: VariableId, value: f64) -> String {
     match &knowledge.variables()[variable].unit {
         Some(unit) => format!("{} {unit}", number(unit.from_si(value) - unit.from_si(0.0))),
         None => number(value),

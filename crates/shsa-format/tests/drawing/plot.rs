@@ -185,7 +185,7 @@ fn a_band_is_broken_where_nothing_came() {
         keep("gap.svg", &timeline.svg())
             .all()
             .into_iter()
-            .filter(|each| each.attribute("class") == Some("shsa-fill"))
+            .filter(|each| each.attribute("class") == Some("shsa-strong"))
             .count()
     };
     // One for the band, one for the legend.

@@ -14,6 +14,9 @@ use std::collections::BTreeMap;
 /// So many variables are drawn on a page.
 const MOST_DRAWN: usize = 4;
 
+/// What is not seen.
+const NOTE: &str = "bands stand at the time of which the values tell, marks at the time of the decision";
+
 /// Ends a replay early.
 struct Seen;
 
@@ -70,7 +73,7 @@ fn timeline(explanation: &Explanation<'_>, tracks: &Tracks) -> Timeline {
     let seconds = |time: Time| (time - words.first).seconds();
     let stretches = tracks.stretches();
     let end = explanation.inquiry.run.last.min(tracks.to);
-    let mut notes = Vec::new();
+    let mut notes = vec![NOTE.to_owned()];
     if tracks.left_out > 0 {
         let more = crate::show::counted(tracks.left_out, "more way");
         notes.push(format!("{more} of knowing {} not drawn", variable.name));

@@ -204,8 +204,10 @@ impl<'a> Explanation<'a> {
         }
         if let Some(first) = rival.supported.first() {
             let (own, other) = (self.words.way(&first.own), self.words.way(&first.other));
-            let count = show::counted(rival.supported.len(), "comparison");
-            notes.push(format!("{count} without {signal} speak for it, such as {own} with {other}"));
+            let count = rival.supported.len();
+            let speak = if count == 1 { "speaks" } else { "speak" };
+            let count = show::counted(count, "comparison");
+            notes.push(format!("{count} without {signal} {speak} for it, such as {own} with {other}"));
         }
         Item { text, notes }
     }
@@ -242,12 +244,7 @@ impl<'a> Explanation<'a> {
         let mut lines: Vec<String> = self.unheard(&untold);
         let variable = self.variable();
         if untold.is_empty() {
-            let others: BTreeSet<String> = self.conflicts().map(|each| self.words.way(&each.other)).collect();
-            let others: Vec<&str> = others.iter().map(String::as_str).collect();
-            lines.push(format!(
-                "Agreement: had {signal} agreed with one of {}, it would not have been the only explanation.",
-                listed(&others)
-            ));
+            lines.extend(self.nearest_rival());
         } else {
             let names: Vec<&str> = untold.iter().map(|rival| self.words.signal(rival.signal)).collect();
             lines.push(format!(
@@ -262,6 +259,21 @@ impl<'a> Explanation<'a> {
             span_text(evidence.probation)
         ));
         lines
+    }
+
+    /// Which comparisons more would have had to agree, so that another signal explained the rest as well.
+    fn nearest_rival(&self) -> Option<String> {
+        let rivals = self.evidence().rivals.iter().filter(|rival| rival.verdict != Verdict::Failed);
+        let nearest = rivals.min_by_key(|rival| rival.not_in.len())?;
+        let comparison = |&at: &usize| self.evidence().comparisons.get(at);
+        let others = nearest.not_in.iter().filter_map(comparison).map(|each| self.words.way(&each.other));
+        let others: BTreeSet<String> = others.collect();
+        let others: Vec<&str> = others.iter().map(String::as_str).collect();
+        Some(format!(
+            "Had it agreed with {}, {} alone would have explained the rest as well, and it would only have been suspected.",
+            listed(&others),
+            self.words.signal(nearest.signal)
+        ))
     }
 
     /// Comparisons that are in the model and would have told the signal from others, had they had anything to say.
@@ -318,6 +330,9 @@ impl<'a> Explanation<'a> {
 
     fn at_end(&self) -> Option<String> {
         let end = &self.inquiry.end.as_ref()?.evidence;
+        if self.event.is_none() && end.time <= self.time() {
+            return None;
+        }
         let time = self.words.time(end.time);
         let verdict = show::verdict(end.absence, end.verdict);
         if !matches!(end.verdict, Verdict::Suspect | Verdict::Failed) && end.absence.is_none() {
@@ -336,7 +351,8 @@ impl<'a> Explanation<'a> {
             ),
             (0, None) if end.stands_still => "it still says what it said when it was accused".to_owned(),
             (0, None) => "no independent witness speaks for it".to_owned(),
-            (count, _) => format!("{} still disagree", show::counted(count, "comparison")),
+            (1, _) => "one comparison still disagrees".to_owned(),
+            (count, _) => format!("{count} comparisons still disagree"),
         };
         Some(format!("At the end, {time}, it is {verdict} and not trusted again: {why}."))
     }

@@ -73,7 +73,8 @@ pub(super) fn object(explanation: &Explanation<'_>) -> Value {
 
 fn comparison(words: Words<'_>, comparison: &Comparison, at: Time) -> Value {
     let variable = &words.knowledge.variables()[comparison.variable];
-    let (own, other) = comparison.disagreed.unzip();
+    let last = comparison.compared.map(|(own, other, _)| (own, other));
+    let (own, other) = comparison.disagreed.or(last).unzip();
     let mut value = json!({
         "variable": variable.name,
         "unit": variable.unit.as_ref().map(ToString::to_string),
@@ -90,8 +91,7 @@ fn comparison(words: Words<'_>, comparison: &Comparison, at: Time) -> Value {
 }
 
 /// A way with what it said when the two last disagreed, else last.
-fn side(words: Words<'_>, comparison: &Comparison, side: &Side, disagreed: Option<Interval>) -> Value {
-    let value = disagreed.or(side.newest.map(|(_, value)| value));
+fn side(words: Words<'_>, comparison: &Comparison, side: &Side, value: Option<Interval>) -> Value {
     let unit = words.knowledge.variables()[comparison.variable].unit.as_ref();
     let shown = |value: f64| unit.map_or(value, |unit| unit.from_si(value));
     json!({

@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 
 /// Arguments of `shsa explain`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa explain stories/01-dead-but-looks-alive.yaml /room/a --svg room.svg
+#[command(after_help = "Example: shsa explain stories/01-dead-but-looks-alive.yaml /room/a
 
   shsa explain MODEL JOURNAL                     all decisions, numbered
   shsa explain MODEL JOURNAL wheel_1             the first accusation of a signal

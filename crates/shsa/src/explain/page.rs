@@ -36,7 +36,7 @@ pub(super) fn page(explanation: &Explanation<'_>, drawings: &[Timeline], model: 
 fn list(items: &[Item]) -> String {
     let item = |item: &Item| {
         let notes: String =
-            item.notes.iter().map(|note| format!("<div class=\"quiet\">{}</div>", escaped(note))).collect();
+            item.notes.iter().map(|note| format!("<div class=\"note\">{}</div>", escaped(note))).collect();
         format!("<li>{}{notes}</li>\n", escaped(&item.text))
     };
     format!("<ul>\n{}</ul>\n", items.iter().map(item).collect::<String>())

@@ -152,7 +152,9 @@ impl Watched {
         let spacing = outputs.newest(1).map_or(Span::ZERO, |before| newest.to - before.validity.to);
         // Half a step to both sides, and a little: what follows step by step is one stretch.
         let half = Span(spacing.0 / 2 + spacing.0 / 8);
-        Some(Validity { from: newest.from - half, to: newest.to + half })
+        // Where its band stands.
+        let middle = newest.from + Span(newest.length().0 / 2);
+        Some(Validity { from: middle - half, to: middle + half })
     }
 }
 

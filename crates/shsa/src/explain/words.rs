@@ -1,9 +1,9 @@
 //! Comparisons and ways in words.
 
-use shsa_core::engine::{Comparison, Mute, Side, interval_text, span_text};
+use shsa_core::engine::{Comparison, Mute, Side, difference_text, interval_text, span_text};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, SignalId, SignalSet};
-use shsa_core::monitor::{Absence, Relationship};
+use shsa_core::monitor::{Absence, Relationship, Tendency};
 use shsa_core::time::{Span, Time};
 
 /// So many names are listed; of more, the number.
@@ -40,8 +40,7 @@ impl<'a> Words<'a> {
     pub(super) fn comparison(&self, comparison: &Comparison) -> String {
         let variable = &self.knowledge.variables()[comparison.variable].name;
         let (own, other) = (self.way(&comparison.own), self.way(&comparison.other));
-        let newest = |side: &Side| side.newest.map(|(_, value)| value);
-        let values = comparison.disagreed.or(newest(&comparison.own).zip(newest(&comparison.other)));
+        let values = comparison.disagreed.or(comparison.compared.map(|(own, other, _)| (own, other)));
         let values = values.filter(|_| comparison.relationship != Relationship::Unknown);
         match values {
             Some((one, two)) => {
@@ -60,13 +59,36 @@ impl<'a> Words<'a> {
     pub(super) fn counted(&self, comparison: &Comparison) -> String {
         let (disagree, all) = comparison.counts;
         let since = comparison.onset.map_or(String::new(), |onset| format!(", since {}", self.time(onset)));
+        if let Some((tendency, ahead)) = comparison.together {
+            return format!(
+                "{}{since}: each alone may be chance",
+                self.together(comparison, tendency, ahead)
+            );
+        }
         match comparison.relationship {
             Relationship::Unknown => "nothing to compare of late".to_owned(),
-            Relationship::Agree => format!("all {all} recent comparisons agree"),
+            Relationship::Agree => {
+                let last = comparison
+                    .compared
+                    .map_or(String::new(), |(.., time)| format!(", the last one about {}", self.time(time)));
+                format!("all {all} recent comparisons agree{last}")
+            }
             Relationship::Undecided => {
                 format!("{disagree} of {all} recent comparisons disagree{since}: too few to count")
             }
             Relationship::Conflict => format!("{disagree} of {all} recent comparisons disagree{since}"),
+        }
+    }
+
+    /// What many comparisons say together.
+    fn together(&self, comparison: &Comparison, tendency: Tendency, ahead: f64) -> String {
+        let by = difference_text(self.knowledge, comparison.variable, ahead.abs());
+        match tendency {
+            Tendency::Drift if ahead < 0.0 => format!("the first has said {by} less on average"),
+            Tendency::Drift => format!("the first has said {by} more on average"),
+            Tendency::Noise => "the two scatter against each other".to_owned(),
+            Tendency::Skew => "the two tell the same at different times".to_owned(),
+            Tendency::Calm | Tendency::Building => "the two differ".to_owned(),
         }
     }
 

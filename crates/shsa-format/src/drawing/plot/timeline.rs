@@ -93,14 +93,15 @@ const BREAK: f64 = 3.5;
 const WARM: usize = 2;
 const COLD: usize = 5;
 
-const RULES: [Rule; 14] = [
+const RULES: [Rule; 15] = [
     Rule { class: "head", light: "font-size:16px;font-weight:600", dark: "" },
     Rule { class: "grid", light: "stroke:#e3e7eb;stroke-width:1", dark: "stroke:#2b323a" },
     Rule { class: "axis", light: "stroke:#57606a;stroke-width:1", dark: "stroke:#a0aab5" },
     Rule { class: "shade", light: "fill:#f3e3a2;opacity:.55", dark: "fill:#6a5a14;opacity:.55" },
     Rule { class: "mark", light: "fill:none;stroke:#1d232b;stroke-width:1.3", dark: "stroke:#e4e8ee" },
     Rule { class: "edge", light: "fill:none;stroke-width:1.6;stroke-linejoin:round", dark: "" },
-    Rule { class: "fill", light: "stroke:none;fill:currentColor;fill-opacity:.16", dark: "" },
+    Rule { class: "fill", light: "stroke:none;fill:currentColor;fill-opacity:.1", dark: "" },
+    Rule { class: "strong", light: "stroke:none;fill:currentColor;fill-opacity:.24", dark: "" },
     // Colours that people with any kind of colour blindness tell apart, after Okabe and Ito.
     Rule { class: "a0", light: "stroke:#c44e00;color:#c44e00", dark: "stroke:#ff9a5c;color:#ff9a5c" },
     Rule { class: "a1", light: "stroke:#b0246a;color:#b0246a", dark: "stroke:#ff86b6;color:#ff86b6" },
@@ -253,13 +254,13 @@ impl<'a> View<'a> {
         let (Some(band), Some(slices)) = (self.timeline.bands.get(at), self.slices.get(at)) else { return };
         sheet.put(format_args!("<g class=\"shsa-{}\">", self.colour(at)));
         for piece in pieces(slices) {
-            self.piece(sheet, piece, dashes(at, band.is_accused));
+            self.piece(sheet, piece, (fill(band), dashes(at, band.is_accused)));
         }
         let name = escaped(&band.name);
         sheet.put(format_args!("<title>{name}</title></g>"));
     }
 
-    fn piece(&self, sheet: &mut Sheet, piece: &[Slice], dashes: &str) {
+    fn piece(&self, sheet: &mut Sheet, piece: &[Slice], (fill, dashes): (&str, &str)) {
         let place = |at: f64, value: f64| format!("{} {}", px(self.x_at(at)), px(self.y_at(value)));
         if let [only] = piece {
             let (x, high, low) = (px(self.x_at(only.at)), px(self.y_at(only.high)), px(self.y_at(only.low)));
@@ -271,7 +272,7 @@ impl<'a> View<'a> {
         let lower: Vec<String> = piece.iter().map(|slice| place(slice.at, slice.low)).collect();
         let back: Vec<&str> = lower.iter().rev().map(String::as_str).collect();
         let (upper, lower, back) = (upper.join("L"), lower.join("L"), back.join("L"));
-        sheet.put(format_args!("<path class=\"shsa-fill\" d=\"M{upper}L{back}Z\"/>"));
+        sheet.put(format_args!("<path class=\"{fill}\" d=\"M{upper}L{back}Z\"/>"));
         sheet.put(format_args!("<path class=\"shsa-edge\"{dashes} d=\"M{upper}M{lower}\"/>"));
     }
 
@@ -311,9 +312,9 @@ impl<'a> View<'a> {
         };
         for (at, band) in self.timeline.bands.iter().enumerate() {
             let (x, top, bottom, end) = (px(self.left), px(y - 6.0), px(y + 6.0), px(self.left + 34.0));
-            let (colour, dashes) = (self.colour(at), dashes(at, band.is_accused));
+            let (colour, fill, dashes) = (self.colour(at), fill(band), dashes(at, band.is_accused));
             sheet.put(format_args!(
-                "<g class=\"shsa-{colour}\"><path class=\"shsa-fill\" d=\"M{x} {top}H{end}V{bottom}H{x}Z\"/>\
+                "<g class=\"shsa-{colour}\"><path class=\"{fill}\" d=\"M{x} {top}H{end}V{bottom}H{x}Z\"/>\
                  <path class=\"shsa-edge\"{dashes} d=\"M{x} {top}H{end}M{x} {bottom}H{end}\"/></g>"
             ));
             text(sheet, y, &band.name);
@@ -334,6 +335,11 @@ impl<'a> View<'a> {
         }
         y + 4.0
     }
+}
+
+/// The class of a band's inside: many witnesses that agree must not hide what the drawing is about.
+fn fill(band: &Band) -> &'static str {
+    if band.is_accused { "shsa-strong" } else { "shsa-fill" }
 }
 
 /// A full line for what the drawing is about; the others differ without colour, too.
