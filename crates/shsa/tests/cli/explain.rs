@@ -134,8 +134,8 @@ fn a_witness_that_was_silent_is_named() {
         &text,
         &[
             "Nothing tells it from /pressure",
-            "What had nothing to say\n  level: /level against /volume by cylinder\n      /volume by cylinder had last given a value ",
-            "A comparison that the model has: level: /level against /volume by cylinder; but ",
+            "What had nothing to say\n  level: /level against /volume by cylinder\n      /volume was silent\n",
+            "A comparison that the model has: level: /level against /volume by cylinder; but /volume was silent.",
         ],
     );
 }
