@@ -71,17 +71,18 @@ pub struct Run {
 }
 
 impl Run {
-    /// Drives a new engine over all inputs, which are in the order of their reception; `record` sees everything that
-    /// goes in, ticks included. `span` is when the recording begins and ends, where its inputs do not tell.
+    /// Drives a new engine over all inputs, which are in the order of their reception; `step` sees everything that goes
+    /// in, ticks included, and [gives](Run::give) it to the run. `span` is when the recording begins and ends, where
+    /// its inputs do not tell.
     ///
     /// Ticks that the inputs hold already (a journal) are the only ones; else they come when they are due.
     ///
     /// # Errors
-    /// Those of `record`.
+    /// Those of `step`, which end the run.
     pub fn of<E>(
         eras: &[Era],
         span: Option<(Time, Time)>,
-        mut record: impl FnMut(Given<'_>) -> Result<(), E>,
+        mut step: impl FnMut(&mut Run, Given<'_>) -> Result<(), E>,
     ) -> Result<Run, E> {
         let mut inputs = eras.iter().flat_map(|era| &era.inputs);
         let has_ticks = inputs.clone().any(|input| matches!(input, Input::Tick(_)));
@@ -91,26 +92,26 @@ impl Run {
         let none = KnowledgeBase::default();
         let mut run = Run::new(eras.first().map_or(&none, |era| &era.knowledge), first.min(begins));
         if !has_ticks && first < begins {
-            run.take(&Input::Tick(first), &mut record)?;
+            step(&mut run, Given::Input(&Input::Tick(first)))?;
         }
         for (number, era) in eras.iter().enumerate() {
             if number > 0 {
                 if !has_ticks {
-                    run.pass_until(era.from, &mut record)?;
+                    run.tick_until(era.from, &mut step)?;
                 }
-                run.reload(era, &mut record)?;
+                step(&mut run, Given::Era(era))?;
             }
             for input in &era.inputs {
                 if !has_ticks {
-                    run.pass_until(time(input), &mut record)?;
+                    run.tick_until(time(input), &mut step)?;
                 }
-                run.take(input, &mut record)?;
+                step(&mut run, Given::Input(input))?;
             }
         }
         if !has_ticks && first_input.is_some() {
             let end = end.max(run.last);
-            run.pass_until(end, &mut record)?;
-            run.take(&Input::Tick(end), &mut record)?;
+            run.tick_until(end, &mut step)?;
+            step(&mut run, Given::Input(&Input::Tick(end)))?;
         }
         Ok(run)
     }
@@ -157,8 +158,7 @@ impl Run {
         record: &mut impl FnMut(Given<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         record(Given::Era(era))?;
-        self.engine.reload(era.knowledge.clone(), era.from);
-        self.listen();
+        self.give(Given::Era(era));
         Ok(())
     }
 
@@ -171,10 +171,22 @@ impl Run {
         moment: Time,
         record: &mut impl FnMut(Given<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
+        self.tick_until(moment, &mut |run: &mut Run, given: Given<'_>| {
+            record(given)?;
+            run.give(given);
+            Ok(())
+        })
+    }
+
+    fn tick_until<E>(
+        &mut self,
+        moment: Time,
+        step: &mut impl FnMut(&mut Run, Given<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
         let mut before = None;
         while let Some(due) = self.engine.next_deadline().filter(|due| *due < moment && before != Some(*due))
         {
-            self.take(&Input::Tick(due), record)?;
+            step(self, Given::Input(&Input::Tick(due)))?;
             before = Some(due);
         }
         Ok(())
@@ -190,11 +202,21 @@ impl Run {
         record: &mut impl FnMut(Given<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         record(Given::Input(input))?;
-        self.last = self.last.max(time(input));
-        self.observations += usize::from(matches!(input, Input::Observation(_)));
-        self.engine.handle(input.clone());
-        self.listen();
+        self.give(Given::Input(input));
         Ok(())
+    }
+
+    /// Gives an input, or another knowledge base, to the engine and keeps what comes out.
+    pub fn give(&mut self, given: Given<'_>) {
+        match given {
+            Given::Era(era) => self.engine.reload(era.knowledge.clone(), era.from),
+            Given::Input(input) => {
+                self.last = self.last.max(time(input));
+                self.observations += usize::from(matches!(input, Input::Observation(_)));
+                self.engine.handle(input.clone());
+            }
+        }
+        self.listen();
     }
 
     fn listen(&mut self) {
@@ -213,7 +235,8 @@ impl Run {
 }
 
 /// When an input arrives.
-pub(crate) fn time(input: &Input) -> Time {
+#[must_use]
+pub fn time(input: &Input) -> Time {
     match input {
         Input::Observation(observation) => observation.received,
         Input::Tick(time) => *time,

@@ -1,6 +1,8 @@
 //! Every story under `stories/` comes true, is the same at every run, and the example of its README is one of them.
 
+use shsa_format::drive::{Given, Run};
 use shsa_format::story::{self, Outcome, Story};
+use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 
 fn folder() -> PathBuf {
@@ -63,4 +65,19 @@ fn the_example_of_the_readme_comes_true() {
     assert!(report.is_empty(), "{report}");
     let outcome = loaded.story.expect("a story without problems").run();
     assert!(outcome.is_met(), "{}", unmet(&outcome));
+}
+
+#[test]
+fn the_journal_of_a_story_gives_the_same_events() {
+    for name in ["01-dead-but-looks-alive.yaml", "15-a-model-changed-while-it-runs.yaml"] {
+        let story = load(&folder().join(name));
+        let give = |run: &mut Run, given: Given<'_>| -> Result<(), Infallible> {
+            run.give(given);
+            Ok(())
+        };
+        let Ok(run) = Run::of(&story.journal(), None, give);
+        let told = |run: &Run| run.events.iter().map(|event| (event.time, event.kind)).collect::<Vec<_>>();
+        assert!(!run.events.is_empty());
+        assert_eq!(told(&run), told(&story.run().run), "{name}");
+    }
 }

@@ -9,8 +9,10 @@ mod complete;
 mod contingency;
 mod convert;
 mod demo;
+mod explain;
 mod monitor;
 mod outcome;
+mod page;
 mod parts;
 mod plan;
 mod replay;
@@ -49,6 +51,8 @@ enum Command {
     Monitor(monitor::Arguments),
     /// Run the whole loop over recordings, with faults injected if you like.
     Replay(replay::Arguments),
+    /// Tell why a signal was suspected: who disagreed, who else it could have been, what would have cleared it.
+    Explain(explain::Arguments),
     /// Learn errors, delays and offsets from healthy recordings, and test them on what came later.
     Calibrate(calibrate::Arguments),
     /// Try a grid of faults on recordings: which are found, named, healed.
@@ -77,6 +81,7 @@ fn main() -> ExitCode {
         Command::Analyze(arguments) => analyze::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Campaign(arguments) => campaign::run(&arguments),
         Command::Story(arguments) => story::run(&arguments),

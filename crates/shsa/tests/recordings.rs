@@ -389,3 +389,35 @@ fn a_journal_replays_to_the_same_events() {
         check_journal(&case, &["drop:imu@100s.."], "husky.journal");
     }
 }
+
+/// The first accusation of a signal, as `shsa explain` tells it.
+fn explained(case: &Case, signal: &str, fault: &str) -> Value {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_shsa"));
+    command.arg("explain").arg(&case.model).arg(&case.recording).args([signal, "--inject", fault]);
+    report(&mut command).0
+}
+
+#[test]
+fn a_faulty_wheel_is_explained_by_the_others() {
+    let Some(case) = car() else { return };
+    let object = explained(&case, "wheel_1", "bias=2:wheel_1@20s..");
+    assert_eq!(object["decision"], "failed", "{object}");
+    let against = object["against"].as_array().unwrap();
+    assert!(against.len() >= 2, "{object}");
+    for comparison in against.iter().filter(|it| it["disagree"] == it["of"]) {
+        let (own, other) = (&comparison["own"], &comparison["other"]);
+        assert!(own["lo"].as_f64() > other["hi"].as_f64(), "{comparison}");
+    }
+    assert!(against.iter().all(|it| it["since_s"].as_f64() >= Some(20.0)), "{object}");
+    let rivals = object["rivals"].as_array().unwrap();
+    assert!(rivals.iter().all(|rival| rival["ruled_out"] == true), "{object}");
+}
+
+#[test]
+fn what_a_rover_cannot_tell_apart_stays_open() {
+    let Some(case) = husky() else { return };
+    let object = explained(&case, "imu", "bias=0.5:imu@100s..");
+    assert!(object["time_s"].as_f64() >= Some(100.0), "{object}");
+    let open = object["rivals"].as_array().unwrap().iter().any(|rival| rival["ruled_out"] == false);
+    assert_eq!(open, object["decision"] == "suspected", "{object}");
+}

@@ -235,6 +235,19 @@ impl Judge {
         self.standings.get(&component).and_then(|standing| standing.verdict)
     }
 
+    /// How long all evidence must speak for a signal before it is trusted again; each relapse doubles it.
+    #[must_use]
+    pub fn probation_of(&self, signal: SignalId) -> Span {
+        self.probation(self.standing(Component::Signal(signal)).relapses)
+    }
+
+    /// Whether a signal that is suspect or failed still says exactly what it said when it was accused.
+    #[must_use]
+    pub fn stands_still(&self, component: Component, monitor: &Monitor) -> bool {
+        let before = self.standing(component).said;
+        before.is_some() && before == said(monitor, component)
+    }
+
     /// What is thought of a signal now.
     #[must_use]
     pub fn verdict(&self, signal: SignalId, monitor: &Monitor, now: Time) -> Verdict {
@@ -428,8 +441,7 @@ impl Judge {
 
     /// Whether a signal has moved since it was accused, every comparison that speaks about it agrees, and there is one.
     fn is_clean(&self, monitor: &Monitor, component: Component, now: Time) -> bool {
-        let before = self.standing(component).said;
-        if before.is_some() && before == said(monitor, component) {
+        if self.stands_still(component, monitor) {
             return false;
         }
         let mut witnessed = false;

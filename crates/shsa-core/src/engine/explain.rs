@@ -263,8 +263,9 @@ fn together(
     }
 }
 
-/// A difference of values in the unit of a variable.
-fn difference(knowledge: &KnowledgeBase, variable: VariableId, value: f64) -> String {
+/// A difference of values, SI, in the unit of a variable.
+#[must_use]
+pub fn difference(knowledge: &KnowledgeBase, variable: VariableId, value: f64) -> String {
     match &knowledge.variables()[variable].unit {
         Some(unit) => format!("{} {unit}", number(unit.from_si(value) - unit.from_si(0.0))),
         None => number(value),
@@ -272,7 +273,8 @@ fn difference(knowledge: &KnowledgeBase, variable: VariableId, value: f64) -> St
 }
 
 /// An interval in the unit of a variable.
-pub(super) fn interval(knowledge: &KnowledgeBase, variable: VariableId, value: Interval) -> String {
+#[must_use]
+pub fn interval(knowledge: &KnowledgeBase, variable: VariableId, value: Interval) -> String {
     let shown = |number: f64| match &knowledge.variables()[variable].unit {
         Some(unit) => unit.from_si(number),
         None => number,
@@ -294,7 +296,8 @@ fn number(value: f64) -> String {
 }
 
 /// A span with the unit that suits it.
-pub(super) fn span(length: Span) -> String {
+#[must_use]
+pub fn span(length: Span) -> String {
     match length.seconds() {
         seconds if seconds.abs() < 1.0 => format!("{:.0} ms", seconds * 1e3),
         seconds if seconds.abs() < 100.0 => format!("{seconds:.1} s"),

@@ -10,7 +10,10 @@ mod ways;
 mod standby;
 mod provider;
 mod reload;
+mod evidence;
 
+pub use evidence::{Comparison, Evidence, Mute, Rival, Side};
+pub use explain::{difference as difference_text, interval as interval_text, span as span_text};
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality};
 pub use provider::NeedStatus;
 pub use ways::{Witnesses, to_watch, witnesses};

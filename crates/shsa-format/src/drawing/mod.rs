@@ -16,6 +16,6 @@ mod heat;
 pub use dot::dot;
 pub use graph::Marks;
 pub use heat::Heat;
-pub use plot::{Axis, Chart, Point, Scale, Series};
+pub use plot::{Axis, Band, Chart, Mark, Point, Scale, Series, Slice, Timeline};
 pub use sheet::escaped;
 pub use svg::{TooLarge, svg};

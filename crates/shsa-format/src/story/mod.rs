@@ -9,10 +9,10 @@ mod run;
 mod expect;
 mod read;
 
-use crate::drive::{Era, Run};
+use crate::drive::{Era, Given, Run};
 use crate::model::{self, Report};
 use expect::{Evidence, Expectation};
-use shsa_core::engine::Event;
+use shsa_core::engine::{Engine, Event};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::Time;
 use std::path::Path;
@@ -92,10 +92,11 @@ impl Story {
             .collect();
         let moments: Vec<Time> = looking.iter().map(|(_, time)| *time).collect();
         let mut seen = vec![None; self.expectations.len()];
-        let mut run = run::drive(self, &moments, |moment, engine| {
+        let look = |moment: usize, engine: &Engine| {
             let at = looking[moment].0;
             seen[at] = self.expectations[at].expectation.look(&self.knowledge, engine);
-        });
+        };
+        let mut run = run::drive(self, &moments, look, |_| ());
         (run.events, run.publications) = change::said(&run, &self.knowledge);
         run.past.clear();
         let evidence = Evidence { knowledge: &self.knowledge, run: &run, seen };
@@ -105,6 +106,21 @@ impl Story {
         };
         let checks = self.expectations.iter().enumerate().map(check).collect();
         Outcome { run, checks }
+    }
+}
+
+impl Story {
+    /// All that goes into its run, ticks included, as a journal would hold it.
+    #[must_use]
+    pub fn journal(&self) -> Vec<Era> {
+        let mut eras = vec![Era::only(self.knowledge.clone(), Vec::new())];
+        let record = |given: Given<'_>| match (given, eras.last_mut()) {
+            (Given::Input(input), Some(era)) => era.inputs.push(input.clone()),
+            (Given::Era(era), _) => eras.push(era.clone()),
+            (Given::Input(_), None) => {}
+        };
+        run::drive(self, &[], |_, _| (), record);
+        eras
     }
 }
 

@@ -2,20 +2,39 @@
 
 use super::trace::Echo;
 use super::{Story, change};
-use crate::drive::{Era, Run, time};
+use crate::drive::{Era, Given, Run, time};
 use shsa_core::engine::{Engine, Input, PublishedValue};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::Time;
 use std::convert::Infallible;
 
-/// Drives a story to its end; `look` sees the engine at each of the moments, given by their index.
-pub(super) fn drive(story: &Story, moments: &[Time], look: impl FnMut(usize, &Engine)) -> Run {
+/// Drives a story to its end; `look` sees the engine at each of the moments, given by their index, and `record` all that
+/// goes in.
+pub(super) fn drive(
+    story: &Story,
+    moments: &[Time],
+    look: impl FnMut(usize, &Engine),
+    mut record: impl FnMut(Given<'_>),
+) -> Run {
     let mut order: Vec<usize> = (0..moments.len()).collect();
     order.sort_by_key(|&at| moments[at]);
     let run = Run::new(&story.knowledge, Time(0));
-    let mut stage =
-        Stage { story, run, heard: 0, echoes: Vec::new(), moments, order, look, changes: &story.changes };
+    let record = |given: Given<'_>| -> Result<(), Infallible> {
+        record(given);
+        Ok(())
+    };
+    let mut stage = Stage {
+        story,
+        run,
+        heard: 0,
+        echoes: Vec::new(),
+        moments,
+        order,
+        look,
+        record,
+        changes: &story.changes,
+    };
     for input in story.trace.inputs(&story.knowledge) {
         stage.echo_until(time(&input));
         stage.give(&input);
@@ -27,7 +46,7 @@ pub(super) fn drive(story: &Story, moments: &[Time], look: impl FnMut(usize, &En
     stage.run
 }
 
-struct Stage<'a, L> {
+struct Stage<'a, L, R> {
     story: &'a Story,
     run: Run,
     /// How many publications have been turned into echoes.
@@ -38,11 +57,16 @@ struct Stage<'a, L> {
     /// Moments that are still to come, as indices.
     order: Vec<usize>,
     look: L,
+    record: R,
     /// Changes of the model that are still to come.
     changes: &'a [Era],
 }
 
-impl<L: FnMut(usize, &Engine)> Stage<'_, L> {
+impl<L, R> Stage<'_, L, R>
+where
+    L: FnMut(usize, &Engine),
+    R: FnMut(Given<'_>) -> Result<(), Infallible>,
+{
     /// Gives the echoes that arrive before `moment`.
     fn echo_until(&mut self, moment: Time) {
         loop {
@@ -56,9 +80,9 @@ impl<L: FnMut(usize, &Engine)> Stage<'_, L> {
     fn give(&mut self, input: &Input) {
         self.change_until(time(input));
         self.look_until(time(input));
-        pass(&mut self.run, time(input));
+        self.pass(time(input));
         let Some(input) = self.known(input) else { return };
-        let Ok(()) = self.run.take(&input, &mut |_| Ok::<(), Infallible>(()));
+        let Ok(()) = self.run.take(&input, &mut self.record);
         self.listen();
     }
 
@@ -77,18 +101,22 @@ impl<L: FnMut(usize, &Engine)> Stage<'_, L> {
         while let Some((era, later)) = self.changes.split_first().filter(|(era, _)| era.from <= moment) {
             self.changes = later;
             self.look_until(era.from);
-            pass(&mut self.run, era.from);
-            let Ok(()) = self.run.reload(era, &mut |_| Ok::<(), Infallible>(()));
+            self.pass(era.from);
+            let Ok(()) = self.run.reload(era, &mut self.record);
             self.listen();
         }
     }
 
     fn look_until(&mut self, moment: Time) {
         while let Some(&at) = self.order.first().filter(|&&at| self.moments[at] < moment) {
-            pass(&mut self.run, self.moments[at]);
+            self.pass(self.moments[at]);
             (self.look)(at, &self.run.engine);
             self.order.remove(0);
         }
+    }
+
+    fn pass(&mut self, moment: Time) {
+        let Ok(()) = self.run.pass_until(moment, &mut self.record);
     }
 
     /// Sends the newest publications on their way back.
@@ -106,10 +134,6 @@ impl<L: FnMut(usize, &Engine)> Stage<'_, L> {
         }
         self.heard = self.run.publications.len();
     }
-}
-
-fn pass(run: &mut Run, moment: Time) {
-    let Ok(()) = run.pass_until(moment, &mut |_| Ok::<(), Infallible>(()));
 }
 
 /// A published value in the unit of the signal that repeats it.

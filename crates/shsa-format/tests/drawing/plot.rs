@@ -2,7 +2,7 @@
 
 use crate::keep;
 use proptest::prelude::*;
-use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
+use shsa_format::drawing::{Axis, Band, Chart, Mark, Point, Scale, Series, Slice, Timeline};
 
 fn axis(label: &str, unit: &str, scale: Scale) -> Axis {
     Axis { label: label.into(), unit: unit.into(), scale }
@@ -126,5 +126,97 @@ proptest! {
         let svg = chart.svg();
         keep("random.svg", &svg);
         prop_assert_eq!(svg, chart.svg());
+    }
+}
+
+fn slice(at: f64, low: f64, high: f64) -> Slice {
+    Slice { at, low, high }
+}
+
+/// Two witnesses, and one that leaves them at 12 s.
+fn lie() -> Timeline {
+    let band = |name: &str, is_accused, value: fn(f64) -> f64, every: usize| Band {
+        name: name.into(),
+        is_accused,
+        slices: (0..200)
+            .step_by(every)
+            .map(|tenth| f64::from(tenth) / 10.0)
+            .map(|at| slice(at, value(at) - 0.4, value(at) + 0.4))
+            .collect(),
+    };
+    let truth = |at: f64| 12.0 + (at / 3.0).sin();
+    Timeline {
+        title: "wheel_1 failed at 12.4 s: speed".into(),
+        span: (5.0, 20.0),
+        y: axis("speed (m/s)", "", Scale::Linear),
+        bands: vec![
+            band("wheel_1", true, |at| 12.0 + (at / 3.0).sin() + if at > 12.0 { 2.0 } else { 0.0 }, 1),
+            band("wheel_2", false, truth, 1),
+            band("gnss", false, truth, 5),
+        ],
+        shaded: vec![(12.0, 20.0)],
+        shade: "disagreement".into(),
+        marks: ["onset", "failed", "substituted"]
+            .iter()
+            .zip([12.1, 12.4, 12.45])
+            .map(|(name, at)| Mark { at, name: (*name).into() })
+            .collect(),
+        notes: vec!["two more ways are not drawn".into()],
+    }
+}
+
+#[test]
+fn a_timeline_shows_bands_shades_and_marks() {
+    let root = keep("timeline.svg", &lie().svg());
+    let texts = root.texts("text");
+    for text in ["onset 12.1 s", "failed 12.4 s", "substituted 12.45 s", "disagreement", "time (s)", "gnss"] {
+        assert!(texts.contains(&text), "{text} is not in {texts:?}");
+    }
+    let width: f64 = root.attribute("width").and_then(|width| width.parse().ok()).unwrap();
+    assert!((700.0..=920.0).contains(&width), "{width}");
+}
+
+#[test]
+fn a_band_is_broken_where_nothing_came() {
+    let with_gap = |from: f64, to: f64| {
+        let mut timeline = lie();
+        timeline.bands.truncate(1);
+        timeline.bands[0].slices.retain(|slice| slice.at < from || slice.at > to);
+        keep("gap.svg", &timeline.svg())
+            .all()
+            .into_iter()
+            .filter(|each| each.attribute("class") == Some("shsa-strong"))
+            .count()
+    };
+    // One for the band, one for the legend.
+    assert_eq!(with_gap(9.0, 9.0), 2);
+    assert_eq!(with_gap(9.0, 11.0), 3);
+}
+
+#[test]
+fn a_timeline_of_nothing_says_so() {
+    let root = keep("timeless.svg", &Timeline::default().svg());
+    assert!(root.texts("text").contains(&"no values"));
+}
+
+proptest! {
+    #[test]
+    fn any_timeline_is_well_formed(
+        title in ".*", span in (value(), value()), shaded in prop::collection::vec((value(), value()), 0..4),
+        bands in prop::collection::vec((".*", any::<bool>(), prop::collection::vec((value(), value(), value()), 0..6)), 0..9),
+        marks in prop::collection::vec((value(), ".*"), 0..6),
+    ) {
+        let slices = |values: Vec<(f64, f64, f64)>| values.into_iter().map(|(at, low, high)| slice(at, low, high)).collect();
+        let timeline = Timeline {
+            title: title.clone(),
+            span,
+            y: axis(&title, "", Scale::Linear),
+            bands: bands.into_iter().map(|(name, is_accused, values)| Band { name, is_accused, slices: slices(values) }).collect(),
+            shaded,
+            shade: title,
+            marks: marks.into_iter().map(|(at, name)| Mark { at, name }).collect(),
+            notes: Vec::new(),
+        };
+        keep("random-timeline.svg", &timeline.svg());
     }
 }

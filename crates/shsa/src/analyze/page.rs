@@ -2,6 +2,7 @@
 
 use super::matrix::{chips, matrix};
 use super::names::{Report, losses};
+use crate::page::{document, section};
 use crate::show;
 use shsa_core::analysis::{Addition, Comparison};
 use shsa_core::knowledge::{NeedId, SignalId, SignalSet};
@@ -23,17 +24,9 @@ pub(super) fn page(report: &Report<'_>) -> String {
         section("Structure", STRUCTURE, &structure(report)),
         section("The knowledge base", GRAPH, &graph(report)),
     ];
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{title}: analysis</title>\n<style>\n{css}</style>\n</head>\n<body>\n\
-         <header><h1>{title}</h1>\n<p>{size}. What can be detected, told apart and healed, before anything runs.</p></header>\n\
-         {sections}<footer>shsa {version}</footer>\n</body>\n</html>\n",
-        css = include_str!("page.css"),
-        size = size(report),
-        sections = sections.concat(),
-        version = env!("CARGO_PKG_VERSION"),
-    )
+    let size = size(report);
+    let lead = format!("{size}. What can be detected, told apart and healed, before anything runs.");
+    document(&title, "analysis", &lead, &sections.concat())
 }
 
 const NEEDS: &str = "How many signals may be lost at once, whichever they are, and the need is still served. \
@@ -50,13 +43,6 @@ const STRUCTURE: &str = "Which variables stand in which equations, and nothing e
     with these equations and signals (Dulmage and Mendelsohn 1958; Krysander, \u{c5}slund and Nyberg 2008).";
 const GRAPH: &str = "Variables are ellipses, filled when a signal carries them; relations are boxes; arrowheads show \
     the directions in which a relation can be used.";
-
-fn section(title: &str, about: &str, body: &str) -> String {
-    match body.is_empty() {
-        true => String::new(),
-        false => format!("<section>\n<h2>{title}</h2>\n<p>{about}</p>\n{body}</section>\n"),
-    }
-}
 
 fn size(report: &Report<'_>) -> String {
     let knowledge = report.knowledge;

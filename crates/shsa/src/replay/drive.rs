@@ -9,20 +9,23 @@ use std::io::{IsTerminal, stderr};
 /// How often the progress bar moves, in inputs.
 const PROGRESS_STEP: u64 = 4_096;
 
-/// Drives a new engine over all eras and on to the end; `record` sees everything that goes in, ticks included.
-pub(super) fn drive(
+/// Drives a new engine over all eras and on to the end; `step` gives it everything that goes in, ticks included.
+///
+/// # Errors
+/// Those of `step`.
+pub(crate) fn drive(
     eras: &[Era],
     span: Option<(Time, Time)>,
-    mut record: impl FnMut(Given<'_>) -> anyhow::Result<()>,
+    mut step: impl FnMut(&mut Run, Given<'_>) -> anyhow::Result<()>,
 ) -> anyhow::Result<Run> {
     let progress = progress(eras.iter().map(|era| era.inputs.len()).sum());
     let mut observations = 0;
-    let run = Run::of(eras, span, |given| {
+    let run = Run::of(eras, span, |run, given| {
         observations += u64::from(matches!(given, Given::Input(Input::Observation(_))));
         if observations % PROGRESS_STEP == 0 {
             progress.set_position(observations);
         }
-        record(given)
+        step(run, given)
     });
     progress.finish_and_clear();
     run

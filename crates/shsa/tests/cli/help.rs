@@ -2,12 +2,13 @@
 
 use crate::folder::Folder;
 
-const COMMANDS: [&str; 14] = [
+const COMMANDS: [&str; 15] = [
     "check",
     "plan",
     "analyze",
     "monitor",
     "replay",
+    "explain",
     "calibrate",
     "campaign",
     "story",
@@ -48,7 +49,7 @@ fn help_of_every_command_has_an_example() {
 #[test]
 fn examples_of_the_help_work() {
     let project = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-    for command in ["check", "plan"] {
+    for command in ["check", "plan", "explain"] {
         let mut run = Folder::new().command(&example(command));
         let output = run.current_dir(project).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));

@@ -13,6 +13,7 @@ mod contingency;
 mod convert;
 mod drivetrain;
 mod experiments;
+mod explain;
 mod help;
 mod monitor;
 mod parts;

@@ -2,6 +2,9 @@
 
 mod ticks;
 mod chart;
+mod timeline;
+
+pub use timeline::{Band, Mark, Slice, Timeline};
 
 /// A chart of lines: x to the right, y upwards.
 ///

@@ -54,6 +54,15 @@ impl Axis {
         }
     }
 
+    /// The range from `low` to `high` exactly, on a linear axis; about `count` ticks.
+    pub(super) fn exact(&self, low: f64, high: f64, count: f64) -> Range<'_> {
+        let size = low.abs().max(high.abs());
+        // Closer together than numbers of their size can tell, they get some room.
+        let room = if high - low > 1e-9 * size { 0.0 } else { (1e-6 * size).max(0.5) };
+        let (low, high) = (low - room, high + room);
+        Range { axis: self, low, high, step: round_step((high - low) / count) }
+    }
+
     fn logarithmic(&self, low: f64, high: f64) -> Range<'_> {
         let (low, high) = if low < high { (low, high) } else { (low / 2.0, high * 2.0) };
         // Half of a tenth of room, so that no marker lies on the frame.
@@ -92,10 +101,11 @@ impl Range<'_> {
     pub(super) fn ticks(&self) -> Vec<Tick> {
         match self.axis.scale {
             Scale::Linear => {
-                let first = (self.low / self.step).round();
-                let count = ((self.high - self.low) / self.step).round();
+                // A little less and more: ends that are ticks are so after rounding, too.
+                let first = (self.low / self.step - 1e-6).ceil();
+                let last = (self.high / self.step + 1e-6).floor();
                 let tick = |n: u32| Tick { value: (first + f64::from(n)) * self.step, major: true };
-                (0..=count as u32).map(tick).collect()
+                (0..=(last - first).max(0.0) as u32).map(tick).collect()
             }
             Scale::Log => self.logarithmic_ticks(),
         }

@@ -1,0 +1,123 @@
+//! The drawing: what the ways of knowing the variable said, when they disagreed, and when it was decided.
+
+use super::explanation::Explanation;
+use super::tracks::{Track, Tracks, half_window};
+use crate::replay::Source;
+use shsa_core::alignment::Sample;
+use shsa_core::engine::Evidence;
+use shsa_core::knowledge::{KnowledgeBase, VariableId};
+use shsa_core::time::{Span, Time};
+use shsa_format::drawing::{Axis, Band, Mark, Slice, Timeline};
+use shsa_format::drive::{Given, Run};
+use std::collections::BTreeMap;
+
+/// So many variables are drawn on a page.
+const MOST_DRAWN: usize = 4;
+
+/// What is not seen.
+const NOTE: &str = "bands stand at the time of which the values tell, marks at the time of the decision";
+
+/// Ends a replay early.
+struct Seen;
+
+/// Goes through a run again and draws what was seen of some variables around the explained moment.
+///
+/// `window` is how much time is shown; where it is not given, as much as it takes to see how the decision came about.
+pub(super) fn drawings(
+    explanation: &Explanation<'_>,
+    source: &Source,
+    variables: &[VariableId],
+    window: Option<Span>,
+) -> Vec<Timeline> {
+    let (evidence, era) = (explanation.evidence(), explanation.inquiry.focus.era);
+    let at = explanation.time();
+    let mut tracks: Vec<Tracks> = Vec::new();
+    let mut until = Time::MAX;
+    let _: Result<Run, Seen> = Run::of(&source.eras, source.span, |run, given: Given<'_>| {
+        run.give(given);
+        if run.past.len() < era {
+            return Ok(());
+        }
+        if tracks.is_empty() {
+            let half = window.map_or_else(|| half_window(&run.engine, evidence), |window| Span(window.0 / 2));
+            let (from, to) = ((at - half).max(run.first), at + half);
+            until = to + half;
+            tracks = variables.iter().map(|&variable| Tracks::new(evidence, variable, (from, to))).collect();
+        }
+        if run.past.len() > era || run.last > until {
+            return Err(Seen);
+        }
+        tracks.iter_mut().for_each(|tracks| tracks.look(&run.engine));
+        Ok(())
+    });
+    tracks.iter().map(|tracks| timeline(explanation, tracks)).collect()
+}
+
+/// The variable in which most speaks against the signal, then the others in which something does.
+pub(super) fn variables(evidence: &Evidence, knowledge: &KnowledgeBase) -> Vec<VariableId> {
+    let first = evidence.variable(knowledge);
+    let mut conflicts: BTreeMap<VariableId, usize> = BTreeMap::new();
+    for comparison in evidence.comparisons.iter().filter(|each| each.is_conflict()) {
+        *conflicts.entry(comparison.variable).or_default() += 1;
+    }
+    conflicts.remove(&first);
+    let mut others: Vec<(VariableId, usize)> = conflicts.into_iter().collect();
+    others.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    [first].into_iter().chain(others.into_iter().map(|(variable, _)| variable)).take(MOST_DRAWN).collect()
+}
+
+fn timeline(explanation: &Explanation<'_>, tracks: &Tracks) -> Timeline {
+    let (words, signal) = (explanation.words, &explanation.inquiry.signal);
+    let variable = &words.knowledge.variables()[tracks.variable];
+    let unit = variable.unit.as_ref().map_or(String::new(), |unit| format!(" ({unit})"));
+    let seconds = |time: Time| (time - words.first).seconds();
+    let stretches = tracks.stretches();
+    let end = explanation.inquiry.run.last.min(tracks.to);
+    let mut notes = vec![NOTE.to_owned()];
+    if tracks.left_out > 0 {
+        let more = crate::show::counted(tracks.left_out, "more way");
+        notes.push(format!("{more} of knowing {} not drawn", variable.name));
+    }
+    Timeline {
+        title: format!("{}: {}", variable.name, explanation.headline()),
+        span: (seconds(tracks.from), seconds(end)),
+        y: Axis { label: format!("{}{unit}", variable.name), ..Axis::default() },
+        bands: tracks.tracks.iter().map(|track| band(explanation, track, tracks.variable)).collect(),
+        shaded: stretches.iter().map(|each| (seconds(each.from), seconds(each.to))).collect(),
+        shade: format!("comparisons with {signal} disagree"),
+        marks: marks(explanation),
+        notes,
+    }
+}
+
+fn band(explanation: &Explanation<'_>, track: &Track, variable: VariableId) -> Band {
+    let words = explanation.words;
+    let unit = words.knowledge.variables()[variable].unit.as_ref();
+    let shown = |value: f64| unit.map_or(value, |unit| unit.from_si(value));
+    let slice = |sample: &Sample| {
+        // In the middle of the time in which it was true.
+        let (from, to) = (sample.validity.from - words.first, sample.validity.to - words.first);
+        Slice {
+            at: f64::midpoint(from.seconds(), to.seconds()),
+            low: shown(sample.value.lo()),
+            high: shown(sample.value.hi()),
+        }
+    };
+    Band {
+        name: track.name(words.knowledge),
+        is_accused: track.is_accused,
+        slices: track.samples.iter().map(slice).collect(),
+    }
+}
+
+/// The onset, the decision, and what was decided about the signal later.
+fn marks(explanation: &Explanation<'_>) -> Vec<Mark> {
+    let seconds = |time: Time| (time - explanation.words.first).seconds();
+    let mark = |name: &str, time: Time| Mark { at: seconds(time), name: name.to_owned() };
+    let onset = explanation.conflicts().filter_map(|each| each.onset).min();
+    let onset = onset.filter(|_| explanation.event.is_some()).map(|onset| mark("onset", onset));
+    let name = explanation.event.map_or("asked", |event| event.kind.name());
+    let later = explanation.later_events().filter(|_| explanation.event.is_some());
+    let later = later.map(|(_, event)| mark(event.kind.name(), event.time));
+    onset.into_iter().chain([mark(name, explanation.time())]).chain(later).collect()
+}

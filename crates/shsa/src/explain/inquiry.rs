@@ -1,0 +1,188 @@
+//! Goes through a run and keeps, for the signal that is asked about, the evidence at each decision.
+
+use super::question::Question;
+use crate::replay::{Source, drive};
+use anyhow::bail;
+use shsa_core::engine::{Event, EventKind, Evidence, NeedStatus};
+use shsa_core::knowledge::{KnowledgeBase, NeedId};
+use shsa_core::time::{Span, Time};
+use shsa_format::drive::Run;
+
+/// A time that is asked for was read from a screen, where it was rounded to this.
+const ROUNDING: Span = Span::from_millis(1);
+
+/// What the engine knew about the signal at a moment.
+pub(super) struct Snapshot {
+    /// The decision after which it was taken, as a place in the run's events.
+    pub(super) event: Option<usize>,
+    /// Which of the run's knowledge bases the ids belong to.
+    pub(super) era: usize,
+    pub(super) evidence: Evidence,
+    pub(super) needs: Vec<(NeedId, NeedStatus)>,
+}
+
+impl Snapshot {
+    /// Of a signal at a moment; `None` where the present model does not have it.
+    fn take(run: &Run, signal: &str, at: Time, event: Option<usize>) -> Option<Snapshot> {
+        let id = run.engine.knowledge().signal(signal)?;
+        let evidence = run.engine.evidence(id, at);
+        Some(Snapshot { event, era: run.past.len(), evidence, needs: run.engine.need_statuses().collect() })
+    }
+}
+
+/// What has been found out about a signal.
+pub(super) struct Inquiry {
+    pub(super) run: Run,
+    /// The signal that it is about.
+    pub(super) signal: String,
+    /// What is explained: a decision, or a moment without one.
+    pub(super) focus: Snapshot,
+    /// The moment that was asked for, where a decision before it is explained.
+    pub(super) later: Option<Snapshot>,
+    /// At the end of the run.
+    pub(super) end: Option<Snapshot>,
+}
+
+/// Looks on while a run goes by.
+struct Onlooker<'q> {
+    question: &'q Question,
+    /// The signal, as soon as it is known.
+    signal: Option<String>,
+    /// How many events have been seen.
+    seen: usize,
+    snapshots: Vec<Snapshot>,
+    moment: Option<Snapshot>,
+}
+
+impl Onlooker<'_> {
+    fn look(&mut self, run: &Run) {
+        for number in self.seen..run.events.len() {
+            self.seen = number + 1;
+            self.hear(run, number);
+        }
+        let Question::Signal { name, at: Some(at) } = self.question else { return };
+        let at = run.first + *at;
+        if self.moment.is_none() && run.last > at {
+            self.moment = Snapshot::take(run, name, at, None);
+        }
+    }
+
+    fn hear(&mut self, run: &Run, number: usize) {
+        if *self.question == Question::Decision(number + 1) {
+            self.signal = blamed(run, number);
+        }
+        let (Some(signal), Some(event)) = (&self.signal, run.events.get(number)) else { return };
+        let known = told(run, number);
+        if is_about(known, event, signal) || *self.question == Question::Decision(number + 1) {
+            self.snapshots.extend(Snapshot::take(run, signal, event.time, Some(number)));
+        }
+    }
+}
+
+/// The knowledge base of an event.
+fn told(run: &Run, number: usize) -> &KnowledgeBase {
+    run.told_events().nth(number).map_or(run.engine.knowledge(), |(known, _)| known)
+}
+
+/// Whether an event is about a signal.
+pub(super) fn is_about(known: &KnowledgeBase, event: &Event, signal: &str) -> bool {
+    event.signal.is_some_and(|id| known.signals()[id].name == signal)
+}
+
+/// The signal of a decision; of one about a need, the last signal that was decided about.
+fn blamed(run: &Run, number: usize) -> Option<String> {
+    let name = |(known, event): (&KnowledgeBase, &Event)| {
+        event.signal.map(|signal| known.signals()[signal].name.clone())
+    };
+    run.told_events().take(number + 1).filter_map(name).last()
+}
+
+/// Whether an event says that a signal is not to be trusted.
+pub(super) fn is_accusation(event: &Event) -> bool {
+    event.signal.is_some()
+        && matches!(event.kind, EventKind::Suspected | EventKind::Failed | EventKind::Silent)
+}
+
+/// Drives a run to its end and answers who is asked about, and when.
+///
+/// # Errors
+/// When there is no such decision, or the run ends before the time.
+pub(super) fn inquire(source: &Source, question: &Question) -> anyhow::Result<Inquiry> {
+    let signal = match question {
+        Question::Signal { name, .. } => Some(name.clone()),
+        Question::All | Question::Decision(_) => None,
+    };
+    let mut onlooker = Onlooker { question, signal, seen: 0, snapshots: Vec::new(), moment: None };
+    let run = drive(&source.eras, source.span, |run, given| {
+        run.give(given);
+        onlooker.look(run);
+        Ok(())
+    })?;
+    let Onlooker { signal, snapshots, moment, .. } = onlooker;
+    let Some(signal) = signal else { bail!(no_signal(&run, question)) };
+    let end = Snapshot::take(&run, &signal, run.last, None);
+    let (focus, later) = match question {
+        Question::Signal { at: Some(at), .. } => at_time(&run, *at, snapshots, moment)?,
+        Question::Decision(number) => {
+            (snapshots.into_iter().find(|each| each.event == Some(*number - 1)), None)
+        }
+        Question::Signal { .. } | Question::All => (first(&run, snapshots), None),
+    };
+    let focus = focus.or_else(|| Snapshot::take(&run, &signal, run.last, None));
+    let Some(focus) = focus else { bail!("the model at that time has no signal '{signal}'") };
+    Ok(Inquiry { run, signal, focus, later, end })
+}
+
+fn no_signal(run: &Run, question: &Question) -> String {
+    match question {
+        Question::Decision(number) if (1..=run.events.len()).contains(number) => {
+            format!("decision {number} is about a need, and no signal was decided about before it")
+        }
+        Question::Decision(number) => {
+            format!(
+                "there is no decision {number}: the run has {}",
+                crate::show::counted(run.events.len(), "decision")
+            )
+        }
+        Question::Signal { .. } | Question::All => "no signal is asked about".to_owned(),
+    }
+}
+
+/// The first accusation.
+fn first(run: &Run, snapshots: Vec<Snapshot>) -> Option<Snapshot> {
+    let accuses = |each: &Snapshot| event(run, each).is_some_and(is_accusation);
+    snapshots.into_iter().find(accuses)
+}
+
+fn event<'r>(run: &'r Run, snapshot: &Snapshot) -> Option<&'r Event> {
+    snapshot.event.and_then(|number| run.events.get(number))
+}
+
+/// The decision that stands at a time with the evidence of that time, or the evidence alone when none stands.
+fn at_time(
+    run: &Run,
+    at: Span,
+    mut snapshots: Vec<Snapshot>,
+    moment: Option<Snapshot>,
+) -> anyhow::Result<(Option<Snapshot>, Option<Snapshot>)> {
+    let time = run.first + at;
+    if time > run.last + ROUNDING {
+        let (end, at) = ((run.last - run.first).seconds(), at.seconds());
+        bail!("the run ends at {end:.3} s, before {at:.3} s");
+    }
+    let until = |each: &Snapshot| event(run, each).is_some_and(|event| event.time <= time + ROUNDING);
+    let standing = snapshots.iter().rposition(until);
+    let stands = |each: &Snapshot| {
+        event(run, each).is_some_and(|event| {
+            is_accusation(event) || (event.signal.is_some() && time - event.time <= ROUNDING)
+        })
+    };
+    let standing = standing.map(|place| snapshots.swap_remove(place)).filter(stands);
+    Ok(match standing {
+        None => (moment, None),
+        Some(decision) => {
+            let is_same = event(run, &decision).is_some_and(|event| (time - event.time).abs() <= ROUNDING);
+            (Some(decision), moment.filter(|_| !is_same))
+        }
+    })
+}

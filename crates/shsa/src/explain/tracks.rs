@@ -1,0 +1,178 @@
+//! What the ways of knowing a variable said over time, and when they disagreed: recorded while an engine runs.
+
+use shsa_core::alignment::Sample;
+use shsa_core::engine::{Engine, Evidence, Side};
+use shsa_core::knowledge::{KnowledgeBase, SignalId, VariableId};
+use shsa_core::monitor::WayIndex;
+use shsa_core::substitution::Way;
+use shsa_core::time::{Span, Time, Validity};
+
+/// So many ways that rest on the accused, and so many others, are drawn: more cannot be told apart.
+const MOST_ACCUSED: usize = 2;
+const MOST_OTHERS: usize = 5;
+
+/// What gives the values of a track.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Giver {
+    Way(WayIndex, Way),
+    /// The values of a signal that is compared with nothing.
+    Signal(SignalId),
+}
+
+/// The values of one way.
+pub(super) struct Track {
+    pub(super) giver: Giver,
+    pub(super) is_accused: bool,
+    pub(super) samples: Vec<Sample>,
+}
+
+/// A comparison under watch.
+struct Watched {
+    /// Which pair of the monitor.
+    pair: usize,
+    /// When it last disagreed, as far as it is known.
+    last: Option<Time>,
+}
+
+/// The values of the ways of knowing a variable in a stretch of time.
+pub(super) struct Tracks {
+    pub(super) variable: VariableId,
+    pub(super) from: Time,
+    pub(super) to: Time,
+    pub(super) tracks: Vec<Track>,
+    /// Ways that there are beside these.
+    pub(super) left_out: usize,
+    /// When a comparison with the accused disagreed.
+    pub(super) disagreements: Vec<Validity>,
+    watched: Vec<Watched>,
+}
+
+impl Tracks {
+    /// Ready to record the ways of knowing a variable that take part in the evidence.
+    pub(super) fn new(evidence: &Evidence, variable: VariableId, (from, to): (Time, Time)) -> Tracks {
+        let of_it = || evidence.comparisons.iter().filter(|comparison| comparison.variable == variable);
+        let mut sides: Vec<&Side> = Vec::new();
+        let mut conflicts: Vec<_> = of_it().collect();
+        // What disagrees is drawn first, and what the signal says itself before what is computed from it.
+        conflicts.sort_by_key(|each| (!each.is_conflict(), each.own.way.direct().is_none()));
+        for side in conflicts.iter().flat_map(|comparison| [&comparison.own, &comparison.other]) {
+            if !sides.iter().any(|known| known.index == side.index) {
+                sides.push(side);
+            }
+        }
+        let all = sides.len();
+        let rests = |side: &&&Side| side.rests_on.contains(evidence.signal);
+        let accused = sides.iter().filter(rests).take(MOST_ACCUSED);
+        let others = sides.iter().filter(|side| !rests(side)).take(MOST_OTHERS);
+        let track = |side: &&Side| Track {
+            giver: Giver::Way(side.index, side.way.clone()),
+            is_accused: side.rests_on.contains(evidence.signal),
+            samples: Vec::new(),
+        };
+        let mut tracks: Vec<Track> = accused.chain(others).map(track).collect();
+        let left_out = all - tracks.len();
+        if tracks.is_empty() {
+            let giver = Giver::Signal(evidence.signal);
+            tracks.push(Track { giver, is_accused: true, samples: Vec::new() });
+        }
+        let watched =
+            |comparison: &shsa_core::engine::Comparison| Watched { pair: comparison.pair, last: None };
+        let watched = of_it().filter(|each| each.explained_by.is_empty()).map(watched).collect();
+        Tracks { variable, from, to, tracks, left_out, disagreements: Vec::new(), watched }
+    }
+
+    /// Takes in what is new since the last look; call it after each input, as long as the knowledge base stays.
+    pub(super) fn look(&mut self, engine: &Engine) {
+        for track in &mut self.tracks {
+            track.look(engine, (self.from, self.to));
+        }
+        for watched in &mut self.watched {
+            self.disagreements.extend(watched.look(engine));
+        }
+    }
+
+    /// The stretches of time in which a comparison disagreed, ascending.
+    pub(super) fn stretches(&self) -> Vec<Validity> {
+        let mut all = self.disagreements.clone();
+        all.sort_by_key(|each| (each.from, each.to));
+        let mut merged: Vec<Validity> = Vec::new();
+        for next in all {
+            match merged.last_mut().filter(|last| next.from <= last.to) {
+                Some(last) => last.to = last.to.max(next.to),
+                None => merged.push(next),
+            }
+        }
+        let inside = Validity { from: self.from, to: self.to };
+        merged.into_iter().filter_map(|each| each.intersection(inside)).collect()
+    }
+}
+
+impl Track {
+    fn look(&mut self, engine: &Engine, (from, to): (Time, Time)) {
+        let after = self.samples.last().map_or(from, |last| last.validity.to);
+        let is_first = self.samples.is_empty();
+        let is_new = |sample: &Sample| {
+            sample.validity.to <= to
+                && (sample.validity.to > after || (is_first && sample.validity.to == after))
+        };
+        match &self.giver {
+            Giver::Way(index, _) => {
+                let Some(way) = engine.monitor().way(*index) else { return };
+                let newest = way.outputs.newest_first().take_while(|sample| sample.validity.to >= after);
+                let mut new: Vec<Sample> = newest.filter(|sample| is_new(sample)).copied().collect();
+                new.reverse();
+                self.samples.append(&mut new);
+            }
+            Giver::Signal(signal) => {
+                let newest = engine.monitor().ports().find(*signal).and_then(|port| port.newest());
+                self.samples.extend(newest.filter(|sample| is_new(sample)));
+            }
+        }
+    }
+
+    /// In words, as in the legend.
+    pub(super) fn name(&self, knowledge: &KnowledgeBase) -> String {
+        match &self.giver {
+            Giver::Way(_, way) => way.describe(knowledge),
+            Giver::Signal(signal) => knowledge.signals()[*signal].name.clone(),
+        }
+    }
+}
+
+impl Watched {
+    /// The stretch of time about which the two have newly disagreed.
+    fn look(&mut self, engine: &Engine) -> Option<Validity> {
+        let pair = engine.monitor().pairs().get(self.pair)?;
+        let last = pair.disagreement?.time;
+        if self.last.replace(last).is_some_and(|before| before == last) {
+            return None;
+        }
+        let outputs = &engine.monitor().way(pair.way)?.outputs;
+        let newest = outputs.newest(0)?.validity;
+        let spacing = outputs.newest(1).map_or(Span::ZERO, |before| newest.to - before.validity.to);
+        // Half a step to both sides, and a little: what follows step by step is one stretch.
+        let half = Span(spacing.0 / 2 + spacing.0 / 8);
+        // Where its band stands.
+        let middle = newest.from + Span(newest.length().0 / 2);
+        Some(Validity { from: middle - half, to: middle + half })
+    }
+}
+
+/// How far before and after a decision something is to be seen of what led to it.
+pub(super) fn half_window(engine: &Engine, evidence: &Evidence) -> Span {
+    let periods = evidence.comparisons.iter().flat_map(|each| [each.own.index, each.other.index]);
+    let periods = periods.filter_map(|index| engine.monitor().way(index)?.computation.timing().period);
+    let onset =
+        evidence.comparisons.iter().filter(|each| each.is_conflict()).filter_map(|each| each.onset).min();
+    let latency = onset.map_or(Span::ZERO, |onset| evidence.time - onset);
+    let timeout = engine.knowledge().signals()[evidence.signal].timeout.unwrap_or(Span::ZERO);
+    [
+        Span::from_millis(2_000),
+        latency.times(3),
+        timeout.times(3),
+        periods.max().unwrap_or(Span::ZERO).times(15),
+    ]
+    .into_iter()
+    .max()
+    .unwrap_or_default()
+}

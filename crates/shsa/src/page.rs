@@ -1,0 +1,23 @@
+//! What every page for the browser is made of: one file, no script, nothing from anywhere else.
+
+/// A page; `title` is escaped already, `kind` says in a word what it is, `lead` and `body` are HTML.
+pub(crate) fn document(title: &str, kind: &str, lead: &str, body: &str) -> String {
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{title}: {kind}</title>\n<style>\n{css}</style>\n</head>\n<body>\n\
+         <header><h1>{title}</h1>\n<p>{lead}</p></header>\n\
+         {body}<footer>shsa {version}</footer>\n</body>\n</html>\n",
+        css = include_str!("page.css"),
+        version = env!("CARGO_PKG_VERSION"),
+    )
+}
+
+/// A part of a page with a head and a sentence about it; nothing when there is nothing in it.
+pub(crate) fn section(title: &str, about: &str, body: &str) -> String {
+    let about = if about.is_empty() { String::new() } else { format!("<p>{about}</p>\n") };
+    match body.is_empty() {
+        true => String::new(),
+        false => format!("<section>\n<h2>{title}</h2>\n{about}{body}</section>\n"),
+    }
+}
