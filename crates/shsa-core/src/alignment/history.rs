@@ -1,5 +1,6 @@
 //! The recent past of one input, bounded, and what it says about a moment.
 
+use super::gate::Jump;
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
@@ -31,8 +32,21 @@ pub struct Reach {
     pub max_gap: Span,
 }
 
+/// Why a reading is no value at all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Defect {
+    /// A list where a number is expected, the other way round, an empty list, or one that is too long.
+    Shape,
+    /// Not a number, or a list without a number.
+    NotANumber,
+    /// Infinite, or too large to compute with.
+    Infinite,
+    /// A lower bound above the upper one.
+    Bounds,
+}
+
 /// What became of an observation that was offered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Acceptance {
     /// Kept, and the newest.
     Newest,
@@ -40,8 +54,14 @@ pub enum Acceptance {
     Reordered,
     /// Dropped: the same value with the same validity is there.
     Duplicate,
-    /// Dropped: older than everything that is kept, or without a value.
+    /// Dropped: older than everything that is kept, stamped in the future, or without a value.
     Dropped,
+    /// Refused: no value.
+    Invalid(Defect),
+    /// Refused: a value, SI, that is not possible.
+    OutOfRange(Interval),
+    /// Refused: a value that could not have followed the one before it.
+    TooFast(Jump),
 }
 
 impl Acceptance {
@@ -49,6 +69,12 @@ impl Acceptance {
     #[must_use]
     pub fn is_kept(self) -> bool {
         matches!(self, Acceptance::Newest | Acceptance::Reordered)
+    }
+
+    /// Whether the value was one that the signal can have.
+    #[must_use]
+    pub fn is_possible(self) -> bool {
+        !matches!(self, Acceptance::Invalid(_) | Acceptance::OutOfRange(_))
     }
 }
 

@@ -35,6 +35,8 @@ pub enum Decision {
     Suspected(SignalId, SignalSet),
     /// The signal is trusted again.
     Cleared(SignalId),
+    /// A signal whose own readings had shown a fault is trusted again, after this probation.
+    Recovered(SignalId, Span),
 }
 
 /// Settings of the judge.
@@ -70,6 +72,8 @@ struct Standing {
     relapses: u32,
     /// What it said when it was accused. While it still says the same, it is the plant that came back to it.
     said: Option<Interval>,
+    /// Its own readings have shown the fault: no comparison is needed to accuse or to clear it.
+    convicted: bool,
 }
 
 /// Decides on signals from the pairs of a monitor.
@@ -80,6 +84,8 @@ pub struct Judge {
     /// Each signal with all that it is derived from.
     origins: IdVec<SignalId, SignalSet>,
     standings: IdVec<SignalId, Standing>,
+    /// Signals whose own readings have shown a fault since the last review.
+    convicted: SignalSet,
     /// When to look again without a change of evidence.
     next_review: Option<Time>,
 }
@@ -97,6 +103,7 @@ impl Judge {
             priors: IdVec::filled(count, prior),
             origins: IdVec::filled(count, |signal| knowledge.origins(signal)),
             standings: IdVec::filled(count, |_| Standing::default()),
+            convicted: SignalSet::new(),
             next_review: None,
         }
     }
@@ -110,8 +117,14 @@ impl Judge {
         for (id, standing) in old.standings.enumerate() {
             let Some(namesake) = lineage.namesake(id) else { continue };
             match lineage.signal(id) {
-                Some(signal) if standing.verdict.is_none() || compared.contains(signal) => {
+                Some(signal)
+                    if standing.verdict.is_none() || standing.convicted || compared.contains(signal) =>
+                {
                     self.standings[signal] = *standing;
+                    if standing.convicted {
+                        // What contradicted it may be gone.
+                        self.next_review = Some(Time::MIN);
+                    }
                 }
                 same if standing.verdict.is_some() => dropped.push((namesake, same.is_none())),
                 _ => {}
@@ -168,6 +181,23 @@ impl Judge {
         let speaks = (one.contains(signal) && !other.meets(origins))
             || (other.contains(signal) && !one.meets(origins));
         speaks && !self.is_explained(pair, Some(signal))
+    }
+
+    /// A signal's own readings show that it is faulty, so that what it is compared with is not to blame. It is trusted again
+    /// after its readings and every comparison with it have spoken for it for the probation time. Whether that is news.
+    pub fn convict(&mut self, signal: SignalId, now: Time) -> bool {
+        if self.standings[signal].verdict == Some(Verdict::Failed) {
+            self.standings[signal].clean_since = None;
+            return false;
+        }
+        let relapses = self.relapses(signal, now);
+        let Standing { cleared, .. } = self.standings[signal];
+        let verdict = Some(Verdict::Failed);
+        let convicted =
+            Standing { verdict, alone: true, relapses, cleared, convicted: true, ..Standing::default() };
+        self.standings[signal] = convicted;
+        self.convicted.insert(signal);
+        true
     }
 
     /// Takes all evidence in. Complexity: O(pairs) while nothing is in conflict and nobody is accused.
@@ -261,12 +291,7 @@ impl Judge {
         let said = said(monitor, signal);
         let alone = choice.as_ref().is_none_or(|choice| choice.len() == 1);
         let before = self.standings[signal];
-        let soon = |cleared: Time| now - cleared <= self.probation(before.relapses).times(RELAPSE_PROBATIONS);
-        let relapses = match (before.verdict, before.cleared) {
-            (Some(_), _) => before.relapses,
-            (None, Some(cleared)) if soon(cleared) => (before.relapses + 1).min(MOST_RELAPSES),
-            _ => 0,
-        };
+        let relapses = self.relapses(signal, now);
         self.standings[signal] = Standing {
             verdict: Some(verdict),
             alone,
@@ -274,6 +299,7 @@ impl Judge {
             said,
             relapses,
             cleared: before.cleared,
+            convicted: false,
         };
         decisions.push(match choice {
             None => Decision::Failed(signal),
@@ -281,27 +307,46 @@ impl Judge {
         });
     }
 
+    /// How often in a row a signal has been accused soon after it was trusted again, when it is accused now.
+    fn relapses(&self, signal: SignalId, now: Time) -> u32 {
+        let before = self.standings[signal];
+        let soon = |cleared: Time| now - cleared <= self.probation(before.relapses).times(RELAPSE_PROBATIONS);
+        match (before.verdict, before.cleared) {
+            (Some(_), _) => before.relapses,
+            (None, Some(cleared)) if soon(cleared) => (before.relapses + 1).min(MOST_RELAPSES),
+            _ => 0,
+        }
+    }
+
     fn clear(&mut self, monitor: &Monitor, now: Time, decisions: &mut Vec<Decision>) {
         let culprit = |decision: &Decision| match decision {
             Decision::Failed(signal) => Some(*signal),
-            Decision::Suspected(..) | Decision::Cleared(_) => None,
+            Decision::Suspected(..) | Decision::Cleared(_) | Decision::Recovered(..) => None,
         };
-        let culprits: SignalSet = decisions.iter().filter_map(culprit).collect();
+        let mut culprits = core::mem::take(&mut self.convicted);
+        culprits.extend(&decisions.iter().filter_map(culprit).collect());
         for signal in self.standings.ids() {
             let Some(verdict) = self.standings[signal].verdict else { continue };
             if !self.is_clean(monitor, signal, now) {
                 self.standings[signal].clean_since = None;
+                if self.standings[signal].convicted {
+                    self.await_staleness(monitor, signal, now);
+                }
                 continue;
             }
             let since = *self.standings[signal].clean_since.get_or_insert(now);
             // Only a culprit that it was compared with explains why it was suspected.
             let compared = |pair: &Pair| pair.signals.contains(signal) && pair.signals.meets(&culprits);
             let explained = verdict == Verdict::Suspect && monitor.pairs().iter().any(compared);
-            let relapses = self.standings[signal].relapses;
-            let over = since + self.probation(relapses);
+            let Standing { relapses, convicted, .. } = self.standings[signal];
+            let probation = self.probation(relapses);
+            let over = since + probation;
             if explained || now >= over {
                 self.standings[signal] = Standing { cleared: Some(now), relapses, ..Standing::default() };
-                decisions.push(Decision::Cleared(signal));
+                decisions.push(match convicted {
+                    true => Decision::Recovered(signal, probation),
+                    false => Decision::Cleared(signal),
+                });
             } else {
                 self.look_again(over);
             }
@@ -312,14 +357,14 @@ impl Judge {
         self.options.probation.times(1 << relapses.min(MOST_RELAPSES))
     }
 
-    /// Whether the signal has moved since it was accused, every comparison that speaks about it agrees, and there
-    /// is one.
+    /// Whether the signal has moved since it was accused, every comparison that speaks about it agrees, there is one (unless
+    /// its own readings have accused it), and its readings are sound.
     fn is_clean(&self, monitor: &Monitor, signal: SignalId, now: Time) -> bool {
         let before = self.standings[signal].said;
         if before.is_some() && before == said(monitor, signal) {
             return false;
         }
-        let mut witnessed = false;
+        let mut witnessed = self.standings[signal].convicted;
         for pair in monitor.pairs() {
             if !pair.signals.contains(signal) || self.is_explained(pair, Some(signal)) {
                 continue;
@@ -330,7 +375,14 @@ impl Judge {
                 Relationship::Undecided | Relationship::Conflict => return false,
             }
         }
-        witnessed && monitor.watch().absence(signal).is_none()
+        witnessed && monitor.watch().absence(signal).is_none() && monitor.detectors().fault(signal).is_none()
+    }
+
+    /// Looks again when the first comparison with a signal that needs no witness is stale.
+    fn await_staleness(&mut self, monitor: &Monitor, signal: SignalId, now: Time) {
+        let pairs = monitor.pairs().iter().filter(|pair| pair.signals.contains(signal));
+        let stale = pairs.filter_map(|pair| pair.window.stale_at()).filter(|at| *at > now).min();
+        stale.into_iter().for_each(|at| self.look_again(at));
     }
 
     fn look_again(&mut self, at: Time) {

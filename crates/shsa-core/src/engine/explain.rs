@@ -1,10 +1,11 @@
 //! Decisions in words: which values disagreed, which alternatives there were, which limit was reached.
 
 use super::message::{Event, EventKind};
+use crate::alignment::Defect;
 use crate::diagnosis::Decision;
 use crate::interval::Interval;
 use crate::knowledge::{KnowledgeBase, SignalId, SignalSet, VariableId};
-use crate::monitor::{Absence, Change, Monitor, Pair, Relationship, Symptom, Tendency};
+use crate::monitor::{Absence, Change, Evidence, Fault, Monitor, Pair, Relationship, Symptom, Tendency};
 use crate::time::{Span, Time};
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -35,6 +36,40 @@ pub(super) fn absence(knowledge: &KnowledgeBase, change: &Change, absence: Absen
     };
     let because = format!("{what} within {}: {last}", span(timeout));
     Event { symptom: Some(symptom), ..event(knowledge, kind, change.signal, because, now) }
+}
+
+/// A signal whose own readings show that it is faulty.
+pub(super) fn fault(knowledge: &KnowledgeBase, signal: SignalId, fault: &Fault, now: Time) -> Event {
+    let description = &knowledge.signals()[signal];
+    let variable = description.variable;
+    let shown = |value| interval(knowledge, variable, value);
+    let what = match fault.evidence {
+        Evidence::Invalid(defect) => match defect {
+            Defect::Shape => "of a wrong shape".to_string(),
+            Defect::NotANumber => "not a number".to_string(),
+            Defect::Infinite => "infinite".to_string(),
+            Defect::Bounds => "with its lower bound above the upper one".to_string(),
+        },
+        Evidence::OutOfRange(value) => {
+            let range = description.limits.range.map_or(String::new(), shown);
+            format!("{} is out of {range}", shown(value))
+        }
+        Evidence::TooFast(jump) => format!(
+            "from {} to {} within {} where {} a second is possible",
+            shown(jump.from),
+            shown(jump.to),
+            span(jump.within),
+            rate(knowledge, variable, jump.max_rate)
+        ),
+        Evidence::OutOfOrder(back) => format!("its time stamp went back by {}", span(back)),
+        Evidence::Late(delay) => {
+            let most = description.limits.max_delay.unwrap_or(Span::ZERO);
+            format!("arrived {} after its time stamp, {} is allowed", span(delay), span(most))
+        }
+    };
+    let (k, n) = fault.count;
+    let because = format!("{what} ({k} of {n} values)");
+    Event { symptom: Some(fault.symptom), ..event(knowledge, EventKind::Failed, signal, because, now) }
 }
 
 /// A signal that speaks again and has done so for its probation.
@@ -74,6 +109,11 @@ pub(super) fn decision(
         }
         Decision::Cleared(signal) => {
             let because = "every comparison with it agrees again".to_string();
+            event(knowledge, EventKind::Restored, *signal, because, now)
+        }
+        Decision::Recovered(signal, probation) => {
+            let because =
+                format!("its values are sound, and nothing has contradicted them, for {}", span(*probation));
             event(knowledge, EventKind::Restored, *signal, because, now)
         }
     }
@@ -182,6 +222,14 @@ pub(super) fn interval(knowledge: &KnowledgeBase, variable: VariableId, value: I
     };
     let unit = knowledge.variables()[variable].unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
     format!("{}..{}{unit}", number(shown(value.lo())), number(shown(value.hi())))
+}
+
+/// A difference in the unit of a variable.
+fn rate(knowledge: &KnowledgeBase, variable: VariableId, difference: f64) -> String {
+    match &knowledge.variables()[variable].unit {
+        Some(unit) => format!("{} {unit}", number(difference / unit.scale)),
+        None => number(difference),
+    }
 }
 
 /// With four significant digits, without an exponent where that is short.

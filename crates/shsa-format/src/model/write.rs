@@ -149,6 +149,9 @@ fn of_signal(signal: &SignalDraft) -> Tree {
         ("time_error", signal.time_error.as_ref().map(bounds)),
         ("delay", signal.delay.as_ref().map(text)),
         ("timeout", signal.timeout.as_ref().map(text)),
+        ("range", signal.range.as_ref().map(|(lo, hi)| pair((lo, hi)))),
+        ("max_rate", signal.max_rate.as_ref().map(text)),
+        ("max_delay", signal.max_delay.as_ref().map(text)),
         ("derived_from", (!signal.derived_from.is_empty()).then(|| list(&signal.derived_from))),
         ("properties", properties(&signal.properties)),
     ])

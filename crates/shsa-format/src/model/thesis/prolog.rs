@@ -1,7 +1,7 @@
 //! Knowledge bases as the thesis's Prolog facts.
 
 use shsa_core::expression::{Node, Symbol, parse_equation};
-use shsa_core::knowledge::{Id, KnowledgeBase, Relation, RelationId, Utility, VariableId};
+use shsa_core::knowledge::{Id, KnowledgeBase, Relation, RelationId, Shape, Utility, VariableId};
 use std::fmt::Write;
 
 use super::names::Taken;
@@ -196,6 +196,12 @@ impl Writer<'_> {
         };
         lose("the source", "signal", signals(&|signal| signal.source != signal.name));
         lose("the errors, rate and delays", "signal", signals(&is_timed));
+        let has_limits = |signal: &shsa_core::knowledge::Signal| {
+            let variable = &variables[signal.variable];
+            let limits = (signal.limits.range, signal.limits.max_rate);
+            variable.shape == Shape::Scalar && limits != (variable.range, variable.max_rate)
+        };
+        lose("the limits", "signal", signals(&has_limits));
         lose("the origin", "signal", signals(&|signal| !signal.derived_from.is_empty()));
         lose("the properties", "signal", signals(&|signal| !signal.properties.is_empty()));
         let needs: Vec<&str> =
@@ -211,7 +217,7 @@ fn is_timed(signal: &shsa_core::knowledge::Signal) -> bool {
     let usual = shsa_core::knowledge::ValueError::default();
     let zero = shsa_core::time::Span::ZERO;
     let is_late = signal.time_error != (zero, zero) || signal.delay != zero || signal.timeout.is_some();
-    is_late || signal.value_error != usual || signal.rate_hz.is_some()
+    is_late || signal.limits.max_delay.is_some() || signal.value_error != usual || signal.rate_hz.is_some()
 }
 
 /// `signal a`, `signals a, b`, `signals a, b, c and 4 more`.

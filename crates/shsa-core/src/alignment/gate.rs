@@ -1,0 +1,86 @@
+//! The gate before a port: a reading that could not have followed the one before it waits outside.
+//!
+//! A single outlier is kept out and leaves no trace. When outliers have become the rule, whoever judges the signal opens
+//! the gate ([`Gate::set_open`]): then each reading is measured by the one before it, whatever that was, so that a level
+//! which has come to stay is let in and no glitch is let out.
+
+use super::history::Sample;
+use crate::interval::Interval;
+use crate::time::Span;
+
+/// Two readings that cannot be joined at the largest rate of change, errors in value and time allowed for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jump {
+    /// The earlier reading, SI.
+    pub from: Interval,
+    /// The later one, SI.
+    pub to: Interval,
+    /// The longest time that may lie between them.
+    pub within: Span,
+    /// The largest rate of change, SI a second.
+    pub max_rate: f64,
+}
+
+/// Measures the readings of one signal. O(1) a reading, nothing allocated.
+///
+/// All readings of one moment of reception are measured by those of earlier moments, so their order does not matter.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Gate {
+    pub(super) max_rate: Option<f64>,
+    /// What the readings of this moment are measured by.
+    anchor: Option<Sample>,
+    /// The newest reading of this moment that was let in, or any while the gate is open.
+    next: Option<Sample>,
+    /// The newest reading of this moment that was kept out.
+    refused: Option<Sample>,
+    is_open: bool,
+}
+
+impl Gate {
+    pub(super) fn new(max_rate: Option<f64>) -> Gate {
+        Gate { max_rate, ..Gate::default() }
+    }
+
+    /// A later moment has come.
+    pub(super) fn turn(&mut self) {
+        self.refused = None;
+        self.anchor = self.next.take().or(self.anchor);
+    }
+
+    /// Measures a reading: why it may not come in.
+    pub(super) fn measure(&mut self, sample: Sample) -> Option<Jump> {
+        let max_rate = self.max_rate?;
+        let jump = self.anchor.and_then(|anchor| jump(anchor, sample, max_rate));
+        let side = if jump.is_some() && !self.is_open { &mut self.refused } else { &mut self.next };
+        *side = Some(side.map_or(sample, |other| newer(other, sample)));
+        jump
+    }
+
+    /// Opens or closes it after a moment: open, it goes on from what it has kept out last.
+    pub(super) fn set_open(&mut self, open: bool) {
+        if open && !self.is_open {
+            self.next = self.refused.or(self.next);
+        }
+        self.is_open = open;
+    }
+
+    /// Goes on from the gate of the same signal before a change.
+    pub(super) fn inherit(&mut self, old: Gate) {
+        *self = Gate { max_rate: self.max_rate, ..old };
+    }
+}
+
+fn jump(anchor: Sample, sample: Sample, max_rate: f64) -> Option<Jump> {
+    let (one, other) = (anchor.validity, sample.validity);
+    let within = (other.to - one.from).max(one.to - other.from);
+    let reach = anchor.value.widened((max_rate * within.seconds()).next_up());
+    (!reach.overlaps(sample.value)).then_some(Jump { from: anchor.value, to: sample.value, within, max_rate })
+}
+
+/// Of two readings of one moment the same one, in whichever order they come.
+fn newer(one: Sample, other: Sample) -> Sample {
+    let later = (one.validity.to, one.validity.from).cmp(&(other.validity.to, other.validity.from));
+    let larger =
+        one.value.lo().total_cmp(&other.value.lo()).then(one.value.hi().total_cmp(&other.value.hi()));
+    if later.then(larger).is_lt() { other } else { one }
+}
