@@ -3,9 +3,13 @@
 //! A single outlier is kept out and leaves no trace. When outliers have become the rule, whoever judges the signal opens
 //! the gate ([`Gate::set_open`]): then each reading is measured by the one before it, whatever that was, so that a level
 //! which has come to stay is let in and no glitch is let out.
+//!
+//! A value that is repeated exactly may be one that is held: rows of a log, or a bus that sends more often than it measures.
+//! It is as old as its first repetition, but not older than the signal may be silent.
 
 use super::history::Sample;
 use crate::interval::Interval;
+use crate::knowledge::Signal;
 use crate::time::Span;
 
 /// Two readings that cannot be joined at the largest rate of change, errors in value and time allowed for.
@@ -26,7 +30,9 @@ pub struct Jump {
 /// All readings of one moment of reception are measured by those of earlier moments, so their order does not matter.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Gate {
-    pub(super) max_rate: Option<f64>,
+    max_rate: Option<f64>,
+    /// How long a value may be held.
+    max_hold: Span,
     /// What the readings of this moment are measured by.
     anchor: Option<Sample>,
     /// The newest reading of this moment that was let in, or any while the gate is open.
@@ -37,14 +43,20 @@ pub(super) struct Gate {
 }
 
 impl Gate {
-    pub(super) fn new(max_rate: Option<f64>) -> Gate {
-        Gate { max_rate, ..Gate::default() }
+    pub(super) fn new(signal: &Signal) -> Gate {
+        let max_hold = signal.timeout.unwrap_or(Span::MAX);
+        Gate { max_rate: signal.limits.max_rate, max_hold, ..Gate::default() }
     }
 
     /// A later moment has come.
     pub(super) fn turn(&mut self) {
         self.refused = None;
-        self.anchor = self.next.take().or(self.anchor);
+        let Some(mut next) = self.next.take() else { return };
+        if let Some(held) = self.anchor.filter(|held| held.value == next.value) {
+            let since = held.validity.from.max(next.validity.to - self.max_hold);
+            next.validity.from = next.validity.from.min(since);
+        }
+        self.anchor = Some(next);
     }
 
     /// Measures a reading: why it may not come in.
@@ -66,7 +78,7 @@ impl Gate {
 
     /// Goes on from the gate of the same signal before a change.
     pub(super) fn inherit(&mut self, old: Gate) {
-        *self = Gate { max_rate: self.max_rate, ..old };
+        *self = Gate { max_rate: self.max_rate, max_hold: self.max_hold, ..old };
     }
 }
 

@@ -3,7 +3,7 @@
 use super::gate::Gate;
 use super::history::{Acceptance, Defect, History, Reach, Reading, Sample};
 use crate::interval::Interval;
-use crate::knowledge::{ReadingLimits, Shape, Signal};
+use crate::knowledge::{Shape, Signal};
 use crate::observation::{Observation, RawValue};
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
@@ -87,15 +87,15 @@ pub struct Port {
 }
 
 impl Port {
-    /// For a signal that carries a variable of this shape, with room for `capacity` scalars.
+    /// For a signal, which carries a variable of this shape, with room for `capacity` scalars.
     #[must_use]
-    pub fn new(shape: Shape, limits: ReadingLimits, capacity: usize) -> Port {
+    pub fn new(shape: Shape, signal: &Signal, capacity: usize) -> Port {
         let scans = Vec::with_capacity(if shape == Shape::Vector { VECTORS } else { 0 });
         let capacity = if shape == Shape::Scalar { capacity } else { 1 };
         Port {
             shape,
-            range: limits.range.unwrap_or(Interval::ENTIRE),
-            gate: Gate::new(limits.max_rate),
+            range: signal.limits.range.unwrap_or(Interval::ENTIRE),
+            gate: Gate::new(signal),
             scalars: History::new(capacity),
             scans,
             counts: Counts::default(),

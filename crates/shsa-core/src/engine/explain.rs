@@ -27,12 +27,18 @@ pub(super) fn absence(knowledge: &KnowledgeBase, change: &Change, absence: Absen
         None => "none ever".to_string(),
     };
     let (kind, symptom, what) = match absence {
-        Absence::Silent => (EventKind::Silent, Symptom::Silent, "nothing received"),
+        Absence::Silent => (EventKind::Silent, Symptom::Silent, "nothing received".to_string()),
         Absence::Invalid => (
             EventKind::Failed,
             Symptom::Invalid,
-            "no possible value (not a number, out of range or of a wrong shape)",
+            "no possible value (not a number, infinite or of a wrong shape)".to_string(),
         ),
+        Absence::OutOfRange => {
+            let description = &knowledge.signals()[change.signal];
+            let shown = |range| interval(knowledge, description.variable, range);
+            let range = description.limits.range.map_or(String::new(), shown);
+            (EventKind::Failed, Symptom::OutOfRange, format!("only values out of {range}"))
+        }
     };
     let because = format!("{what} within {}: {last}", span(timeout));
     Event { symptom: Some(symptom), ..event(knowledge, kind, change.signal, because, now) }
@@ -55,11 +61,11 @@ pub(super) fn fault(knowledge: &KnowledgeBase, signal: SignalId, fault: &Fault, 
             format!("{} is out of {range}", shown(value))
         }
         Evidence::TooFast(jump) => format!(
-            "from {} to {} within {} where {} a second is possible",
+            "from {} to {} within {}, at most {} a second is possible",
             shown(jump.from),
             shown(jump.to),
             span(jump.within),
-            rate(knowledge, variable, jump.max_rate)
+            difference(knowledge, variable, jump.max_rate)
         ),
         Evidence::OutOfOrder(back) => format!("its time stamp went back by {}", span(back)),
         Evidence::Late(delay) => {
@@ -224,9 +230,10 @@ pub(super) fn interval(knowledge: &KnowledgeBase, variable: VariableId, value: I
     format!("{}..{}{unit}", number(shown(value.lo())), number(shown(value.hi())))
 }
 
-/// A difference in the unit of a variable.
-fn rate(knowledge: &KnowledgeBase, variable: VariableId, difference: f64) -> String {
+/// A difference in the unit of a variable; one of temperatures in kelvin.
+fn difference(knowledge: &KnowledgeBase, variable: VariableId, difference: f64) -> String {
     match &knowledge.variables()[variable].unit {
+        Some(unit) if unit.offset != 0.0 => format!("{} K", number(difference)),
         Some(unit) => format!("{} {unit}", number(difference / unit.scale)),
         None => number(difference),
     }

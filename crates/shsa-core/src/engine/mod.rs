@@ -210,7 +210,8 @@ impl Engine {
         let findings = self.monitor.detectors().findings();
         for Finding { signal, fault } in findings {
             let Some(fault) = fault else { continue };
-            let is_told = self.monitor.watch().absence(*signal) == Some(Absence::Invalid);
+            let absence = self.monitor.watch().absence(*signal);
+            let is_told = matches!(absence, Some(Absence::Invalid | Absence::OutOfRange));
             if self.judge.convict(*signal, now) && !is_told {
                 let event = explain::fault(&self.knowledge, *signal, fault, now);
                 self.outputs.push_back(Output::Event(event));
@@ -234,7 +235,9 @@ impl Engine {
                 // Told already, but what has trusted it meanwhile for want of better must let it go.
                 Some(_) if until_now.is_some() => changed = true,
                 // It has failed already: that its values became impossible, too, is no news.
-                Some(Absence::Invalid) if self.judge.has_failed(change.signal) => changed = true,
+                Some(Absence::Invalid | Absence::OutOfRange) if self.judge.has_failed(change.signal) => {
+                    changed = true
+                }
                 Some(absence) => {
                     let event = explain::absence(&self.knowledge, &change, absence, now);
                     self.outputs.push_back(Output::Event(event));

@@ -110,7 +110,7 @@ fn lookback(computations: &[Computation]) -> Span {
 fn port(knowledge: &KnowledgeBase, signal: SignalId, lookback: Span) -> Port {
     let signal = &knowledge.signals()[signal];
     let variable = &knowledge.variables()[signal.variable];
-    Port::new(variable.shape, signal.limits, capacity(signal.rate_hz, lookback))
+    Port::new(variable.shape, signal, capacity(signal.rate_hz, lookback))
 }
 
 fn capacity(rate_hz: Option<f64>, lookback: Span) -> usize {

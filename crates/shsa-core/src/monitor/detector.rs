@@ -1,14 +1,14 @@
 //! What is wrong with the readings of a signal in themselves, whatever others say: invalid, out of range, too fast, out of
 //! order, late. One detector each, all of one kind: enough of the recent moments of reception show the symptom.
 //!
-//! A single bad reading makes no fault. One moment of reception counts once, bad when any of its readings is, so that the
+//! A single bad reading makes no fault, and for as long as a signal may be silent it may say nothing possible, too. One moment of reception counts once, bad when any of its readings is, so that the
 //! order within a moment does not matter. A fault is over when a whole window shows no symptom any more.
 
 use super::pair::Debounce;
 use super::symptom::Symptom;
 use crate::alignment::{Acceptance, Defect, Jump, Port, Reception};
 use crate::interval::Interval;
-use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId};
+use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Signal, SignalId};
 use crate::time::{Span, Time};
 use alloc::vec::Vec;
 
@@ -18,9 +18,6 @@ const DETECTED: [Symptom; 5] =
 
 /// The place of [`Symptom::TooFast`] in [`DETECTED`].
 const TOO_FAST: usize = 2;
-
-/// The place of [`Symptom::OutOfOrder`] in [`DETECTED`].
-const OUT_OF_ORDER: usize = 3;
 
 /// What was seen is stale after this many periods without a reading.
 const STALE_PERIODS: i64 = 6;
@@ -38,6 +35,13 @@ pub enum Evidence {
     OutOfOrder(Span),
     /// Time from its stamp to its reception.
     Late(Span),
+}
+
+/// How many moments of reception are looked at, and how many bad ones make a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Rule {
+    n: u32,
+    k: u32,
 }
 
 /// A fault that a signal's own readings show.
@@ -74,10 +78,8 @@ struct Moment {
 #[derive(Clone, Copy, Debug)]
 struct Detector {
     bits: [u64; DETECTED.len()],
-    /// The length of the window, and how many bad moments make a fault.
-    n: u32,
-    k: u32,
-    /// How many moments the window holds.
+    rules: [Rule; DETECTED.len()],
+    /// How many moments have been seen, up to 64.
     seen: u32,
     last: Option<Time>,
     lifetime: Option<Span>,
@@ -100,7 +102,7 @@ impl Detectors {
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase, debounce: Debounce) -> Detectors {
         let count = knowledge.signals().len();
-        let detector = |signal| Detector::new(knowledge.signals()[signal].rate_hz, debounce);
+        let detector = |signal| Detector::new(&knowledge.signals()[signal], debounce);
         Detectors {
             list: IdVec::filled(count, detector),
             moments: Vec::with_capacity(count),
@@ -112,10 +114,9 @@ impl Detectors {
     pub fn inherit(&mut self, old: &Detectors, lineage: &Lineage) {
         for (id, before) in old.list.enumerate() {
             let Some(detector) = lineage.signal(id).map(|signal| &mut self.list[signal]) else { continue };
-            let mask = detector.mask();
-            detector.bits = before.bits.map(|bits| bits & mask);
-            detector.seen = before.seen.min(detector.n);
-            (detector.last, detector.fault) = (before.last, before.fault);
+            detector.bits = before.bits;
+            detector.keep_window();
+            (detector.seen, detector.last, detector.fault) = (before.seen, before.last, before.fault);
         }
     }
 
@@ -168,16 +169,20 @@ impl Detectors {
 }
 
 impl Detector {
-    fn new(rate_hz: Option<f64>, debounce: Debounce) -> Detector {
-        let period = rate_hz.map(|rate| Span::from_seconds(1.0 / rate));
-        let (n, k) = debounce.window(period.unwrap_or(debounce.span));
-        let lifetime = period.map(|period| period.times(STALE_PERIODS.max(i64::from(n))).max(debounce.span));
+    fn new(signal: &Signal, debounce: Debounce) -> Detector {
+        let period = signal.rate_hz.map(|rate| Span::from_seconds(1.0 / rate));
+        let rules = rules(signal, period, debounce);
+        let longest = rules.iter().map(|rule| i64::from(rule.n)).max().unwrap_or(0).max(STALE_PERIODS);
+        let lifetime = period.map(|period| period.times(longest).max(debounce.span));
         let bits = [0; DETECTED.len()];
-        Detector { bits, n, k, seen: 0, last: None, lifetime, fault: None, moment: None }
+        Detector { bits, rules, seen: 0, last: None, lifetime, fault: None, moment: None }
     }
 
-    fn mask(&self) -> u64 {
-        u64::MAX >> (64 - self.n.clamp(1, 64))
+    /// Forgets what is before the windows.
+    fn keep_window(&mut self) {
+        for (bits, rule) in self.bits.iter_mut().zip(&self.rules) {
+            *bits &= u64::MAX >> (64 - rule.n.clamp(1, 64));
+        }
     }
 
     /// Whether a sound reading changes nothing.
@@ -195,7 +200,7 @@ impl Detector {
             (self.bits, self.seen) = ([0; DETECTED.len()], 0);
         }
         if last != now {
-            self.seen = (self.seen + 1).min(self.n);
+            self.seen = (self.seen + 1).min(64);
         }
     }
 
@@ -203,10 +208,11 @@ impl Detector {
     fn take(&mut self, moment: &Moment, now: Time) -> Option<Option<Fault>> {
         self.moment = None;
         self.count(now);
-        let (mask, shown) = (self.mask(), moment.shown());
+        let shown = moment.shown();
         for (bits, evidence) in self.bits.iter_mut().zip(&shown) {
-            *bits = (*bits << 1 | u64::from(evidence.is_some())) & mask;
+            *bits = *bits << 1 | u64::from(evidence.is_some());
         }
+        self.keep_window();
         if self.fault.is_none() {
             let fault =
                 (0..DETECTED.len()).zip(shown).find_map(|(at, evidence)| self.decided(at, evidence?))?;
@@ -222,25 +228,41 @@ impl Detector {
 
     /// The fault that a bad moment decides.
     fn decided(&self, at: usize, evidence: Evidence) -> Option<Fault> {
-        let count = self.bits.get(at)?.count_ones();
+        let (count, rule) = (self.bits.get(at)?.count_ones(), self.rules.get(at)?);
         let symptom = *DETECTED.get(at)?;
-        (count >= self.enough(at)).then_some(Fault {
+        (count >= rule.k).then_some(Fault {
             symptom,
             evidence,
-            count: (count, self.seen.max(count)),
+            count: (count, self.seen.min(rule.n).max(count)),
         })
-    }
-
-    /// How many bad moments make a fault. Of two readings that have changed places, only one goes back.
-    fn enough(&self, at: usize) -> u32 {
-        if at == OUT_OF_ORDER { (self.k / 2).max(2).min(self.k) } else { self.k }
     }
 
     /// Whether the gate of the port must be open: jumps are the rule, or have been in this window.
     fn is_open(&self) -> bool {
         let jumps = self.bits.get(TOO_FAST).map_or(0, |bits| bits.count_ones());
-        jumps >= self.enough(TOO_FAST) || (self.fault == Some(Symptom::TooFast) && jumps > 0)
+        let is_rule = self.rules.get(TOO_FAST).is_some_and(|rule| jumps >= rule.k);
+        is_rule || (self.fault == Some(Symptom::TooFast) && jumps > 0)
     }
+}
+
+/// By symptom, in the order of [`DETECTED`].
+fn rules(signal: &Signal, period: Option<Span>, debounce: Debounce) -> [Rule; DETECTED.len()] {
+    let (n, k) = debounce.window(period.unwrap_or(debounce.span));
+    // As many as may be absent altogether; where more of them follow each other, the timeout tells.
+    let absent = signal.timeout.zip(period).map_or(0, |(timeout, period)| timeout.0 / period.0.max(1));
+    let silent = u32::try_from(absent).unwrap_or(u32::MAX);
+    let impossible = match silent {
+        0 => Rule { n, k },
+        silent => Rule {
+            n: n.max(silent.saturating_add(1).saturating_mul(2)).min(64),
+            k: k.max(silent.saturating_add(1)),
+        },
+    };
+    // Of two readings that have changed places, only one goes back.
+    let swapped = Rule { n, k: (k / 2).max(2).min(k) };
+    // After a stall, what has been waiting comes late once.
+    let late = Rule { n, k: (n * 3).div_ceil(4).max(k) };
+    [impossible, impossible, Rule { n, k }, swapped, late]
 }
 
 impl Moment {

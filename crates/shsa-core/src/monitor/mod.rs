@@ -28,7 +28,7 @@ pub use symptom::Symptom;
 pub use trend::{Tendency, Trend, TrendOptions};
 pub use watch::{Absence, Change, Watch};
 
-use crate::alignment::{History, Port, Reach, Sample};
+use crate::alignment::{Acceptance, History, Port, Reach, Sample};
 use crate::computation::Computation;
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, SignalId, SignalSet, VariableId};
@@ -101,7 +101,12 @@ impl Monitor {
         let description = &knowledge.signals()[signal];
         let reception = self.ports[signal].accept(description, observation, now);
         self.detectors.observe(signal, &reception, now);
-        let change = self.watch.hear(signal, reception.acceptance.is_possible(), now);
+        let wrong = match reception.acceptance {
+            Acceptance::Invalid(_) => Some(Absence::Invalid),
+            Acceptance::OutOfRange(_) => Some(Absence::OutOfRange),
+            _ => None,
+        };
+        let change = self.watch.hear(signal, wrong, now);
         let kept = reception.acceptance.is_kept();
         if kept {
             if let Some(newest) = self.ports[signal].newest() {
