@@ -80,10 +80,6 @@ impl Run {
     }
 
     fn events(&self, kind: EventKind) -> Vec<&Event> {
-        let event = |output| match output {
-            Output::Event(event) => Some(event),
-            Output::Publication(_) | Output::Reloaded(_) => None,
-        };
         let of_signal = |event: &&Event| event.kind == kind && event.signal.is_some();
         self.outputs.iter().filter_map(event).filter(of_signal).collect()
     }
@@ -102,6 +98,13 @@ impl Run {
             _ => None,
         };
         self.outputs.iter().filter_map(value).collect()
+    }
+}
+
+fn event(output: &Output) -> Option<&Event> {
+    match output {
+        Output::Event(event) => Some(event),
+        Output::Publication(_) | Output::Reloaded(_) => None,
     }
 }
 

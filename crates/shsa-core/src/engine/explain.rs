@@ -212,14 +212,6 @@ fn together(
     }
 }
 
-/// A difference of values in the unit of a variable.
-fn difference(knowledge: &KnowledgeBase, variable: VariableId, value: f64) -> String {
-    match &knowledge.variables()[variable].unit {
-        Some(unit) => format!("{} {unit}", number(unit.from_si(value) - unit.from_si(0.0))),
-        None => number(value),
-    }
-}
-
 /// An interval in the unit of a variable.
 pub(super) fn interval(knowledge: &KnowledgeBase, variable: VariableId, value: Interval) -> String {
     let shown = |number: f64| match &knowledge.variables()[variable].unit {
@@ -230,7 +222,7 @@ pub(super) fn interval(knowledge: &KnowledgeBase, variable: VariableId, value: I
     format!("{}..{}{unit}", number(shown(value.lo())), number(shown(value.hi())))
 }
 
-/// A difference in the unit of a variable; one of temperatures in kelvin.
+/// A difference of values in the unit of a variable; one of temperatures in kelvin.
 fn difference(knowledge: &KnowledgeBase, variable: VariableId, difference: f64) -> String {
     match &knowledge.variables()[variable].unit {
         Some(unit) if unit.offset != 0.0 => format!("{} K", number(difference)),
