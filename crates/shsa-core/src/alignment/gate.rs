@@ -7,23 +7,9 @@
 //! A value that is repeated exactly may be one that is held: rows of a log, or a bus that sends more often than it measures.
 //! It is as old as its first repetition, but not older than the signal may be silent.
 
-use super::history::Sample;
-use crate::interval::Interval;
+use super::history::{Jump, Sample};
 use crate::knowledge::Signal;
 use crate::time::Span;
-
-/// Two readings that cannot be joined at the largest rate of change, errors in value and time allowed for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Jump {
-    /// The earlier reading, SI.
-    pub from: Interval,
-    /// The later one, SI.
-    pub to: Interval,
-    /// The longest time that may lie between them.
-    pub within: Span,
-    /// The largest rate of change, SI a second.
-    pub max_rate: f64,
-}
 
 /// Measures the readings of one signal. O(1) a reading, nothing allocated.
 ///

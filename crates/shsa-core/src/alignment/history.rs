@@ -1,6 +1,5 @@
 //! The recent past of one input, bounded, and what it says about a moment.
 
-use super::gate::Jump;
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
@@ -30,6 +29,19 @@ pub struct Reach {
     pub max_rate: f64,
     /// The largest gap over which a value still says something.
     pub max_gap: Span,
+}
+
+/// Two readings that cannot be joined at the largest rate of change, errors in value and time allowed for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jump {
+    /// The earlier reading, SI.
+    pub from: Interval,
+    /// The later one, SI.
+    pub to: Interval,
+    /// The longest time that may lie between them.
+    pub within: Span,
+    /// The largest rate of change, SI a second.
+    pub max_rate: f64,
 }
 
 /// Why a reading is no value at all.

@@ -6,10 +6,9 @@
 //! keeps the past of one signal, scalar or vector, says of each observation what is wrong with it in itself (late, out of
 //! order, invalid, out of range, too fast), and counts.
 
-mod gate;
 mod history;
+mod gate;
 mod port;
 
-pub use gate::Jump;
-pub use history::{Acceptance, Defect, History, Reach, Reading, Sample};
+pub use history::{Acceptance, Defect, History, Jump, Reach, Reading, Sample};
 pub use port::{Counts, LONGEST_VECTOR, Port, Reception};
