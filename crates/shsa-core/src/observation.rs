@@ -77,7 +77,7 @@ impl Signal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::knowledge::{Id, Properties, ValueError, VariableId};
+    use crate::knowledge::{Id, Properties, ReadingLimits, ValueError, VariableId};
     use crate::time::Span;
     use crate::unit::Unit;
     use alloc::string::String;
@@ -94,6 +94,7 @@ mod tests {
             time_error: (Span::ZERO, Span::ZERO),
             delay: Span::ZERO,
             timeout: None,
+            limits: ReadingLimits::default(),
             derived_from: Vec::new(),
             properties: Properties::new(),
         }

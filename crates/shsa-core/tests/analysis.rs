@@ -218,6 +218,7 @@ fn larger(knowledge: &KnowledgeBase, candidate: Candidate) -> KnowledgeBase {
                 time_error: (Span::ZERO, Span::ZERO),
                 delay: Span::ZERO,
                 timeout: None,
+                limits: Default::default(),
                 derived_from: Vec::new(),
                 properties: Properties::new(),
             });

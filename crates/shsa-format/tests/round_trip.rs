@@ -88,8 +88,10 @@ relations:
 signals:
   /scan:
     { variable: distances, source: "scan#ranges[0]", unit: cm, rate: 10 Hz, value_error: [-10, 15 cm],
-      time_error: [-100 ms, 0 ms], delay: 0 ms, timeout: 1 s, properties: { accuracy: 0.99, prior: 1 % } }
-  /odom/speed: { variable: speed, rate: 20 Hz, value_error: 2 %, derived_from: [/scan], shares: { base: 0.002, supply: 1 % } }
+      time_error: [-100 ms, 0 ms], delay: 0 ms, timeout: 1 s, max_delay: 50 ms, properties: { accuracy: 0.99, prior: 1 % } }
+  /odom/speed:
+    { variable: speed, rate: 20 Hz, value_error: 2 %, range: [-2, 2 m/s], max_rate: none, derived_from: [/scan],
+      shares: { base: 0.002, supply: 1 % } }
   "null": { variable: heavy, time_error: 5 ms, timeout: none, derived_from: [/scan, /odom/speed], shares: [base, "two words"] }
   "- \"quoted\" \\ \u2028 \u00e4": { variable: humidity }
   "true": { variable: heavy }
@@ -174,11 +176,13 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
     let names = prop::collection::vec(text().prop_map(|name| (name, None)), 0..3);
     let priors = properties()
         .prop_map(|all| all.into_iter().map(|(name, prior)| (name, Some(prior))).collect::<Vec<_>>());
-    (first, second, prop_oneof![names, priors]).prop_map(
+    let limits = (some((text(), text())), some(text()), some(text()));
+    (first, second, prop_oneof![names, priors], limits).prop_map(
         |(
             (variable, source, unit, rate, value_error),
             (time_error, delay, timeout, derived_from, properties),
             shares,
+            (range, max_rate, max_delay),
         )| {
             let name = Text::default();
             SignalDraft {
@@ -191,6 +195,9 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
                 time_error,
                 delay,
                 timeout,
+                range,
+                max_rate,
+                max_delay,
                 derived_from,
                 shares,
                 properties,
@@ -325,6 +332,7 @@ fn what_prolog_cannot_say_is_told() {
         "the properties of relation turn",
         "the source of signal /scan",
         "the errors, rate and delays of signals /scan, /odom/speed, null",
+        "the limits of signal /odom/speed",
         "the origin of signals /odom/speed, null",
         "the properties of signal /scan",
         "the name and demands of needs dmin, speed",

@@ -8,9 +8,19 @@ use shsa_format::model::{self, Report};
 use std::io::{IsTerminal, Write, stdout};
 use std::path::PathBuf;
 
+/// Ends the help.
+const EXAMPLES: &str = "\
+Example: shsa check models/car.yaml
+
+What no reading of a sound signal goes beyond, its errors allowed for; what does is told as out of range, too fast, or late:
+  range: [0.2, 10 m]   possible readings, within the range of the signal's variable
+  max_rate: 3 m/s      largest rate of change; that of the variable when left away, `none` for no limit
+  max_delay: 300 ms    longest time from the time stamp to the reception; when left away, the `delay` and the `timeout`
+                       together where a `delay` is given, else no limit, as with `none`";
+
 /// Arguments of `shsa check`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa check models/car.yaml")]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,

@@ -104,7 +104,7 @@ fn coloured(paint: Paint, text: &str, terminal: bool) -> String {
 pub(crate) fn verdict(absence: Option<Absence>, verdict: Verdict) -> &'static str {
     match (absence, verdict) {
         (Some(Absence::Silent), _) => "silent",
-        (Some(Absence::Invalid), _) | (None, Verdict::Failed) => "failed",
+        (Some(Absence::Invalid | Absence::OutOfRange), _) | (None, Verdict::Failed) => "failed",
         (None, Verdict::Unknown) => "unknown",
         (None, Verdict::Healthy) => "healthy",
         (None, Verdict::Suspect) => "suspect",

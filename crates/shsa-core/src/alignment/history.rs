@@ -31,8 +31,34 @@ pub struct Reach {
     pub max_gap: Span,
 }
 
+/// Two readings that cannot be joined at the largest rate of change, errors in value and time allowed for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jump {
+    /// The earlier reading, SI.
+    pub from: Interval,
+    /// The later one, SI.
+    pub to: Interval,
+    /// The longest time that may lie between them.
+    pub within: Span,
+    /// The largest rate of change, SI a second.
+    pub max_rate: f64,
+}
+
+/// Why a reading is no value at all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Defect {
+    /// A list where a number is expected, the other way round, an empty list, or one that is too long.
+    Shape,
+    /// Not a number, or a list without a number.
+    NotANumber,
+    /// Infinite, or too large to compute with.
+    Infinite,
+    /// A lower bound above the upper one.
+    Bounds,
+}
+
 /// What became of an observation that was offered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Acceptance {
     /// Kept, and the newest.
     Newest,
@@ -40,8 +66,14 @@ pub enum Acceptance {
     Reordered,
     /// Dropped: the same value with the same validity is there.
     Duplicate,
-    /// Dropped: older than everything that is kept, or without a value.
+    /// Dropped: older than everything that is kept, stamped in the future, or without a value.
     Dropped,
+    /// Refused: no value.
+    Invalid(Defect),
+    /// Refused: a value, SI, that is not possible.
+    OutOfRange(Interval),
+    /// Refused: a value that could not have followed the one before it.
+    TooFast(Jump),
 }
 
 impl Acceptance {
@@ -49,6 +81,12 @@ impl Acceptance {
     #[must_use]
     pub fn is_kept(self) -> bool {
         matches!(self, Acceptance::Newest | Acceptance::Reordered)
+    }
+
+    /// Whether the value was one that the signal can have.
+    #[must_use]
+    pub fn is_possible(self) -> bool {
+        !matches!(self, Acceptance::Invalid(_) | Acceptance::OutOfRange(_))
     }
 }
 

@@ -3,10 +3,12 @@
 //! A [`History`] keeps the recent past of one input, bounded. It answers two questions: which values overlap a
 //! validity ([`History::overlapping`], for combinations), and what is known at a validity ([`History::at`]): the
 //! hull of what overlaps, else the nearest value, grown by the largest rate of change over the gap. A [`Port`]
-//! keeps the past of one signal, scalar or vector, and counts what came late, twice, out of order or invalid.
+//! keeps the past of one signal, scalar or vector, says of each observation what is wrong with it in itself (late, out of
+//! order, invalid, out of range, too fast), and counts.
 
 mod history;
+mod gate;
 mod port;
 
-pub use history::{Acceptance, History, Reach, Reading, Sample};
-pub use port::{Counts, LONGEST_VECTOR, Port};
+pub use history::{Acceptance, Defect, History, Jump, Reach, Reading, Sample};
+pub use port::{Counts, LONGEST_VECTOR, Port, Reception};

@@ -1,6 +1,7 @@
 //! The port of one signal: its recent observations, ready to be read at any moment.
 
-use super::history::{Acceptance, History, Reach, Reading, Sample};
+use super::gate::Gate;
+use super::history::{Acceptance, Defect, History, Reach, Reading, Sample};
 use crate::interval::Interval;
 use crate::knowledge::{Shape, Signal};
 use crate::observation::{Observation, RawValue};
@@ -27,8 +28,36 @@ pub struct Counts {
     pub duplicates: u64,
     /// Dropped: too old, or stamped in the future.
     pub dropped: u64,
-    /// Without a usable value: not-a-number, infinite, out of range, of the wrong shape.
+    /// Refused, without a value: not-a-number, infinite, of the wrong shape.
     pub invalid: u64,
+    /// Refused: not a possible value.
+    pub out_of_range: u64,
+    /// Refused: could not have followed the one before it.
+    pub too_fast: u64,
+    /// Received longer after their time stamps than the signal may take, whatever became of them.
+    pub late: u64,
+    /// With a time stamp before those of an earlier moment of reception, whatever became of them.
+    pub out_of_order: u64,
+}
+
+/// What a port says about an observation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reception {
+    /// What became of it.
+    pub acceptance: Acceptance,
+    /// Time from the stamp to the reception, where that is longer than it may be.
+    pub late: Option<Span>,
+    /// By how much the stamp went back from those of the last moment of reception, where it certainly did.
+    pub back: Option<Span>,
+}
+
+impl Reception {
+    /// Whether nothing is wrong with the reading in itself.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let taken = !matches!(self.acceptance, Acceptance::TooFast(_)) && self.acceptance.is_possible();
+        taken && self.late.is_none() && self.back.is_none()
+    }
 }
 
 /// One vector with the time in which it was true.
@@ -42,30 +71,37 @@ struct Scan {
 #[derive(Clone, Debug)]
 pub struct Port {
     shape: Shape,
-    /// Physically possible values; what lies outside is no observation.
+    /// Possible values; what lies outside is no observation.
     range: Interval,
+    gate: Gate,
     scalars: History,
     /// Newest last; the buffers are used again, so that nothing is allocated once they are large enough.
     scans: Vec<Scan>,
     counts: Counts,
     received: Option<Time>,
+    /// The newest stamp of this moment of reception, and that of the moment before.
+    stamp: Option<Time>,
+    stamp_before: Option<Time>,
     /// Time between the last two receptions.
     spacing: Option<Span>,
 }
 
 impl Port {
-    /// For a variable of this shape and range, with room for `capacity` scalars.
+    /// For a signal, which carries a variable of this shape, with room for `capacity` scalars.
     #[must_use]
-    pub fn new(shape: Shape, range: Option<Interval>, capacity: usize) -> Port {
+    pub fn new(shape: Shape, signal: &Signal, capacity: usize) -> Port {
         let scans = Vec::with_capacity(if shape == Shape::Vector { VECTORS } else { 0 });
         let capacity = if shape == Shape::Scalar { capacity } else { 1 };
         Port {
             shape,
-            range: range.unwrap_or(Interval::ENTIRE),
+            range: signal.limits.range.unwrap_or(Interval::ENTIRE),
+            gate: Gate::new(signal),
             scalars: History::new(capacity),
             scans,
             counts: Counts::default(),
             received: None,
+            stamp: None,
+            stamp_before: None,
             spacing: None,
         }
     }
@@ -73,57 +109,84 @@ impl Port {
     /// Goes on with all that the port of the same signal has received before a change, in no less room.
     pub fn inherit(&mut self, old: Port) {
         let capacity = self.scalars.capacity();
-        let Port { shape, range, .. } = *self;
-        *self = Port { shape, range, ..old };
+        let Port { shape, range, mut gate, .. } = *self;
+        gate.inherit(old.gate);
+        *self = Port { shape, range, gate, ..old };
         self.scalars.make_room(capacity);
     }
 
-    /// Takes an observation in; `None` when it has no usable value.
+    /// Takes an observation in.
     ///
-    /// Late and reordered ones are kept in the order of time, the same one twice is dropped, and all are counted.
-    pub fn accept(&mut self, signal: &Signal, observation: &Observation, now: Time) -> Option<Acceptance> {
+    /// Late and reordered ones are kept in the order of time, the same one twice is dropped, impossible ones are refused,
+    /// and all are counted. What observations of one moment of reception say about each other does not depend on their
+    /// order.
+    pub fn accept(&mut self, signal: &Signal, observation: &Observation, now: Time) -> Reception {
+        if self.received.is_none_or(|last| last < now) {
+            self.gate.turn();
+            self.stamp_before = self.stamp.take().or(self.stamp_before);
+        }
         self.spacing = self.received.map(|last| now - last).or(self.spacing);
         self.received = Some(now);
-        let validity = signal.validity(observation.stamp);
-        let acceptance = if observation.stamp - now > MOST_AHEAD {
-            Some(Acceptance::Dropped)
-        } else {
-            self.keep(signal, &observation.value, validity)
+        let is_ahead = observation.stamp - now > MOST_AHEAD;
+        let acceptance = match is_ahead {
+            true => Acceptance::Dropped,
+            false => self.keep(signal, &observation.value, signal.validity(observation.stamp)),
         };
-        match acceptance {
-            None => self.counts.invalid += 1,
-            Some(Acceptance::Newest) => self.counts.accepted += 1,
-            Some(Acceptance::Reordered) => {
-                self.counts.accepted += 1;
-                self.counts.reordered += 1;
-            }
-            Some(Acceptance::Duplicate) => self.counts.duplicates += 1,
-            Some(Acceptance::Dropped) => self.counts.dropped += 1,
-        }
-        acceptance
+        let late = lateness(signal, observation).filter(|_| !is_ahead);
+        let is_first = !is_ahead && acceptance != Acceptance::Duplicate;
+        let back = if is_first { self.went_back(signal, observation.stamp) } else { None };
+        let reception = Reception { acceptance, late, back };
+        self.counts.add(&reception);
+        reception
     }
 
-    fn keep(&mut self, signal: &Signal, value: &RawValue, validity: Validity) -> Option<Acceptance> {
+    /// Notes a stamp: by how much it went back, where its error leaves no doubt that it did.
+    fn went_back(&mut self, signal: &Signal, stamp: Time) -> Option<Span> {
+        self.stamp = self.stamp.max(Some(stamp));
+        let (early, late) = signal.time_error;
+        self.stamp_before.filter(|before| stamp + late < *before + early).map(|before| before - stamp)
+    }
+
+    /// Opens or closes the gate for values that could not have followed those before them: it is opened when they have
+    /// become the rule. To be called after all observations of a moment.
+    pub fn set_gate(&mut self, open: bool) {
+        self.gate.set_open(open);
+    }
+
+    fn keep(&mut self, signal: &Signal, value: &RawValue, validity: Validity) -> Acceptance {
         match (value, self.shape) {
             (RawValue::Vector(elements), Shape::Vector) => self.keep_scan(signal, elements, validity),
-            (RawValue::Vector(_), Shape::Scalar) | (_, Shape::Vector) => None,
-            (&RawValue::Number(number), _) => self.keep_scalar(signal.enclose(number), validity),
-            (&RawValue::Interval { lo, hi }, _) => self.keep_scalar(signal.enclose_bounds(lo, hi), validity),
+            (RawValue::Vector(_), Shape::Scalar) | (_, Shape::Vector) => Acceptance::Invalid(Defect::Shape),
+            (&RawValue::Number(number), _) => self.keep_scalar(signal, (number, number), validity),
+            (&RawValue::Interval { lo, hi }, _) => self.keep_scalar(signal, (lo, hi), validity),
         }
     }
 
-    fn keep_scalar(&mut self, value: Interval, validity: Validity) -> Option<Acceptance> {
-        (value.is_bounded() && value.overlaps(self.range))
-            .then(|| self.scalars.push(Sample { validity, value }))
+    fn keep_scalar(&mut self, signal: &Signal, (lo, hi): (f64, f64), validity: Validity) -> Acceptance {
+        let value = signal.enclose_bounds(lo, hi);
+        if value.is_empty() || !value.is_bounded() {
+            return Acceptance::Invalid(defect(lo, hi));
+        }
+        if !value.overlaps(self.range) {
+            return Acceptance::OutOfRange(value);
+        }
+        let sample = Sample { validity, value };
+        match self.gate.measure(sample) {
+            Some(jump) => Acceptance::TooFast(jump),
+            None => self.scalars.push(sample),
+        }
     }
 
-    fn keep_scan(&mut self, signal: &Signal, elements: &[f64], validity: Validity) -> Option<Acceptance> {
+    fn keep_scan(&mut self, signal: &Signal, elements: &[f64], validity: Validity) -> Acceptance {
         if elements.is_empty() || elements.len() > LONGEST_VECTOR {
-            return None;
+            return Acceptance::Invalid(Defect::Shape);
+        }
+        if elements.iter().all(|element| element.is_nan()) {
+            return Acceptance::Invalid(Defect::NotANumber);
         }
         match self.scans.last().map(|newest| newest.validity.to) {
-            Some(newest) if newest == validity.to => return Some(Acceptance::Duplicate),
-            Some(newest) if newest > validity.to => return Some(Acceptance::Dropped),
+            Some(newest) if newest == validity.to => return Acceptance::Duplicate,
+            Some(newest) if newest > validity.to => return Acceptance::Dropped,
             _ => {}
         }
         let mut scan = if self.scans.len() < VECTORS {
@@ -135,7 +198,7 @@ impl Port {
         scan.elements.clear();
         scan.elements.extend(elements.iter().map(|&element| enclose_element(signal, element)));
         self.scans.push(scan);
-        Some(Acceptance::Newest)
+        Acceptance::Newest
     }
 
     /// A scalar at a moment; see [`History::at`].
@@ -179,6 +242,43 @@ impl Port {
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.counts
+    }
+}
+
+impl Counts {
+    fn add(&mut self, reception: &Reception) {
+        let count = match reception.acceptance {
+            Acceptance::Newest => &mut self.accepted,
+            Acceptance::Reordered => {
+                self.reordered += 1;
+                &mut self.accepted
+            }
+            Acceptance::Duplicate => &mut self.duplicates,
+            Acceptance::Dropped => &mut self.dropped,
+            Acceptance::Invalid(_) => &mut self.invalid,
+            Acceptance::OutOfRange(_) => &mut self.out_of_range,
+            Acceptance::TooFast(_) => &mut self.too_fast,
+        };
+        *count += 1;
+        self.late += u64::from(reception.late.is_some());
+        self.out_of_order += u64::from(reception.back.is_some());
+    }
+}
+
+/// How long after its stamp an observation was received, when that is longer than the signal may take, whatever the error
+/// of the stamp.
+fn lateness(signal: &Signal, observation: &Observation) -> Option<Span> {
+    let (_, error) = signal.time_error;
+    let delay = observation.received - observation.stamp;
+    signal.limits.max_delay.filter(|most| delay - error > *most).map(|_| delay)
+}
+
+/// Why bounds enclose no value.
+fn defect(lo: f64, hi: f64) -> Defect {
+    match (lo, hi) {
+        _ if lo.is_nan() || hi.is_nan() => Defect::NotANumber,
+        _ if lo.is_finite() && hi.is_finite() && lo > hi => Defect::Bounds,
+        _ => Defect::Infinite,
     }
 }
 

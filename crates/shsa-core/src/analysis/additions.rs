@@ -7,8 +7,8 @@ use super::faults::Faults;
 use super::losses::{Left, Losses, Target, Tolerance};
 use super::survey::Survey;
 use crate::knowledge::{
-    Id, IdVec, KnowledgeBase, NeedId, Properties, Relation, RelationId, Shape, Signal, SignalId, SignalSet,
-    ValueError, VariableId,
+    Id, IdVec, KnowledgeBase, NeedId, Properties, ReadingLimits, Relation, RelationId, Shape, Signal,
+    SignalId, SignalSet, ValueError, VariableId,
 };
 use crate::plan::Graph;
 use crate::time::Span;
@@ -328,6 +328,7 @@ fn sensor(variable: VariableId) -> Signal {
         time_error: (Span::ZERO, Span::ZERO),
         delay: Span::ZERO,
         timeout: None,
+        limits: ReadingLimits::default(),
         derived_from: Vec::new(),
         properties: Properties::new(),
     }

@@ -60,6 +60,8 @@ pub enum Decision {
     Suspected(Blame, Vec<Component>),
     /// It is trusted again.
     Cleared(Component),
+    /// A signal whose own readings had shown a fault is trusted again, after this probation.
+    Recovered(SignalId, Span),
 }
 
 /// Settings of the judge.
@@ -98,6 +100,8 @@ struct Standing {
     relapses: u32,
     /// What it said when it was accused. While it still says the same, it is the plant that came back to it.
     said: Option<Interval>,
+    /// Its own readings have shown the fault: no comparison is needed to accuse or to clear it.
+    convicted: bool,
 }
 
 /// Decides on signals and relations from the pairs of a monitor.
@@ -111,6 +115,8 @@ pub struct Judge {
     standings: BTreeMap<Component, Standing>,
     /// What has failed by its verdict, ascending.
     failed: Vec<Component>,
+    /// Signals whose own readings have shown a fault since the last review, ascending.
+    convicted: BTreeSet<Component>,
     /// When to look again without a change of evidence.
     next_review: Option<Time>,
 }
@@ -125,6 +131,7 @@ impl Judge {
             origins: IdVec::filled(knowledge.signals().len(), |signal| knowledge.origins(signal)),
             standings: BTreeMap::new(),
             failed: Vec::new(),
+            convicted: BTreeSet::new(),
             next_review: None,
         }
     }
@@ -158,8 +165,14 @@ impl Judge {
             };
             let Some(namesake) = lineage.namesake(id) else { continue };
             match lineage.signal(id) {
-                Some(signal) if standing.verdict.is_none() || compared.contains(signal) => {
+                Some(signal)
+                    if standing.verdict.is_none() || standing.convicted || compared.contains(signal) =>
+                {
                     self.put(Component::Signal(signal), *standing);
+                    if standing.convicted {
+                        // What contradicted it may be gone.
+                        self.next_review = Some(Time::MIN);
+                    }
                 }
                 same if standing.verdict.is_some() => {
                     dropped.push((Component::Signal(namesake), same.is_none()));
@@ -277,6 +290,30 @@ impl Judge {
         (one.contains(signal) && !other.meets(origins)) || (other.contains(signal) && !one.meets(origins))
     }
 
+    /// A signal's own readings show that it is faulty, so that what it is compared with is not to blame. It is trusted again
+    /// after its readings and every comparison with it have spoken for it for the probation time. Whether that is news.
+    pub fn convict(&mut self, signal: SignalId, now: Time) -> bool {
+        let component = Component::Signal(signal);
+        let before = self.standing(component);
+        if before.verdict == Some(Verdict::Failed) {
+            self.note(component, None);
+            return false;
+        }
+        let relapses = self.relapses(component, now);
+        let verdict = Some(Verdict::Failed);
+        let convicted = Standing {
+            verdict,
+            alone: true,
+            relapses,
+            cleared: before.cleared,
+            convicted: true,
+            ..Standing::default()
+        };
+        self.put(component, convicted);
+        self.convicted.insert(component);
+        true
+    }
+
     /// Takes all evidence in. Complexity: O(pairs) while nothing is in conflict and nobody is accused; else that of
     /// [`explain()`], and of [`probabilities`] for each part in which something is decided.
     pub fn review(&mut self, monitor: &Monitor, now: Time) -> Vec<Decision> {
@@ -380,12 +417,7 @@ impl Judge {
         if before.verdict >= Some(verdict) {
             return;
         }
-        let soon = |cleared: Time| now - cleared <= self.probation(before.relapses).times(RELAPSE_PROBATIONS);
-        let relapses = match (before.verdict, before.cleared) {
-            (Some(_), _) => before.relapses,
-            (None, Some(cleared)) if soon(cleared) => (before.relapses + 1).min(MOST_RELAPSES),
-            _ => 0,
-        };
+        let relapses = self.relapses(component, now);
         let standing = Standing {
             verdict: Some(verdict),
             alone: choice.is_none_or(|choice| choice.len() == 1),
@@ -393,6 +425,7 @@ impl Judge {
             said: said(monitor, component),
             relapses,
             cleared: before.cleared,
+            convicted: false,
         };
         self.put(component, standing);
         let blame = Blame { relapses, ..case.blame(&self.priors, component) };
@@ -402,12 +435,24 @@ impl Judge {
         });
     }
 
+    /// How often in a row something has been accused soon after it was trusted again, when it is accused now.
+    fn relapses(&self, component: Component, now: Time) -> u32 {
+        let before = self.standing(component);
+        let soon = |cleared: Time| now - cleared <= self.probation(before.relapses).times(RELAPSE_PROBATIONS);
+        match (before.verdict, before.cleared) {
+            (Some(_), _) => before.relapses,
+            (None, Some(cleared)) if soon(cleared) => (before.relapses + 1).min(MOST_RELAPSES),
+            _ => 0,
+        }
+    }
+
     fn clear(&mut self, monitor: &Monitor, now: Time, decisions: &mut Vec<Decision>) {
         let culprit = |decision: &Decision| match decision {
             Decision::Failed(blame) => Some(blame.component),
-            Decision::Suspected(..) | Decision::Cleared(_) => None,
+            Decision::Suspected(..) | Decision::Cleared(_) | Decision::Recovered(..) => None,
         };
-        let culprits: BTreeSet<Component> = decisions.iter().filter_map(culprit).collect();
+        let mut culprits = core::mem::take(&mut self.convicted);
+        culprits.extend(decisions.iter().filter_map(culprit));
         let mut next = self.standings.keys().next().copied();
         while let Some(component) = next {
             let after = (Bound::Excluded(component), Bound::Unbounded);
@@ -416,6 +461,9 @@ impl Judge {
             let before = self.standing(component);
             if !self.is_clean(monitor, component, now) {
                 self.note(component, None);
+                if before.convicted {
+                    self.await_staleness(monitor, component, now);
+                }
                 continue;
             }
             let since = before.clean_since.unwrap_or(now);
@@ -423,11 +471,15 @@ impl Judge {
             let compared =
                 |pair: &Pair| rests_on(monitor, pair, component) && rests_on_any(monitor, pair, &culprits);
             let explained = verdict == Verdict::Suspect && monitor.pairs().iter().any(compared);
-            let over = since + self.probation(before.relapses);
+            let probation = self.probation(before.relapses);
+            let over = since + probation;
             if explained || now >= over {
                 let relapses = before.relapses;
                 self.put(component, Standing { cleared: Some(now), relapses, ..Standing::default() });
-                decisions.push(Decision::Cleared(component));
+                decisions.push(match component {
+                    Component::Signal(signal) if before.convicted => Decision::Recovered(signal, probation),
+                    _ => Decision::Cleared(component),
+                });
             } else {
                 self.note(component, Some(since));
                 self.look_again(over);
@@ -439,12 +491,13 @@ impl Judge {
         self.options.probation.times(1 << relapses.min(MOST_RELAPSES))
     }
 
-    /// Whether a signal has moved since it was accused, every comparison that speaks about it agrees, and there is one.
+    /// Whether a signal has moved since it was accused, every comparison that speaks about it agrees, there is one (unless
+    /// its own readings have accused it), and its readings are sound.
     fn is_clean(&self, monitor: &Monitor, component: Component, now: Time) -> bool {
         if self.stands_still(component, monitor) {
             return false;
         }
-        let mut witnessed = false;
+        let mut witnessed = self.standing(component).convicted;
         for pair in monitor.pairs() {
             if !rests_on(monitor, pair, component) || self.is_explained(monitor, pair, Some(component)) {
                 continue;
@@ -455,11 +508,20 @@ impl Judge {
                 Relationship::Undecided | Relationship::Conflict => return false,
             }
         }
-        let is_present = match component {
-            Component::Signal(signal) => monitor.watch().absence(signal).is_none(),
+        let is_sound = match component {
+            Component::Signal(signal) => {
+                monitor.watch().absence(signal).is_none() && monitor.detectors().fault(signal).is_none()
+            }
             Component::Relation(_) | Component::Cause(_) => true,
         };
-        witnessed && is_present
+        witnessed && is_sound
+    }
+
+    /// Looks again when the first comparison with a signal that needs no witness is stale.
+    fn await_staleness(&mut self, monitor: &Monitor, component: Component, now: Time) {
+        let pairs = monitor.pairs().iter().filter(|pair| rests_on(monitor, pair, component));
+        let stale = pairs.filter_map(|pair| pair.window.stale_at()).filter(|at| *at > now).min();
+        stale.into_iter().for_each(|at| self.look_again(at));
     }
 
     fn look_again(&mut self, at: Time) {

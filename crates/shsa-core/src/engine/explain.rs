@@ -1,10 +1,11 @@
 //! Decisions in words: which values disagreed, which alternatives there were, which limit was reached.
 
 use super::message::{Event, EventKind};
+use crate::alignment::Defect;
 use crate::diagnosis::{Blame, Component, Decision, rests_on};
 use crate::interval::Interval;
 use crate::knowledge::{Cause, CauseId, KnowledgeBase, SignalId, SignalSet, VariableId};
-use crate::monitor::{Absence, Change, Monitor, Pair, Relationship, Symptom, Tendency};
+use crate::monitor::{Absence, Change, Evidence, Fault, Monitor, Pair, Relationship, Symptom, Tendency};
 use crate::time::{Span, Time};
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -44,12 +45,18 @@ pub(super) fn absence(
         None => "none ever".to_string(),
     };
     let (kind, symptom, what) = match absence {
-        Absence::Silent => (EventKind::Silent, Symptom::Silent, "nothing received"),
+        Absence::Silent => (EventKind::Silent, Symptom::Silent, "nothing received".to_string()),
         Absence::Invalid => (
             EventKind::Failed,
             Symptom::Invalid,
-            "no possible value (not a number, out of range or of a wrong shape)",
+            "no possible value (not a number, infinite or of a wrong shape)".to_string(),
         ),
+        Absence::OutOfRange => {
+            let description = &knowledge.signals()[change.signal];
+            let shown = |range| interval(knowledge, description.variable, range);
+            let range = description.limits.range.map_or(String::new(), shown);
+            (EventKind::Failed, Symptom::OutOfRange, format!("only values out of {range}"))
+        }
     };
     let mut because = format!("{what} within {}: {last}", span(timeout));
     let is_absent = |signal: &SignalId| monitor.watch().absence(*signal).is_some();
@@ -64,6 +71,41 @@ pub(super) fn absence(
     }
     let about = Component::Signal(change.signal);
     Event { symptom: Some(symptom), cause, ..event(knowledge, kind, about, because, now) }
+}
+
+/// A signal whose own readings show that it is faulty.
+pub(super) fn fault(knowledge: &KnowledgeBase, signal: SignalId, fault: &Fault, now: Time) -> Event {
+    let description = &knowledge.signals()[signal];
+    let variable = description.variable;
+    let shown = |value| interval(knowledge, variable, value);
+    let what = match fault.evidence {
+        Evidence::Invalid(defect) => match defect {
+            Defect::Shape => "of a wrong shape".to_string(),
+            Defect::NotANumber => "not a number".to_string(),
+            Defect::Infinite => "infinite".to_string(),
+            Defect::Bounds => "with its lower bound above the upper one".to_string(),
+        },
+        Evidence::OutOfRange(value) => {
+            let range = description.limits.range.map_or(String::new(), shown);
+            format!("{} is out of {range}", shown(value))
+        }
+        Evidence::TooFast(jump) => format!(
+            "from {} to {} within {}, at most {} a second is possible",
+            shown(jump.from),
+            shown(jump.to),
+            span(jump.within),
+            difference(knowledge, variable, jump.max_rate)
+        ),
+        Evidence::OutOfOrder(back) => format!("its time stamp went back by {}", span(back)),
+        Evidence::Late(delay) => {
+            let most = description.limits.max_delay.unwrap_or(Span::ZERO);
+            format!("arrived {} after its time stamp, {} is allowed", span(delay), span(most))
+        }
+    };
+    let (k, n) = fault.count;
+    let because = format!("{what} ({k} of {n} values)");
+    let about = Component::Signal(signal);
+    Event { symptom: Some(fault.symptom), ..event(knowledge, EventKind::Failed, about, because, now) }
 }
 
 /// A signal that speaks again and has done so for its probation.
@@ -103,6 +145,11 @@ pub(super) fn decision(
         Decision::Cleared(component) => {
             let because = "every comparison with it agrees again".to_string();
             event(knowledge, EventKind::Restored, *component, because, now)
+        }
+        Decision::Recovered(signal, probation) => {
+            let because =
+                format!("its values are sound, and nothing has contradicted them, for {}", span(*probation));
+            event(knowledge, EventKind::Restored, Component::Signal(*signal), because, now)
         }
     }
 }
@@ -263,15 +310,6 @@ fn together(
     }
 }
 
-/// A difference of values, SI, in the unit of a variable.
-#[must_use]
-pub fn difference(knowledge: &KnowledgeBase, variable: VariableId, value: f64) -> String {
-    match &knowledge.variables()[variable].unit {
-        Some(unit) => format!("{} {unit}", number(unit.from_si(value) - unit.from_si(0.0))),
-        None => number(value),
-    }
-}
-
 /// An interval in the unit of a variable.
 #[must_use]
 pub fn interval(knowledge: &KnowledgeBase, variable: VariableId, value: Interval) -> String {
@@ -281,6 +319,16 @@ pub fn interval(knowledge: &KnowledgeBase, variable: VariableId, value: Interval
     };
     let unit = knowledge.variables()[variable].unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
     format!("{}..{}{unit}", number(shown(value.lo())), number(shown(value.hi())))
+}
+
+/// A difference of values, SI, in the unit of a variable; one of temperatures in kelvin.
+#[must_use]
+pub fn difference(knowledge: &KnowledgeBase, variable: VariableId, difference: f64) -> String {
+    match &knowledge.variables()[variable].unit {
+        Some(unit) if unit.offset != 0.0 => format!("{} K", number(difference)),
+        Some(unit) => format!("{} {unit}", number(difference / unit.scale)),
+        None => number(difference),
+    }
 }
 
 /// With four significant digits, without an exponent where that is short.

@@ -20,7 +20,7 @@ pub use ways::{Witnesses, to_watch, witnesses};
 
 use crate::diagnosis::{Judge, JudgeOptions, Verdict};
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
-use crate::monitor::{self, Absence, Change, Monitor};
+use crate::monitor::{self, Absence, Change, Finding, Monitor, Symptom};
 use crate::observation::Observation;
 use crate::plan;
 use crate::time::{Span, Time};
@@ -33,7 +33,7 @@ use ways::Lost;
 /// Settings of the engine; the defaults are sound.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
-    /// What makes a conflict.
+    /// What makes a conflict, and how many bad readings of a signal make a fault.
     pub monitor: monitor::Options,
     /// When a signal is trusted again.
     pub judge: JudgeOptions,
@@ -160,6 +160,12 @@ impl Engine {
         self.monitor.watch().absence(signal)
     }
 
+    /// What a signal's own readings show to be wrong with it now.
+    #[must_use]
+    pub fn fault(&self, signal: SignalId) -> Option<Symptom> {
+        self.monitor.detectors().fault(signal)
+    }
+
     /// How a need is served now.
     #[must_use]
     pub fn need_status(&self, need: NeedId) -> NeedStatus {
@@ -200,7 +206,8 @@ impl Engine {
         self.waiting = false;
         let evidence_changed = self.monitor.settle(now);
         let review_due = self.judge.next_review().is_some_and(|due| due <= now);
-        let mut trust_changed = self.report_changes(now);
+        let mut trust_changed = self.report_findings(now);
+        trust_changed |= self.report_changes(now);
         if evidence_changed || review_due || trust_changed {
             trust_changed |= self.review(now);
         }
@@ -208,6 +215,21 @@ impl Engine {
             self.replan(now);
         }
         self.provide(now);
+    }
+
+    /// Tells of signals whose own readings show a fault; whether anything has changed.
+    fn report_findings(&mut self, now: Time) -> bool {
+        let findings = self.monitor.detectors().findings();
+        for Finding { signal, fault } in findings {
+            let Some(fault) = fault else { continue };
+            let absence = self.monitor.watch().absence(*signal);
+            let is_told = matches!(absence, Some(Absence::Invalid | Absence::OutOfRange));
+            if self.judge.convict(*signal, now) && !is_told {
+                let event = explain::fault(&self.knowledge, *signal, fault, now);
+                self.outputs.push_back(Output::Event(event));
+            }
+        }
+        !findings.is_empty()
     }
 
     /// Tells of silence, and of returns once their probation is over; whether there was any.
@@ -225,7 +247,9 @@ impl Engine {
                 // Told already, but what has trusted it meanwhile for want of better must let it go.
                 Some(_) if until_now.is_some() => changed = true,
                 // It has failed already: that its values became impossible, too, is no news.
-                Some(Absence::Invalid) if self.judge.has_failed(change.signal) => changed = true,
+                Some(Absence::Invalid | Absence::OutOfRange) if self.judge.has_failed(change.signal) => {
+                    changed = true
+                }
                 Some(absence) => {
                     let event = explain::absence(&self.knowledge, &self.monitor, &change, absence, now);
                     self.outputs.push_back(Output::Event(event));

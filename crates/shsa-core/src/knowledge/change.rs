@@ -49,6 +49,7 @@ impl Section {
 
 /// One change of a model.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "edits come a few at a time, and are soon gone")]
 pub enum Edit {
     /// Adds a variable, or replaces the one of its name.
     Variable(VariableDraft),

@@ -212,6 +212,13 @@ pub struct SignalDraft {
     pub delay: Option<Text>,
     /// How long it may be silent, or `none`.
     pub timeout: Option<Text>,
+    /// Lowest and highest possible reading, as numbers in the signal's unit or as quantities; within its variable's.
+    pub range: Option<(Text, Text)>,
+    /// Largest rate of change, as a number in the signal's unit a second or as a quantity, or `none`; its variable's when
+    /// absent.
+    pub max_rate: Option<Text>,
+    /// Longest time from the time stamp to the reception, or `none`.
+    pub max_delay: Option<Text>,
     /// Names of signals that it is computed from.
     pub derived_from: Vec<Text>,
     /// What it shares with other signals (a device, a clock, a power supply), each with the probability that it fails.

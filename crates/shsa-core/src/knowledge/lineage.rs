@@ -61,7 +61,7 @@ impl Lineage {
     }
 
     /// The signal whose observations still mean what they meant: of the same name, source, variable, unit, errors,
-    /// delay and possible values. Its rate, timeout and properties may differ.
+    /// delay and possible values. Its rate, timeout, other limits and properties may differ.
     #[must_use]
     pub fn signal(&self, old: SignalId) -> Option<SignalId> {
         self.signals.find(old).copied().flatten()
@@ -89,6 +89,7 @@ impl Lineage {
             && one.value_error == other.value_error
             && one.time_error == other.time_error
             && one.delay == other.delay
+            && one.limits.range == other.limits.range
     }
 
     /// A variable has one need in a file; of several, those with the same name of publication are the same.

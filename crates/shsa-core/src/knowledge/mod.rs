@@ -111,6 +111,18 @@ pub struct ValueError {
     pub relative: f64,
 }
 
+/// What no reading of a sound signal goes beyond, its errors allowed for; `None` where nothing is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ReadingLimits {
+    /// Possible values, SI: those of its variable, and within them its own. Of numbers, not of vectors.
+    pub range: Option<Interval>,
+    /// Largest rate of change, SI a second: its own, else its variable's. Of numbers, not of vectors.
+    pub max_rate: Option<f64>,
+    /// Longest time from the time stamp to the reception: as declared, else its delay and its timeout together where the
+    /// model gives a delay.
+    pub max_delay: Option<Span>,
+}
+
 /// Something on the bus that carries a variable.
 #[derive(Clone, Debug)]
 pub struct Signal {
@@ -132,6 +144,8 @@ pub struct Signal {
     pub delay: Span,
     /// How long it may say nothing before it counts as silent; `None` when it is never silent.
     pub timeout: Option<Span>,
+    /// What its readings can be.
+    pub limits: ReadingLimits,
     /// Signals that it is computed from: it is no independent witness about them.
     pub derived_from: Vec<SignalId>,
     /// Named numbers for the utility; `prior` is the probability that it is faulty.

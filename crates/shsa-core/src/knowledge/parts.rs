@@ -334,12 +334,15 @@ fn numbers(properties: &PropertyDrafts) -> String {
     numbers.join(", ")
 }
 
+fn range(range: Option<&(Text, Text)>) -> String {
+    range.map_or_else(String::new, |(lo, hi)| format!("{}, {}", lo.text, hi.text))
+}
+
 fn variable_fields(draft: &VariableDraft) -> Fields {
-    let range = draft.range.as_ref().map(|(lo, hi)| format!("{}, {}", lo.text, hi.text));
     [
         ("unit", words(draft.unit.as_ref())),
         ("shape", words(draft.shape.as_ref())),
-        ("range", range.unwrap_or_default()),
+        ("range", range(draft.range.as_ref())),
         ("max_rate", words(draft.max_rate.as_ref())),
         ("properties", numbers(&draft.properties)),
     ]
@@ -405,6 +408,9 @@ fn signal_fields(draft: &SignalDraft) -> Fields {
         ("time_error", bounds(draft.time_error.as_ref())),
         ("delay", words(draft.delay.as_ref())),
         ("timeout", words(draft.timeout.as_ref())),
+        ("range", range(draft.range.as_ref())),
+        ("max_rate", words(draft.max_rate.as_ref())),
+        ("max_delay", words(draft.max_delay.as_ref())),
         ("derived_from", list(&draft.derived_from)),
         ("shares", shares(&draft.shares)),
         ("properties", numbers(&draft.properties)),

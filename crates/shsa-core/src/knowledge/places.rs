@@ -56,6 +56,8 @@ impl Draft {
                 &mut it.rate,
                 &mut it.delay,
                 &mut it.timeout,
+                &mut it.max_rate,
+                &mut it.max_delay,
             ];
             texts.into_iter().flatten().chain(&mut it.derived_from).for_each(&mut *each);
             it.shares.iter_mut().for_each(|(cause, prior)| {
@@ -63,6 +65,7 @@ impl Draft {
                 prior.iter_mut().for_each(&mut *each);
             });
             it.value_error.iter_mut().chain(&mut it.time_error).for_each(|error| bounds(error, each));
+            it.range.iter_mut().flat_map(|(lo, hi)| [lo, hi]).for_each(&mut *each);
             properties(&mut it.properties, each);
         }
         for it in &mut self.needs {

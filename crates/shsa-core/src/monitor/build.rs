@@ -1,6 +1,6 @@
 //! Sets the monitor up: which ways are compared with which, and how often.
 
-use super::{Monitor, Options, Pair, Stillness, Trend, Watch, WatchedWay, WayIndex, Window};
+use super::{Detectors, Monitor, Options, Pair, Stillness, Trend, Watch, WatchedWay, WayIndex, Window};
 use crate::alignment::{History, Port, Reach};
 use crate::computation::Computation;
 use crate::knowledge::{IdVec, KnowledgeBase, RelationId, Shape, SignalId, SignalSet, VariableId};
@@ -40,6 +40,7 @@ impl Monitor {
         let count = ways.len();
         let mut monitor = Monitor {
             ports,
+            detectors: Detectors::new(knowledge, options.debounce),
             watch: Watch::new(knowledge),
             stillness: IdVec::filled(knowledge.signals().len(), |_| Stillness::default()),
             ways,
@@ -109,7 +110,7 @@ fn lookback(computations: &[Computation]) -> Span {
 fn port(knowledge: &KnowledgeBase, signal: SignalId, lookback: Span) -> Port {
     let signal = &knowledge.signals()[signal];
     let variable = &knowledge.variables()[signal.variable];
-    Port::new(variable.shape, variable.range, capacity(signal.rate_hz, lookback))
+    Port::new(variable.shape, signal, capacity(signal.rate_hz, lookback))
 }
 
 fn capacity(rate_hz: Option<f64>, lookback: Span) -> usize {

@@ -24,12 +24,13 @@ impl Inheritance {
 }
 
 impl Monitor {
-    /// Takes over the ports of signals that mean the same, the silences, the outputs of ways that compute the same, and
+    /// Takes over the ports of signals that mean the same, the silences, what their readings show, the outputs of ways that compute the same, and
     /// the recent comparisons of pairs of these. Time: O(n log n) in signals, ways and pairs, and their samples.
     ///
     /// Call it between two moments: nothing may wait to be compared.
     pub fn inherit(&mut self, old: Monitor, lineage: &Lineage, now: Time) -> Inheritance {
         self.watch.inherit(&old.watch, lineage, now);
+        self.detectors.inherit(&old.detectors, lineage);
         for (index, port) in old.ports.into_iter().enumerate() {
             let before = Id::from_index(index);
             if let Some(signal) = lineage.signal(before) {

@@ -13,12 +13,14 @@ mod symptom;
 mod trend;
 mod stillness;
 mod pair;
+mod detector;
 mod watch;
 pub mod thesis;
 mod build;
 mod inherit;
 
 pub use build::{compared, rests_on};
+pub use detector::{Detectors, Evidence, Fault, Finding};
 pub use inherit::Inheritance;
 pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};
 pub use stillness::Stillness;
@@ -37,7 +39,7 @@ use alloc::vec::Vec;
 /// Settings of the comparisons; the defaults are sound.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// How many single disagreements make a conflict.
+    /// How many single disagreements make a conflict, and how many bad readings of a signal a fault.
     pub debounce: Debounce,
     /// What makes one of many comparisons that agree.
     pub trends: TrendOptions,
@@ -79,6 +81,7 @@ impl WatchedWay {
 #[derive(Debug)]
 pub struct Monitor {
     ports: IdVec<SignalId, Port>,
+    detectors: Detectors,
     watch: Watch,
     stillness: IdVec<SignalId, Stillness>,
     ways: Vec<WatchedWay>,
@@ -96,9 +99,15 @@ impl Monitor {
     pub fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation, now: Time) -> Observed {
         let signal = observation.signal;
         let description = &knowledge.signals()[signal];
-        let acceptance = self.ports[signal].accept(description, observation, now);
-        let change = self.watch.hear(signal, acceptance.is_some(), now);
-        let kept = acceptance.is_some_and(Acceptance::is_kept);
+        let reception = self.ports[signal].accept(description, observation, now);
+        self.detectors.observe(signal, &reception, now);
+        let wrong = match reception.acceptance {
+            Acceptance::Invalid(_) => Some(Absence::Invalid),
+            Acceptance::OutOfRange(_) => Some(Absence::OutOfRange),
+            _ => None,
+        };
+        let change = self.watch.hear(signal, wrong, now);
+        let kept = reception.acceptance.is_kept();
         if kept {
             if let Some(newest) = self.ports[signal].newest() {
                 self.stillness[signal].record(newest.value, now);
@@ -114,14 +123,15 @@ impl Monitor {
         self.watch.pass(now, report);
     }
 
-    /// Whether observations wait to be compared.
+    /// Whether observations wait to be taken together.
     #[must_use]
     pub fn is_pending(&self) -> bool {
-        !self.pending.is_empty()
+        !self.pending.is_empty() || self.detectors.is_pending()
     }
 
     /// Compares what the observations of this moment complete. Returns whether a relationship has changed.
     pub fn settle(&mut self, now: Time) -> bool {
+        self.detectors.settle(&mut self.ports, now);
         self.evaluate();
         let mut changed = false;
         let fresh = core::mem::take(&mut self.fresh);
@@ -228,6 +238,12 @@ impl Monitor {
     #[must_use]
     pub fn stillness(&self, signal: SignalId) -> Stillness {
         self.stillness[signal]
+    }
+
+    /// What is wrong with the readings of each signal in themselves.
+    #[must_use]
+    pub fn detectors(&self) -> &Detectors {
+        &self.detectors
     }
 
     /// Who is silent.

@@ -156,6 +156,12 @@ impl Window {
         self.period.times(STALE_PERIODS).max(self.span)
     }
 
+    /// When the last comparison stops to count as evidence.
+    #[must_use]
+    pub fn stale_at(&self) -> Option<Time> {
+        self.last.map(|last| last + self.lifetime() + Span(1))
+    }
+
     /// How long a conflict takes to show after a fault has begun.
     #[must_use]
     pub fn latency(&self) -> Span {

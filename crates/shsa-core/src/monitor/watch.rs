@@ -8,8 +8,10 @@ use crate::time::{Span, Time};
 pub enum Absence {
     /// Nothing has come for longer than its timeout.
     Silent,
-    /// Something comes, but for longer than its timeout nothing of it was a possible value.
+    /// Something comes, but for longer than its timeout nothing of it was a value.
     Invalid,
+    /// Values come, but for longer than its timeout none of them was possible.
+    OutOfRange,
 }
 
 /// When a signal last said something.
@@ -18,6 +20,8 @@ struct Voice {
     timeout: Option<Span>,
     heard: Option<Time>,
     valid: Option<Time>,
+    /// What was wrong with all that came after that.
+    wrong: Option<Absence>,
     absence: Option<Absence>,
     /// When it came under watch, where that was after the start.
     since: Option<Time>,
@@ -51,6 +55,7 @@ impl Watch {
             timeout: knowledge.signals()[signal].timeout,
             heard: None,
             valid: None,
+            wrong: None,
             absence: None,
             since: None,
         };
@@ -79,17 +84,24 @@ impl Watch {
         self.voices[signal].valid.is_some()
     }
 
-    /// A signal has delivered something. Gives the change when it was absent until now.
-    pub fn hear(&mut self, signal: SignalId, valid: bool, now: Time) -> Option<Change> {
+    /// A signal has delivered something, and what is wrong with it when it is not a possible value. Gives the change when the
+    /// signal was absent until now.
+    pub fn hear(&mut self, signal: SignalId, wrong: Option<Absence>, now: Time) -> Option<Change> {
         if self.start.is_none() {
             self.start = Some(now);
             self.quiet_until = self.voices.iter().map(|voice| voice.deadline(now)).min().unwrap_or(Time::MAX);
         }
         let voice = &mut self.voices[signal];
         voice.heard = Some(now);
-        if !valid {
+        if let Some(wrong) = wrong {
+            if voice.valid == Some(now) {
+                return None;
+            }
+            let is_all = voice.wrong.is_none_or(|before| before == wrong);
+            voice.wrong = Some(if is_all { wrong } else { Absence::Invalid });
             return None;
         }
+        voice.wrong = None;
         voice.valid = Some(now);
         voice.absence.take()?;
         // It may fall silent again before the bound that was computed without it.
@@ -127,7 +139,8 @@ impl Watch {
                 next = next.min(deadline);
                 continue;
             }
-            let absence = if voice.spoke_since(last) { Absence::Invalid } else { Absence::Silent };
+            let wrong = voice.wrong.unwrap_or(Absence::Invalid);
+            let absence = if voice.spoke_since(last) { wrong } else { Absence::Silent };
             voice.absence = Some(absence);
             report(Change { signal, absence: Some(absence), last_valid: voice.valid });
         }

@@ -306,8 +306,11 @@ fn a_signal_that_has_never_spoken_does_not_take_over_until_it_does() {
 #[test]
 fn verdicts_stay_with_their_evidence_and_go_with_it() {
     let fault = Fault { signal: "gnss", from: 2.0, to: 60.0, added: Some(5.0) };
-    let (before, after): (Vec<Row>, Vec<Row>) = rows(10.0, &[fault]).into_iter().partition(|row| row.1 < 5.0);
-    let mut stage = Stage::new(two_systems());
+    let (before, after): (Vec<Row>, Vec<Row>) = rows(20.0, &[fault]).into_iter().partition(|row| row.1 < 5.0);
+    // Only the others can tell that it is wrong.
+    let mut compared = two_systems();
+    compared.signals.iter_mut().for_each(|signal| signal.max_rate = Some(crate::drafts::text("none")));
+    let mut stage = Stage::new(compared.clone());
     stage.run(&before);
     assert_eq!(stage.verdict("gnss"), Verdict::Failed);
     let failures =
@@ -317,11 +320,22 @@ fn verdicts_stay_with_their_evidence_and_go_with_it() {
     stage.change(5.0, &[remove(Section::Signals, "wheel_1")]);
     assert_eq!((stage.verdict("gnss"), failures(&stage)), (Verdict::Failed, 1));
     // Without a witness nothing could ever clear it.
-    let mut alone = Stage::new(two_systems());
+    let mut alone = Stage::new(compared);
     alone.run(&before);
-    alone.change(5.0, &[remove(Section::Signals, "wheel_1"), remove(Section::Signals, "wheel_2")]);
+    let witnesses = [remove(Section::Signals, "wheel_1"), remove(Section::Signals, "wheel_2")];
+    alone.change(5.0, &witnesses);
     assert_eq!(alone.verdict("gnss"), Verdict::Unknown);
     assert!(alone.last_event(EventKind::Restored).because.contains("are gone with the changed model"));
+    // What its own readings have shown needs no witness, and nobody is needed to clear it.
+    let mut jumped = Stage::new(two_systems());
+    jumped.run(&before);
+    jumped.change(5.0, &witnesses);
+    assert_eq!((jumped.verdict("gnss"), failures(&jumped)), (Verdict::Failed, 1));
+    jumped.run(&after);
+    assert_eq!(jumped.verdict("gnss"), Verdict::Unknown);
+    let is_cleared =
+        |event: &Event| event.kind == EventKind::Restored && event.because.contains("its values are sound");
+    assert!(jumped.events.iter().any(is_cleared), "{:?}", jumped.events);
     // Described anew, it is judged anew, and found again.
     stage.change(5.0, &[Edit::Signal(signal("gnss", "speed", "10 Hz", "0.4"))]);
     assert!(stage.last_event(EventKind::Restored).because.contains("describes it anew"));

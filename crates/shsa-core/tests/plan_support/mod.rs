@@ -59,6 +59,7 @@ impl Builder {
             time_error: (Span::ZERO, Span::ZERO),
             delay: Span::ZERO,
             timeout: None,
+            limits: Default::default(),
             derived_from: Vec::new(),
             properties: property("accuracy", accuracy),
         });

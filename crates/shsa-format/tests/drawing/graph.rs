@@ -154,6 +154,7 @@ fn hostile() -> KnowledgeBase {
             time_error: (Span::ZERO, Span::ZERO),
             delay: Span::ZERO,
             timeout: None,
+            limits: Default::default(),
             derived_from: Vec::new(),
             properties: Properties::new(),
         });

@@ -117,7 +117,9 @@ impl<'a> Words<'a> {
             return match mute {
                 Mute::Never => format!("{name} had not given a value yet"),
                 Mute::Absent(Absence::Silent) => format!("{name} was silent"),
-                Mute::Absent(Absence::Invalid) => format!("{name} gave no possible value"),
+                Mute::Absent(Absence::Invalid | Absence::OutOfRange) => {
+                    format!("{name} gave no possible value")
+                }
             };
         }
         let oldest = sides.into_iter().min_by_key(|side| side.newest.map(|(time, _)| time));

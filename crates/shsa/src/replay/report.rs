@@ -135,7 +135,11 @@ impl<'a> Report<'a> {
             "reordered": counts.reordered,
             "duplicates": counts.duplicates,
             "dropped": counts.dropped,
+            "late": counts.late,
+            "out_of_order": counts.out_of_order,
             "invalid": counts.invalid,
+            "out_of_range": counts.out_of_range,
+            "too_fast": counts.too_fast,
             "missing": self.missing(signal),
         });
         (self.knowledge.signals()[signal].name.clone(), value)
@@ -235,12 +239,26 @@ impl<'a> Report<'a> {
                 self.knowledge.signals()[signal].name.clone(),
                 show::paint_verdict(self.verdict(signal), self.verdict(signal)),
                 counts.accepted.to_string(),
-                counts.reordered.to_string(),
                 (counts.dropped + counts.duplicates).to_string(),
+                counts.late.to_string(),
+                counts.out_of_order.to_string(),
                 counts.invalid.to_string(),
+                counts.out_of_range.to_string(),
+                counts.too_fast.to_string(),
             ]);
         }
-        show::table(&["signal", "verdict", "accepted", "reordered", "dropped", "invalid"], rows)
+        let head = [
+            "signal",
+            "verdict",
+            "accepted",
+            "dropped",
+            "late",
+            "out of order",
+            "invalid",
+            "out of range",
+            "too fast",
+        ];
+        show::table(&head, rows)
     }
 }
 

@@ -2,12 +2,13 @@
 
 use super::problems::Problems;
 use super::quantity;
-use super::variables::Variables;
+use super::variables::{Variables, max_rate, possible};
+use crate::interval::Interval;
 use crate::knowledge::draft::{Place, SignalDraft, Source, Text};
 use crate::knowledge::index::Index;
 use crate::knowledge::properties::SharedNames;
 use crate::knowledge::rows::Rows;
-use crate::knowledge::{IdVec, Properties, Signal, SignalId, VariableId};
+use crate::knowledge::{IdVec, Properties, ReadingLimits, Shape, Signal, SignalId, Variable, VariableId};
 use crate::time::Span;
 use crate::unit::Unit;
 use alloc::collections::BTreeSet;
@@ -88,6 +89,10 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
     let rate_hz = draft.rate.as_ref().and_then(|text| quantity::frequency(problems, text));
     let error = draft.value_error.as_ref();
     let time_error = draft.time_error.as_ref();
+    let delay = draft.delay.as_ref().and_then(|text| quantity::span(problems, text));
+    let timeout = timeout(problems, draft.timeout.as_ref(), rate_hz);
+    let max_delay = max_delay(problems, draft.max_delay.as_ref(), delay.zip(timeout));
+    let possible = limits(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
     let signal = Signal {
         name: draft.name.text.clone(),
         variable: variable.unwrap_or_else(|| crate::knowledge::Id::from_index(0)),
@@ -99,8 +104,9 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
         time_error: time_error
             .and_then(|bounds| quantity::time_error(problems, bounds))
             .unwrap_or((Span::ZERO, Span::ZERO)),
-        delay: draft.delay.as_ref().and_then(|text| quantity::span(problems, text)).unwrap_or(Span::ZERO),
-        timeout: timeout(problems, draft.timeout.as_ref(), rate_hz),
+        delay: delay.unwrap_or(Span::ZERO),
+        timeout,
+        limits: ReadingLimits { max_delay, ..possible },
         derived_from: Vec::new(),
         properties: Properties::new(),
         unit,
@@ -158,6 +164,45 @@ fn timeout(problems: &mut Problems, text: Option<&Text>, rate_hz: Option<f64>) -
             read => read.or(usual),
         },
     }
+}
+
+/// What is declared, else the delay and the timeout together: a value that comes later has been waited for in vain.
+fn max_delay(problems: &mut Problems, text: Option<&Text>, usual: Option<(Span, Span)>) -> Option<Span> {
+    match text {
+        None => usual.map(|(delay, timeout)| delay + timeout),
+        Some(text) if text.text == "none" => None,
+        Some(text) => quantity::span(problems, text),
+    }
+}
+
+/// What the readings of a signal can be, but for their delay.
+fn limits(
+    problems: &mut Problems,
+    draft: &SignalDraft,
+    unit: Option<&Unit>,
+    variable: Option<&Variable>,
+) -> ReadingLimits {
+    let range = draft.range.as_ref().and_then(|range| possible(problems, range, unit));
+    let is_unlimited = draft.max_rate.as_ref().is_some_and(|text| text.text == "none");
+    let declared = draft.max_rate.as_ref().filter(|_| !is_unlimited);
+    let rate = declared.and_then(|text| max_rate(problems, text, unit));
+    let Some(variable) = variable else { return ReadingLimits::default() };
+    if variable.shape == Shape::Vector {
+        let limits =
+            [("range", draft.range.as_ref().map(|(lo, _)| lo)), ("max_rate", draft.max_rate.as_ref())];
+        for (key, text) in limits.into_iter().filter_map(|(key, text)| Some((key, text?))) {
+            let message = format!("`{key}` has no meaning for `{}`, which is a vector", variable.name);
+            problems.error(text, message, "leave it away");
+        }
+        return ReadingLimits::default();
+    }
+    let both = range.zip(variable.range).map(|(own, all)| own.intersection(all));
+    if let (Some((text, _)), true) = (&draft.range, both.is_some_and(Interval::is_empty)) {
+        let message = format!("nothing in this range is possible for `{}`", variable.name);
+        problems.error(text, message, "give readings within the `range` of the variable");
+    }
+    let max_rate = rate.or(variable.max_rate).filter(|_| !is_unlimited);
+    ReadingLimits { range: both.or(range).or(variable.range), max_rate, max_delay: None }
 }
 
 /// From which signals each derived one is derived, ascending; `left_out`: names of signals that were.

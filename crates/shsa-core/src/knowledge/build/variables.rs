@@ -177,15 +177,19 @@ fn shape(problems: &mut Problems, text: &Text) -> Shape {
     }
 }
 
-fn possible(problems: &mut Problems, (lo, hi): &(Text, Text), unit: Option<&Unit>) -> Option<Interval> {
+pub(super) fn possible(
+    problems: &mut Problems,
+    (lo, hi): &(Text, Text),
+    unit: Option<&Unit>,
+) -> Option<Interval> {
     let low = quantity::bound(problems, lo, unit);
     let high = quantity::bound(problems, hi, unit);
     let (low, high) = quantity::ordered(problems, lo, low?, high?)?;
     Some(Interval::new(low, high))
 }
 
-/// A plain number counts in the variable's unit a second.
-fn max_rate(problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<f64> {
+/// A plain number counts in this unit a second.
+pub(super) fn max_rate(problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<f64> {
     let a_second = unit.and_then(|unit| Unit::parse(&format!("{unit}/s")).ok());
     let rate = quantity::quantity(problems, text, a_second.as_ref(), Kind::Difference)?;
     if rate <= 0.0 {

@@ -44,10 +44,13 @@ signals:
     time_error: [-100 ms, 0 ms]
     delay: 0 ms
     timeout: 1 s
+    max_delay: 50 ms
     properties: { accuracy: 0.99, prior: 1 % }
-  /odom/speed: { variable: speed, source: odom#twist.linear.x, rate: 20 Hz, value_error: 2 %, derived_from: [/scan] }
+  /odom/speed: { variable: speed, source: odom#twist.linear.x, rate: 20 Hz, value_error: 2 %, range: [-12 km/h, 2],
+                 max_rate: 20, delay: 10 ms, derived_from: [/scan] }
   s1: { variable: heavy }
-  accelerometer: { variable: lateral_acceleration }
+  accelerometer: { variable: lateral_acceleration, delay: 1 s }
+  gyroscope: { variable: lateral_acceleration, rate: 20 Hz, delay: 0 s, max_rate: none, max_delay: none }
   s2: { variable: heavy, rate: 1000 Hz, time_error: 5 ms, timeout: none, derived_from: s1 }
 needs:
   dmin: { signal: /emergency_stop/dmin, max_age: 250 ms, max_width: 50 cm, integrity: B, hold: 0 s,

@@ -200,6 +200,30 @@ signals:
 }
 
 #[test]
+fn readings_have_limits() {
+    check(
+        "variables: { speed: { unit: m/s, range: [0, 50] }, scan: { unit: m, shape: vector } }
+signals:
+  a: { variable: speed, range: [60, 70], max_rate: 0 }
+  b: { variable: speed, range: [20, 10], max_rate: 3 m/s, max_delay: 3 }
+  c: { variable: speed, range: 10, max_delay: -1 s, maxrate: 3 }
+  d: { variable: scan, range: [0, 5], max_rate: none }
+  e: { variable: scan, max_delay: none }
+needs: { scan: {} }",
+        "4:33 error: nothing in this range is possible for `speed` (give readings within the `range` of the variable)
+         4:52 error: a largest rate of change is above 0 (leave `max_rate` away when it is not known)
+         5:33 error: the lowest value is above the highest (write `[lowest, highest]`)
+         5:52 error: `3 m/s` does not count in `m/s/s` (write a number, which counts in `m/s/s`, or a unit like it)
+         5:70 error: `3` has no unit (write a time like `300 ms` or `2 s`)
+         6:32 error: expected the lowest and the highest reading, found one value (write it like `range: [0, 5 V]`)
+         6:47 error: `-1 s` is negative (write a time like `300 ms`)
+         6:53 error: unknown key `maxrate` (did you mean `max_rate`? known keys here: variable, source, unit, rate, value_error, time_error, delay, timeout, range, max_rate, max_delay, derived_from, shares, properties)
+         7:32 error: `range` has no meaning for `scan`, which is a vector (leave it away)
+         7:49 error: `max_rate` has no meaning for `scan`, which is a vector (leave it away)",
+    );
+}
+
+#[test]
 fn needs_can_be_met() {
     check(
         "variables: { x: { unit: m }, y: , z: , w: }\nrelations: { r: z = w }

@@ -4,7 +4,7 @@ use super::super::tree::{self, Node, Value};
 use super::{EVERYTHING, brief, check, loaded};
 use crate::model::load;
 use shsa_core::interval::Interval;
-use shsa_core::knowledge::{KnowledgeBase, ValueError};
+use shsa_core::knowledge::{KnowledgeBase, ReadingLimits, ValueError};
 use shsa_core::time::Span;
 
 fn everything() -> KnowledgeBase {
@@ -68,6 +68,20 @@ fn signals_are_si_and_silent_after_five_periods() {
     assert_eq!(odometry.derived_from, [knowledge.signal("/scan").unwrap()]);
     assert_eq!((signal("s1").timeout, signal("s1").source.as_str()), (None, "s1"));
     assert_eq!((signal("s2").timeout, signal("s2").time_error.1), (None, Span::from_millis(5)));
+}
+
+#[test]
+fn limits_of_readings_are_si_and_those_of_the_variable_where_there_are_no_own() {
+    let knowledge = everything();
+    let limits = |name| knowledge.signals()[knowledge.signal(name).unwrap()].limits;
+    let milliseconds = |count| Some(Span::from_millis(count));
+    assert_eq!(limits("/scan"), ReadingLimits { max_delay: milliseconds(50), ..ReadingLimits::default() });
+    let own = limits("/odom/speed");
+    assert_eq!((own.range, own.max_rate), (Some(Interval::new(-3.0, 2.0)), Some(20.0)));
+    assert_eq!(own.max_delay, milliseconds(260), "the delay and the timeout");
+    let of_variable = ReadingLimits { max_rate: Some(30.0), ..ReadingLimits::default() };
+    assert_eq!(limits("accelerometer"), of_variable, "it has a delay, but no timeout");
+    assert_eq!(limits("gyroscope"), ReadingLimits::default());
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Knowledge bases as the thesis's Prolog facts.
 
 use shsa_core::expression::{Node, Symbol, parse_equation};
-use shsa_core::knowledge::{Id, KnowledgeBase, Relation, RelationId, Utility, VariableId};
+use shsa_core::knowledge::{Id, KnowledgeBase, Relation, RelationId, Shape, Utility, VariableId};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
@@ -197,6 +197,12 @@ impl Writer<'_> {
         };
         lose("the source", "signal", signals(&|signal| signal.source != signal.name));
         lose("the errors, rate and delays", "signal", signals(&is_timed));
+        let has_limits = |signal: &shsa_core::knowledge::Signal| {
+            let variable = &variables[signal.variable];
+            let limits = (signal.limits.range, signal.limits.max_rate);
+            variable.shape == Shape::Scalar && limits != (variable.range, variable.max_rate)
+        };
+        lose("the limits", "signal", signals(&has_limits));
         lose("the origin", "signal", signals(&|signal| !signal.derived_from.is_empty()));
         let sharing = knowledge.causes().iter().flat_map(|cause| &cause.signals).collect::<BTreeSet<_>>();
         let sharing = sharing.into_iter().map(|&signal| knowledge.signals()[signal].name.as_str());
@@ -215,7 +221,7 @@ fn is_timed(signal: &shsa_core::knowledge::Signal) -> bool {
     let usual = shsa_core::knowledge::ValueError::default();
     let zero = shsa_core::time::Span::ZERO;
     let is_late = signal.time_error != (zero, zero) || signal.delay != zero || signal.timeout.is_some();
-    is_late || signal.value_error != usual || signal.rate_hz.is_some()
+    is_late || signal.limits.max_delay.is_some() || signal.value_error != usual || signal.rate_hz.is_some()
 }
 
 /// `signal a`, `signals a, b`, `signals a, b, c and 4 more`.

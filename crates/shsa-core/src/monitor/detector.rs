@@ -1,0 +1,306 @@
+//! What is wrong with the readings of a signal in themselves, whatever others say: invalid, out of range, too fast, out of
+//! order, late. One detector each, all of one kind: enough of the recent moments of reception show the symptom.
+//!
+//! A single bad reading makes no fault, and for as long as a signal may be silent it may say nothing possible, too. One moment of reception counts once, bad when any of its readings is, so that the
+//! order within a moment does not matter. A fault is over when a whole window shows no symptom any more.
+
+use super::pair::Debounce;
+use super::symptom::Symptom;
+use crate::alignment::{Acceptance, Defect, Jump, Port, Reception};
+use crate::interval::Interval;
+use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Signal, SignalId};
+use crate::time::{Span, Time};
+use alloc::vec::Vec;
+
+/// What is detected; of several at once, the first explains the others best.
+const DETECTED: [Symptom; 5] =
+    [Symptom::Invalid, Symptom::OutOfRange, Symptom::TooFast, Symptom::OutOfOrder, Symptom::Late];
+
+/// The place of [`Symptom::TooFast`] in [`DETECTED`].
+const TOO_FAST: usize = 2;
+
+/// What was seen is stale after this many periods without a reading.
+const STALE_PERIODS: i64 = 6;
+
+/// What a reading shows, in numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Evidence {
+    /// It was no value.
+    Invalid(Defect),
+    /// The value, SI.
+    OutOfRange(Interval),
+    /// The two values and the time between them.
+    TooFast(Jump),
+    /// By how much its time stamp went back.
+    OutOfOrder(Span),
+    /// Time from its stamp to its reception.
+    Late(Span),
+}
+
+/// How many moments of reception are looked at, and how many bad ones make a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Rule {
+    n: u32,
+    k: u32,
+}
+
+/// A fault that a signal's own readings show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fault {
+    /// What kind it is.
+    pub symptom: Symptom,
+    /// What the reading that decided it shows; of several at one moment, the worst.
+    pub evidence: Evidence,
+    /// In how many of how many recent moments of reception.
+    pub count: (u32, u32),
+}
+
+/// A change of what a signal's own readings show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finding {
+    /// The signal.
+    pub signal: SignalId,
+    /// The fault that has begun; `None` when it is over.
+    pub fault: Option<Fault>,
+}
+
+/// What the readings of a signal at one moment show, the worst of each kind.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moment {
+    defect: Option<Defect>,
+    outside: Option<Interval>,
+    jump: Option<Jump>,
+    back: Option<Span>,
+    late: Option<Span>,
+}
+
+/// The recent moments of reception of a signal: a row of bits for each symptom, the newest lowest.
+#[derive(Clone, Copy, Debug)]
+struct Detector {
+    bits: [u64; DETECTED.len()],
+    rules: [Rule; DETECTED.len()],
+    /// How many moments have been seen, up to 64.
+    seen: u32,
+    last: Option<Time>,
+    lifetime: Option<Span>,
+    fault: Option<Symptom>,
+    /// Where the readings of this moment are gathered.
+    moment: Option<u32>,
+}
+
+/// The detectors of all signals. O(1) an observation; nothing is allocated.
+#[derive(Clone, Debug)]
+pub struct Detectors {
+    list: IdVec<SignalId, Detector>,
+    /// What is gathered of this moment; only of signals that show, or have shown, a symptom.
+    moments: Vec<(SignalId, Moment)>,
+    findings: Vec<Finding>,
+}
+
+impl Detectors {
+    /// For the signals of a knowledge base.
+    #[must_use]
+    pub fn new(knowledge: &KnowledgeBase, debounce: Debounce) -> Detectors {
+        let count = knowledge.signals().len();
+        let detector = |signal| Detector::new(&knowledge.signals()[signal], debounce);
+        Detectors {
+            list: IdVec::filled(count, detector),
+            moments: Vec::with_capacity(count),
+            findings: Vec::with_capacity(count),
+        }
+    }
+
+    /// Goes on from the detectors before a change, for the signals whose readings mean the same.
+    pub fn inherit(&mut self, old: &Detectors, lineage: &Lineage) {
+        for (id, before) in old.list.enumerate() {
+            let Some(detector) = lineage.signal(id).map(|signal| &mut self.list[signal]) else { continue };
+            detector.bits = before.bits;
+            detector.keep_window();
+            (detector.seen, detector.last, detector.fault) = (before.seen, before.last, before.fault);
+        }
+    }
+
+    /// Notes what a port says about a reading.
+    pub fn observe(&mut self, signal: SignalId, reception: &Reception, now: Time) {
+        let detector = &mut self.list[signal];
+        if reception.is_sound() && detector.is_quiet() {
+            detector.count(now);
+            return;
+        }
+        let place = *detector.moment.get_or_insert_with(|| {
+            self.moments.push((signal, Moment::default()));
+            u32::try_from(self.moments.len() - 1).unwrap_or(u32::MAX)
+        });
+        if let Some((_, moment)) = self.moments.get_mut(place as usize) {
+            moment.add(reception);
+        }
+    }
+
+    /// Whether something has been noted that is not settled.
+    #[must_use]
+    pub fn is_pending(&self) -> bool {
+        !self.moments.is_empty()
+    }
+
+    /// Takes together what has been noted of this moment, and opens and closes the gates of the ports.
+    pub fn settle(&mut self, ports: &mut IdVec<SignalId, Port>, now: Time) {
+        self.findings.clear();
+        self.moments.sort_unstable_by_key(|(signal, _)| *signal);
+        for (signal, moment) in self.moments.drain(..) {
+            let detector = &mut self.list[signal];
+            if let Some(finding) = detector.take(&moment, now) {
+                self.findings.push(Finding { signal, fault: finding });
+            }
+            ports[signal].set_gate(detector.is_open());
+        }
+    }
+
+    /// What the last settled moment has changed, by signal.
+    #[must_use]
+    pub fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    /// What a signal's own readings show now.
+    #[must_use]
+    pub fn fault(&self, signal: SignalId) -> Option<Symptom> {
+        self.list[signal].fault
+    }
+}
+
+impl Detector {
+    fn new(signal: &Signal, debounce: Debounce) -> Detector {
+        let period = signal.rate_hz.map(|rate| Span::from_seconds(1.0 / rate));
+        let rules = rules(signal, period, debounce);
+        let longest = rules.iter().map(|rule| i64::from(rule.n)).max().unwrap_or(0).max(STALE_PERIODS);
+        let lifetime = period.map(|period| period.times(longest).max(debounce.span));
+        let bits = [0; DETECTED.len()];
+        Detector { bits, rules, seen: 0, last: None, lifetime, fault: None, moment: None }
+    }
+
+    /// Forgets what is before the windows.
+    fn keep_window(&mut self) {
+        for (bits, rule) in self.bits.iter_mut().zip(&self.rules) {
+            *bits &= u64::MAX >> (64 - rule.n.clamp(1, 64));
+        }
+    }
+
+    /// Whether a sound reading changes nothing.
+    fn is_quiet(&self) -> bool {
+        self.moment.is_none() && self.fault.is_none() && self.bits == [0; DETECTED.len()]
+    }
+
+    /// Counts a moment once, and forgets what is stale.
+    fn count(&mut self, now: Time) {
+        let Some(last) = self.last.replace(now) else {
+            self.seen = 1;
+            return;
+        };
+        if self.lifetime.is_some_and(|lifetime| now - last > lifetime) {
+            (self.bits, self.seen) = ([0; DETECTED.len()], 0);
+        }
+        if last != now {
+            self.seen = (self.seen + 1).min(64);
+        }
+    }
+
+    /// Takes a moment in: the fault that begins (`Some(Some)`) or is over (`Some(None)`).
+    fn take(&mut self, moment: &Moment, now: Time) -> Option<Option<Fault>> {
+        self.moment = None;
+        self.count(now);
+        let shown = moment.shown();
+        for (bits, evidence) in self.bits.iter_mut().zip(&shown) {
+            *bits = *bits << 1 | u64::from(evidence.is_some());
+        }
+        self.keep_window();
+        if self.fault.is_none() {
+            let fault =
+                (0..DETECTED.len()).zip(shown).find_map(|(at, evidence)| self.decided(at, evidence?))?;
+            self.fault = Some(fault.symptom);
+            return Some(Some(fault));
+        }
+        if self.bits != [0; DETECTED.len()] {
+            return None;
+        }
+        self.fault = None;
+        Some(None)
+    }
+
+    /// The fault that a bad moment decides.
+    fn decided(&self, at: usize, evidence: Evidence) -> Option<Fault> {
+        let (count, rule) = (self.bits.get(at)?.count_ones(), self.rules.get(at)?);
+        let symptom = *DETECTED.get(at)?;
+        (count >= rule.k).then_some(Fault {
+            symptom,
+            evidence,
+            count: (count, self.seen.min(rule.n).max(count)),
+        })
+    }
+
+    /// Whether the gate of the port must be open: jumps are the rule, or have been in this window.
+    fn is_open(&self) -> bool {
+        let jumps = self.bits.get(TOO_FAST).map_or(0, |bits| bits.count_ones());
+        let is_rule = self.rules.get(TOO_FAST).is_some_and(|rule| jumps >= rule.k);
+        is_rule || (self.fault == Some(Symptom::TooFast) && jumps > 0)
+    }
+}
+
+/// By symptom, in the order of [`DETECTED`].
+fn rules(signal: &Signal, period: Option<Span>, debounce: Debounce) -> [Rule; DETECTED.len()] {
+    let (n, k) = debounce.window(period.unwrap_or(debounce.span));
+    // As many as may be absent altogether; where more of them follow each other, the timeout tells.
+    let absent = signal.timeout.zip(period).map_or(0, |(timeout, period)| timeout.0 / period.0.max(1));
+    let silent = u32::try_from(absent).unwrap_or(u32::MAX);
+    let impossible = match silent {
+        0 => Rule { n, k },
+        silent => Rule {
+            n: n.max(silent.saturating_add(1).saturating_mul(2)).min(64),
+            k: k.max(silent.saturating_add(1)),
+        },
+    };
+    // Of two readings that have changed places, only one goes back.
+    let swapped = Rule { n, k: (k / 2).max(2).min(k) };
+    // After a stall, what has been waiting comes late once.
+    let late = Rule { n, k: (n * 3).div_ceil(4).max(k) };
+    [impossible, impossible, Rule { n, k }, swapped, late]
+}
+
+impl Moment {
+    fn add(&mut self, reception: &Reception) {
+        self.late = self.late.max(reception.late);
+        self.back = self.back.max(reception.back);
+        match reception.acceptance {
+            Acceptance::Invalid(defect) => self.defect = self.defect.max(Some(defect)),
+            Acceptance::OutOfRange(value) => {
+                self.outside = Some(self.outside.map_or(value, |other| larger(other, value)));
+            }
+            Acceptance::TooFast(jump) => {
+                self.jump = Some(self.jump.map_or(jump, |other| worse(other, jump)));
+            }
+            Acceptance::Newest | Acceptance::Reordered | Acceptance::Duplicate | Acceptance::Dropped => {}
+        }
+    }
+
+    /// By symptom, in the order of [`DETECTED`].
+    fn shown(&self) -> [Option<Evidence>; DETECTED.len()] {
+        [
+            self.defect.map(Evidence::Invalid),
+            self.outside.map(Evidence::OutOfRange),
+            self.jump.map(Evidence::TooFast),
+            self.back.map(Evidence::OutOfOrder),
+            self.late.map(Evidence::Late),
+        ]
+    }
+}
+
+fn larger(one: Interval, other: Interval) -> Interval {
+    let order = one.lo().total_cmp(&other.lo()).then(one.hi().total_cmp(&other.hi()));
+    if order.is_lt() { other } else { one }
+}
+
+/// The jump over the longer distance; one value of two when they are as long.
+fn worse(one: Jump, other: Jump) -> Jump {
+    let order = one.from.distance(one.to).total_cmp(&other.from.distance(other.to));
+    let order = order.then(one.to.lo().total_cmp(&other.to.lo())).then(one.to.hi().total_cmp(&other.to.hi()));
+    if order.then(one.within.cmp(&other.within)).is_lt() { other } else { one }
+}
