@@ -135,10 +135,6 @@ fn compile(reader: &mut Reader, text: &Text, formula: &Formula) -> Option<Progra
 }
 
 fn tell(reader: &mut Reader, text: &Text, problem: Problem) {
-    let severity = match problem.severity {
-        expression::Severity::Warning => Severity::Warning,
-        expression::Severity::Error => Severity::Error,
-    };
-    let Problem { span, message, help, .. } = problem;
+    let Problem { severity, span, message, help } = problem;
     reader.problems.push(Diagnostic { severity, place: text.place, span: Some(span), message, help });
 }
