@@ -43,20 +43,23 @@ pub(super) fn watched(knowledge: &KnowledgeBase, survey: &Survey) -> Vec<Watch> 
             possible: witnesses.possible,
             exact: witnesses.exact,
             cost: witnesses.cost(knowledge),
-            hidden: hidden(survey, witnesses.reach(knowledge)),
+            hidden: hidden(knowledge, survey, witnesses.reach(knowledge)),
         }
     };
     let all = survey.watched.enumerate().map(watch);
     all.filter(|watch| watch.possible > 1).collect()
 }
 
-/// What more ways would tell, as far as the comparisons of all variables together do not.
-fn hidden(survey: &Survey, reach: Vec<(SignalId, SignalSet)>) -> Vec<Hidden> {
+/// What more ways would tell, as far as the comparisons of all variables together do not; what does not show comes first.
+fn hidden(knowledge: &KnowledgeBase, survey: &Survey, reach: Vec<(SignalId, SignalSet)>) -> Vec<Hidden> {
     let untold = |(signal, within_reach): (SignalId, SignalSet)| {
+        let within_reach = knowledge.with_same(within_reach);
         let undetected = !survey.faults.is_detectable(signal);
         let suspects = survey.faults.suspects(signal).iter();
         let taken_for: SignalSet = suspects.filter(|suspect| !within_reach.contains(*suspect)).collect();
         (undetected || !taken_for.is_empty()).then_some(Hidden { signal, undetected, taken_for })
     };
-    reach.into_iter().filter_map(untold).collect()
+    let mut hidden: Vec<Hidden> = reach.into_iter().filter_map(untold).collect();
+    hidden.sort_by_key(|hidden| (!hidden.undetected, hidden.signal));
+    hidden
 }

@@ -4,7 +4,7 @@ use crate::model::reader::Reader;
 use shsa_core::expression::{
     self, Assignment, Formula, Kind, Problem, Program, Scope, Shape, Symbol, Value, check, parse_expression,
 };
-use shsa_core::knowledge::{Diagnostic, Severity, Text};
+use shsa_core::knowledge::{Diagnostic, Text};
 use shsa_core::time::{Time, Validity};
 use shsa_core::unit::{Dimension, Unit};
 

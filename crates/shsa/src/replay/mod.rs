@@ -8,10 +8,11 @@ pub(crate) mod written;
 use crate::outcome::Outcome;
 use crate::plan::find_signal;
 use crate::show;
+use crate::watch::Watching;
 use anyhow::{Context, bail};
 use drive::drive;
 use reload::{Reload, Stage};
-use shsa_core::engine::Input;
+use shsa_core::engine::{Input, Options};
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time};
@@ -66,6 +67,8 @@ pub(crate) struct Arguments {
     /// A file that changes the model at this time, such as new.yaml@20s; may be given several times.
     #[arg(long, value_name = "FILE@TIME")]
     reload: Vec<Reload>,
+    #[command(flatten)]
+    watching: Watching,
     /// Write every input of the run as a journal that can be replayed.
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
@@ -86,9 +89,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let [journal, output] =
         written::open([arguments.journal.as_deref(), arguments.output.as_deref()], &read)?;
     let began = Instant::now();
-    let run = play(&source, journal)?;
+    let options = Options { watch: arguments.watching.budget(), ..Options::default() };
+    let run = play(&source, options, journal)?;
     let elapsed = began.elapsed();
-    let clean = source.clean.as_ref().map(|eras| drive(eras, source.span, |_| Ok(()))).transpose()?;
+    let clean = source.clean.as_ref().map(|eras| drive(eras, source.span, options, |_| Ok(()))).transpose()?;
     if let Some(output) = output {
         report::write_values(&run, output)?;
     }
@@ -259,13 +263,13 @@ fn eras(stages: &[Stage], recording: &Recording, wanted: &[Wanted], first: Time)
     eras
 }
 
-fn play(source: &Source, journal: Option<BufWriter<File>>) -> anyhow::Result<Run> {
+fn play(source: &Source, options: Options, journal: Option<BufWriter<File>>) -> anyhow::Result<Run> {
     let Source { eras, span, .. } = source;
     let (Some(journal), Some(first)) = (journal, eras.first()) else {
-        return drive(eras, *span, |_| Ok(()));
+        return drive(eras, *span, options, |_| Ok(()));
     };
     let mut journal = JournalWriter::new(journal, &first.knowledge)?;
-    let run = drive(eras, *span, |given| Ok(journal.record(given)?))?;
+    let run = drive(eras, *span, options, |given| Ok(journal.record(given)?))?;
     journal.flush()?;
     Ok(run)
 }
