@@ -167,8 +167,7 @@ fn the_comparisons_are_those_of_the_monitor() {
 fn check_suspects(knowledge: &KnowledgeBase, analysis: &Analysis) -> usize {
     let (faults, comparisons) = (&analysis.faults, &analysis.comparisons);
     for signal in knowledge.signals().ids() {
-        let shown =
-            comparisons.pairs().iter().filter(|&&pair| comparisons.shows(pair).contains(signal));
+        let shown = comparisons.pairs().iter().filter(|&&pair| comparisons.shows(pair).contains(signal));
         let conflicts: Vec<SignalSet> = shown.map(|&pair| comparisons.signals(pair)).collect();
         let suspects: SignalSet = match explain(&conflicts, |_| 0.01, |_| 0) {
             Finding::Consistent => SignalSet::new(),
@@ -182,8 +181,7 @@ fn check_suspects(knowledge: &KnowledgeBase, analysis: &Analysis) -> usize {
             .ids()
             .filter(|&other| {
                 comparisons.pairs().iter().any(|&pair| {
-                    comparisons.shows(pair).contains(signal)
-                        && !comparisons.signals(pair).contains(other)
+                    comparisons.shows(pair).contains(signal) && !comparisons.signals(pair).contains(other)
                 })
             })
             .collect();

@@ -28,7 +28,8 @@ fn draft(variables: &[&str], equations: &[&str], signals: &[&str]) -> Draft {
         properties: Vec::new(),
     };
     let signal = |line: &&str| {
-        let (line, source) = line.split_once('<').map_or((*line, None), |(line, source)| (line, Some(source)));
+        let (line, source) =
+            line.split_once('<').map_or((*line, None), |(line, source)| (line, Some(source)));
         let (name, variable) = line.split_once(':').unwrap();
         SignalDraft {
             name: text(name),
@@ -131,7 +132,8 @@ fn watching_costs_no_more_than_it_may() {
 /// Each variable is first given two ways, the dear one as well as the cheap one.
 #[test]
 fn a_small_cost_is_dealt_out() {
-    let signals: Vec<String> = (0..20).map(|at| format!("s{at}: {}", if at < 15 { "x" } else { "y" })).collect();
+    let signals: Vec<String> =
+        (0..20).map(|at| format!("s{at}: {}", if at < 15 { "x" } else { "y" })).collect();
     let signals: Vec<&str> = signals.iter().map(String::as_str).collect();
     let knowledge = built(&draft(&["x", "y"], &[], &signals));
     let found = analysis(&knowledge, WatchBudget { cost: 1_200, ..WatchBudget::default() });
@@ -186,7 +188,8 @@ fn two_of_the_same_variable_and_source_are_watched_once() {
 
 #[test]
 fn an_element_is_derived_from_its_list() {
-    let signals = ["all: v < joints#position", "left: k < joints#position[name=left]", "n: v < joints#position[2]"];
+    let signals =
+        ["all: v < joints#position", "left: k < joints#position[name=left]", "n: v < joints#position[2]"];
     let (knowledge, notes) = noted(&["v", "k"], &["k = 2 * v"], &signals);
     assert_eq!(notes.len(), 2, "{notes:?}");
     let left = knowledge.signal("left").unwrap();

@@ -8,7 +8,7 @@ pub(crate) struct Watching {
     /// How many ways of knowing each variable are watched: of more, those that tell most faults apart [default: 32].
     #[arg(long, value_name = "N", value_parser = two_or_more)]
     watch: Option<usize>,
-    /// Operations a second that watching may cost, by the declared rates [default: 20000000].
+    /// Operations a second that watching may cost, by the declared rates [default: 10000000].
     #[arg(long, value_name = "N")]
     watch_cost: Option<u64>,
 }

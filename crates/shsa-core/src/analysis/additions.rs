@@ -102,8 +102,7 @@ pub(super) fn ranked(
         }
         tried.tried += 1;
         tried.additions.extend(
-            Some(addition(knowledge, options, survey, candidate, budget))
-                .filter(Addition::brings_something),
+            Some(addition(knowledge, options, survey, candidate, budget)).filter(Addition::brings_something),
         );
     }
     // Equals stay in the order in which they were tried.
@@ -228,10 +227,11 @@ fn faults_with(
         !larger.is_provided(variable) || larger.variables()[variable].shape == Shape::Vector
     };
     let affected = downstream(larger, &ends(candidate), is_looked_behind);
-    let mut watched = IdVec::filled(larger.variables().len(), |variable| match affected.contains(&variable) {
-        true => Watched::of(larger, graph, basis, variable, budget),
-        false => survey.wanted[variable].clone(),
-    });
+    let mut watched =
+        IdVec::filled(larger.variables().len(), |variable| match affected.contains(&variable) {
+            true => Watched::of(larger, graph, basis, variable, budget),
+            false => survey.wanted[variable].clone(),
+        });
     let comparisons = Comparisons::new(larger, gathered(larger, basis, &mut watched));
     budget.spend(comparisons.pairs().len() as u64);
     Faults::new(larger, &comparisons)

@@ -24,8 +24,9 @@ impl Basis {
             let formulas = &knowledge.relations()[id].formulas;
             formulas.iter().any(|formula| !formula.previous_symbols().is_empty())
         };
-        let lacks_formula =
-            |id: RelationId| options.only_runnable && id < assumed && knowledge.relations()[id].formulas.is_empty();
+        let lacks_formula = |id: RelationId| {
+            options.only_runnable && id < assumed && knowledge.relations()[id].formulas.is_empty()
+        };
         let forbidden = knowledge.relations().ids().filter(|&id| remembers(id) || lacks_formula(id));
         Basis { forbidden: forbidden.collect(), watch: options.watch }
     }

@@ -223,7 +223,8 @@ mod tests {
         let has = |way: u8, signal: u32| signal < 8 && way >> signal & 1 == 1;
         let rank = move |(fault, other): (u32, u32)| {
             let without = || bits.iter().copied().filter(|&way| !has(way, other));
-            usize::from(without().any(|way| has(way, fault))) + usize::from(without().any(|way| !has(way, fault)))
+            usize::from(without().any(|way| has(way, fault)))
+                + usize::from(without().any(|way| !has(way, fault)))
         };
         ids().flat_map(move |fault| ids().chain([8]).map(move |other| (fault, other))).map(rank)
     }
@@ -338,7 +339,8 @@ mod tests {
     #[test]
     fn each_witness_is_taken_before_a_second_way_from_the_same() {
         // Four ways from signal 0, one each from 1 and 2.
-        let places: Vec<usize> = chosen(&ways(&[1, 1, 1, 1, 2, 4]), 3).iter().map(|choice| choice.at).collect();
+        let places: Vec<usize> =
+            chosen(&ways(&[1, 1, 1, 1, 2, 4]), 3).iter().map(|choice| choice.at).collect();
         assert_eq!(places, [0, 4, 5]);
     }
 }

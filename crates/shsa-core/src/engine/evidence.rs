@@ -144,8 +144,7 @@ pub(super) fn compacted(evidence: &[Evidence]) -> (Vec<Evidence>, Vec<SignalId>)
     let mut all = SignalSet::new();
     evidence.iter().for_each(|each| all.extend(&each.rests_on));
     let signals: Vec<SignalId> = all.iter().collect();
-    let rename =
-        |signal: SignalId| signals.binary_search(&signal).ok().map(crate::knowledge::Id::from_index);
+    let rename = |signal: SignalId| signals.binary_search(&signal).ok().map(crate::knowledge::Id::from_index);
     (evidence.iter().map(|each| each.renamed(rename)).collect(), signals)
 }
 

@@ -27,9 +27,9 @@ pub struct WatchBudget {
 }
 
 impl Default for WatchBudget {
-    /// 32 ways a variable; 20 million operations a second, a fifth of a core or less.
+    /// 32 ways a variable; 10 million operations a second, about what one core does.
     fn default() -> WatchBudget {
-        WatchBudget { ways: 32, cost: 20_000_000 }
+        WatchBudget { ways: 32, cost: 10_000_000 }
     }
 }
 
@@ -267,11 +267,7 @@ struct Unit {
 /// Every variable is first given two ways, then one more after the other, in the order in which they tell most apart; at
 /// each turn, what tells most apart for its cost goes first, and a variable whose next way is too much gets no more.
 /// Complexity: O(n log n) in all ways, when they cost too much also that of choosing among the ways of each variable.
-pub fn afford<'w>(
-    knowledge: &KnowledgeBase,
-    all: impl Iterator<Item = &'w mut Witnesses>,
-    cost: u64,
-) {
+pub fn afford<'w>(knowledge: &KnowledgeBase, all: impl Iterator<Item = &'w mut Witnesses>, cost: u64) {
     let mut all: Vec<&mut Witnesses> = all.filter(|witnesses| witnesses.ways.len() > 1).collect();
     let sum: f64 = all.iter().map(|witnesses| witnesses.cost(knowledge)).sum();
     if sum <= cost as f64 {
@@ -288,7 +284,8 @@ pub fn afford<'w>(
     let mut is_open: Vec<bool> = all.iter().map(|_| true).collect();
     let mut left = cost as f64;
     for unit in units {
-        let (Some(kept), Some(is_open)) = (kept.get_mut(unit.variable), is_open.get_mut(unit.variable)) else {
+        let (Some(kept), Some(is_open)) = (kept.get_mut(unit.variable), is_open.get_mut(unit.variable))
+        else {
             continue;
         };
         *is_open &= unit.cost <= left;

@@ -173,8 +173,7 @@ fn shown(report: &Report<'_>, signal: SignalId) -> String {
     }
     let count = faults.shown_by(signal) as usize;
     let shows = |pair: &&Comparison| {
-        comparisons.signals(**pair).contains(signal)
-            && comparisons.shows(**pair).contains(signal)
+        comparisons.signals(**pair).contains(signal) && comparisons.shows(**pair).contains(signal)
     };
     let mut items = String::new();
     for &pair in comparisons.pairs().iter().filter(shows).take(MOST_LISTED) {

@@ -92,7 +92,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let options = Options { watch: arguments.watching.budget(), ..Options::default() };
     let run = play(&source, options, journal)?;
     let elapsed = began.elapsed();
-    let clean = source.clean.as_ref().map(|eras| drive(eras, source.span, options, |_| Ok(()))).transpose()?;
+    let clean =
+        source.clean.as_ref().map(|eras| drive(eras, source.span, options, |_| Ok(()))).transpose()?;
     if let Some(output) = output {
         report::write_values(&run, output)?;
     }

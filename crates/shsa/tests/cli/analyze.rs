@@ -46,7 +46,7 @@ fn the_tank_as_json() {
     });
     assert_eq!(answer["needs"], json!([need]));
     assert_eq!((&answer["comparisons"], &answer["unhealed"]), (&json!(3), &json!(["/volume"])));
-    assert_eq!(answer["watch"], json!({ "ways": 32, "cost_per_second": 20_000_000 }));
+    assert_eq!(answer["watch"], json!({ "ways": 32, "cost_per_second": 10_000_000 }));
     let watched: Vec<Value> =
         answer["watched"].as_array().unwrap().iter().map(|watch| watch["variable"].clone()).collect();
     assert_eq!(watched, ["level", "pressure"]);
@@ -208,7 +208,11 @@ fn what_the_budget_leaves_out_is_told() {
     assert_eq!(watched("--watch 2"), (json!(2), json!(4), 4));
     assert_eq!(watched("--watch-cost 0"), (json!(0), json!(4), 4));
     let told = folder.ends("analyze m.yaml --watch 3", 0).stdout;
-    assert!(told.contains("Faults that only more ways would tell (--watch, --watch-cost):\n  x: d does not show\n"));
+    assert!(
+        told.contains(
+            "Faults that only more ways would tell (--watch, --watch-cost):\n  x: d does not show\n"
+        )
+    );
     assert!(told.contains("x                 3 of 4"), "{told}");
     folder.refuses("analyze m.yaml --watch 1", &["from 2 on"]);
     let html = "analyze m.yaml --watch 3 --html page.html";
