@@ -155,6 +155,13 @@ impl Computation {
         trigger(knowledge, way, goes_before).map_or(Span::ZERO, |signal| knowledge.signals()[signal].delay)
     }
 
+    /// How often a way gives an output in a second: as declared, else as is usual; 0 when it rests on constants only.
+    #[must_use]
+    pub fn rate_hz(knowledge: &KnowledgeBase, way: &Way, goes_before: Precedence) -> f64 {
+        let rate = |signal: SignalId| knowledge.signals()[signal].rate_hz.unwrap_or(USUAL_RATE_HZ);
+        trigger(knowledge, way, goes_before).map_or(0.0, rate)
+    }
+
     /// Makes a way ready; `None` when it cannot run.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase, way: Way, goes_before: Precedence) -> Option<Computation> {

@@ -8,7 +8,7 @@ mod plan_support;
 use plan_support::{KINDS, Random, knowledge, random};
 use shsa_core::analysis::{Analysis, Candidate, Limited, Options, Tolerance, analyze};
 use shsa_core::diagnosis::explain::{Comparison, Component, explain};
-use shsa_core::engine::{self, Engine};
+use shsa_core::engine::{self, Engine, WatchBudget};
 use shsa_core::knowledge::{
     Id, IdVec, KnowledgeBase, Need, Properties, Relation, Signal, SignalId, SignalSet, Switching, ValueError,
     VariableId,
@@ -16,7 +16,11 @@ use shsa_core::knowledge::{
 use shsa_core::time::Span;
 use std::collections::BTreeSet;
 
-const WITHOUT_ADDITIONS: Options = Options { only_runnable: false, steps: 10_000_000, addition_steps: 0 };
+const WITHOUT_ADDITIONS: Options =
+    Options { only_runnable: false, steps: 10_000_000, addition_steps: 0, watch: WATCH };
+
+/// What is watched when nobody says otherwise, at whatever cost.
+const WATCH: WatchBudget = WatchBudget { ways: 32, cost: u64::MAX };
 
 /// The same model with other signals, relations and needs.
 fn with_parts(
@@ -163,8 +167,7 @@ fn the_comparisons_are_those_of_the_monitor() {
 fn check_suspects(knowledge: &KnowledgeBase, analysis: &Analysis) -> usize {
     let (faults, comparisons) = (&analysis.faults, &analysis.comparisons);
     for signal in knowledge.signals().ids() {
-        let shown =
-            comparisons.pairs().iter().filter(|&&pair| comparisons.shows(knowledge, pair).contains(signal));
+        let shown = comparisons.pairs().iter().filter(|&&pair| comparisons.shows(pair).contains(signal));
         let conflict = |&pair: &_| Comparison {
             one: comparisons.signals(pair).iter().map(Component::Signal).collect(),
             other: BTreeSet::new(),
@@ -185,8 +188,7 @@ fn check_suspects(knowledge: &KnowledgeBase, analysis: &Analysis) -> usize {
             .ids()
             .filter(|&other| {
                 comparisons.pairs().iter().any(|&pair| {
-                    comparisons.shows(knowledge, pair).contains(signal)
-                        && !comparisons.signals(pair).contains(other)
+                    comparisons.shows(pair).contains(signal) && !comparisons.signals(pair).contains(other)
                 })
             })
             .collect();

@@ -155,7 +155,7 @@ pub fn calibrate(
     let (early, late) = observations.split_at(observations.partition_point(|it| it.received < split));
     let knowledge = edit::built(draft)?;
     let graph = Graph::new(&knowledge);
-    let ways = engine::to_watch(&knowledge, &graph);
+    let ways = engine::to_watch(&knowledge, &graph, engine::WatchBudget::default());
     let mut work =
         Work { draft, observations, early, split, options, parameters: parameters(&knowledge, &ways), ways };
     let mut trial = Trial::new(&work.parameters, &knowledge);

@@ -82,6 +82,7 @@ impl Run {
     pub fn of<E>(
         eras: &[Era],
         span: Option<(Time, Time)>,
+        options: Options,
         mut step: impl FnMut(&mut Run, Given<'_>) -> Result<(), E>,
     ) -> Result<Run, E> {
         let mut inputs = eras.iter().flat_map(|era| &era.inputs);
@@ -90,7 +91,8 @@ impl Run {
         let begins = first_input.unwrap_or(Time(0));
         let (first, end) = span.unwrap_or((begins, begins));
         let none = KnowledgeBase::default();
-        let mut run = Run::new(eras.first().map_or(&none, |era| &era.knowledge), first.min(begins));
+        let knowledge = eras.first().map_or(&none, |era| &era.knowledge);
+        let mut run = Run::with(knowledge, options, first.min(begins));
         if !has_ticks && first < begins {
             step(&mut run, Given::Input(&Input::Tick(first)))?;
         }
@@ -119,8 +121,14 @@ impl Run {
     /// A new engine that has been given nothing; `first` is when the run begins.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase, first: Time) -> Run {
+        Run::with(knowledge, Options::default(), first)
+    }
+
+    /// As [`Run::new`], with other settings than the usual ones.
+    #[must_use]
+    pub fn with(knowledge: &KnowledgeBase, options: Options, first: Time) -> Run {
         Run {
-            engine: Engine::new(knowledge.clone(), Options::default()),
+            engine: Engine::new(knowledge.clone(), options),
             observations: 0,
             first,
             last: first,

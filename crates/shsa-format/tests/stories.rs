@@ -1,5 +1,6 @@
 //! Every story under `stories/` comes true, is the same at every run, and the example of its README is one of them.
 
+use shsa_core::engine::Options;
 use shsa_format::drive::{Given, Run};
 use shsa_format::story::{self, Outcome, Story};
 use std::convert::Infallible;
@@ -75,7 +76,7 @@ fn the_journal_of_a_story_gives_the_same_events() {
             run.give(given);
             Ok(())
         };
-        let Ok(run) = Run::of(&story.journal(), None, give);
+        let Ok(run) = Run::of(&story.journal(), None, Options::default(), give);
         let told = |run: &Run| run.events.iter().map(|event| (event.time, event.kind)).collect::<Vec<_>>();
         assert!(!run.events.is_empty());
         assert_eq!(told(&run), told(&story.run().run), "{name}");

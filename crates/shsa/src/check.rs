@@ -67,10 +67,9 @@ fn size(knowledge: &KnowledgeBase) -> String {
 }
 
 fn problems(report: &Report) -> String {
-    let errors =
-        report.diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count();
-    let told = show::counted(errors, "error");
-    match report.diagnostics.len() - errors {
+    let of = |severity| report.diagnostics.iter().filter(|found| found.severity == severity).count();
+    let told = show::counted(of(Severity::Error), "error");
+    match of(Severity::Warning) {
         0 => show::paint(Paint::Red, &told),
         warnings => format!("{}, {}", show::paint(Paint::Red, &told), show::counted(warnings, "warning")),
     }

@@ -19,6 +19,7 @@ mod replay;
 mod requirements;
 mod show;
 mod story;
+mod watch;
 
 use clap::{Parser, Subcommand};
 use outcome::Outcome;

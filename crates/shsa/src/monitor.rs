@@ -7,7 +7,7 @@ use crate::show::{self, Paint};
 use anyhow::bail;
 use serde_json::{Value, json};
 use shsa_core::diagnosis::{Judge, JudgeOptions, Verdict};
-use shsa_core::engine::witnesses;
+use shsa_core::engine::{WatchBudget, can_be_watched, witnesses};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{Id, KnowledgeBase, Shape, SignalId, VariableId};
 use shsa_core::monitor::thesis::{ThesisOptions, ThesisRun};
@@ -76,7 +76,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     refuse_vector(&knowledge, variable)?;
     let recording = read(arguments, &knowledge)?;
     let steps = Steps::of(&recording, arguments.period)?;
-    let ways = witnesses(&knowledge, &Graph::new(&knowledge), variable).ways;
+    let most = WatchBudget::default().ways;
+    let runs = |way: &Way| can_be_watched(&knowledge, way);
+    let ways = witnesses(&knowledge, &Graph::new(&knowledge), variable, most, runs).ways;
     let mut method: Box<dyn Method> = match arguments.mode {
         Mode::Thesis => Box::new(Thesis::new(&knowledge, ways, arguments)),
         Mode::Default => Box::new(Watching::new(&knowledge, ways)),

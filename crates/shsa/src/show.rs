@@ -45,9 +45,9 @@ pub(crate) fn load_live(path: &Path) -> anyhow::Result<Live> {
     }
 }
 
-/// Tells the problems of a model, if there are any.
+/// Tells the problems of a model, if there are any; notes are for `shsa check`.
 pub(crate) fn tell_report(report: &Report) {
-    let text = report.render(colour(stderr().is_terminal()));
+    let text = report.without_notes().render(colour(stderr().is_terminal()));
     if !text.is_empty() {
         tell(text.trim_end());
     }

@@ -1,5 +1,6 @@
 //! Which added sensor or relation would improve most: each is put into the model, and what changes is counted.
 
+use super::Options;
 use super::basis::Basis;
 use super::budget::Budget;
 use super::comparisons::{Comparisons, Watched, gathered};
@@ -89,7 +90,7 @@ pub(super) struct Tried {
 /// Complexity: for each candidate, an analysis of the part of the model that is connected with it.
 pub(super) fn ranked(
     knowledge: &KnowledgeBase,
-    only_runnable: bool,
+    options: Options,
     survey: &Survey,
     budget: &mut Budget,
 ) -> Tried {
@@ -101,8 +102,7 @@ pub(super) fn ranked(
         }
         tried.tried += 1;
         tried.additions.extend(
-            Some(addition(knowledge, only_runnable, survey, candidate, budget))
-                .filter(Addition::brings_something),
+            Some(addition(knowledge, options, survey, candidate, budget)).filter(Addition::brings_something),
         );
     }
     // Equals stay in the order in which they were tried.
@@ -182,7 +182,7 @@ fn pairs_of(
 /// What one candidate brings.
 fn addition(
     knowledge: &KnowledgeBase,
-    only_runnable: bool,
+    options: Options,
     survey: &Survey,
     candidate: Candidate,
     budget: &mut Budget,
@@ -190,7 +190,7 @@ fn addition(
     budget.spend(2 * (knowledge.variables().len() + knowledge.relations().len()) as u64);
     let larger = with(knowledge, candidate);
     let graph = Graph::new(&larger);
-    let basis = Basis::new(&larger, only_runnable, RelationId::from_index(knowledge.relations().len()));
+    let basis = Basis::new(&larger, options, RelationId::from_index(knowledge.relations().len()));
     let faults = faults_with(&larger, &graph, &basis, survey, candidate, budget);
     let end = SignalId::from_index(knowledge.signals().len());
     let signals = || knowledge.signals().ids();
@@ -227,12 +227,12 @@ fn faults_with(
         !larger.is_provided(variable) || larger.variables()[variable].shape == Shape::Vector
     };
     let affected = downstream(larger, &ends(candidate), is_looked_behind);
-    let watched = IdVec::filled(larger.variables().len(), |variable| match affected.contains(&variable) {
-        true => Watched::of(larger, graph, basis, variable, budget),
-        false => survey.watched[variable].clone(),
-    });
-    let all: Vec<VariableId> = larger.variables().ids().collect();
-    let comparisons = Comparisons::new(larger, gathered(&watched, &all));
+    let mut watched =
+        IdVec::filled(larger.variables().len(), |variable| match affected.contains(&variable) {
+            true => Watched::of(larger, graph, basis, variable, budget),
+            false => survey.wanted[variable].clone(),
+        });
+    let comparisons = Comparisons::new(larger, gathered(larger, basis, &mut watched));
     budget.spend(comparisons.pairs().len() as u64);
     Faults::new(larger, &comparisons)
 }

@@ -1,6 +1,8 @@
 //! On which relations an analysis counts, and with which ways that leaves it.
 
+use super::Options;
 use crate::computation::Computation;
+use crate::engine::WatchBudget;
 use crate::knowledge::{KnowledgeBase, RelationId};
 use crate::substitution::{Step, Way};
 use alloc::vec::Vec;
@@ -10,26 +12,33 @@ use alloc::vec::Vec;
 pub(super) struct Basis {
     /// Ascending.
     forbidden: Vec<RelationId>,
+    watch: WatchBudget,
 }
 
 impl Basis {
     /// Relations that go on from a variable's own last value are never counted on: such a way says nothing new about
-    /// its own variable, and cannot run for another one. With `only_runnable`, neither are relations without a
+    /// its own variable, and cannot run for another one. With [`Options::only_runnable`], neither are relations without a
     /// formula, except those from `assumed` on.
-    pub(super) fn new(knowledge: &KnowledgeBase, only_runnable: bool, assumed: RelationId) -> Basis {
+    pub(super) fn new(knowledge: &KnowledgeBase, options: Options, assumed: RelationId) -> Basis {
         let remembers = |id: RelationId| {
             let formulas = &knowledge.relations()[id].formulas;
             formulas.iter().any(|formula| !formula.previous_symbols().is_empty())
         };
-        let lacks_formula =
-            |id: RelationId| only_runnable && id < assumed && knowledge.relations()[id].formulas.is_empty();
+        let lacks_formula = |id: RelationId| {
+            options.only_runnable && id < assumed && knowledge.relations()[id].formulas.is_empty()
+        };
         let forbidden = knowledge.relations().ids().filter(|&id| remembers(id) || lacks_formula(id));
-        Basis { forbidden: forbidden.collect() }
+        Basis { forbidden: forbidden.collect(), watch: options.watch }
     }
 
     /// The relations that are not counted on, ascending.
     pub(super) fn forbidden(&self) -> &[RelationId] {
         &self.forbidden
+    }
+
+    /// How much is watched.
+    pub(super) fn watch(&self) -> WatchBudget {
+        self.watch
     }
 
     /// Whether a way counts: it uses no forbidden relation, and can run unless a formula is missing.

@@ -28,7 +28,7 @@ impl Faults {
         let mut findings = IdVec::filled(knowledge.signals().len(), |_| Finding::default());
         for &pair in comparisons.pairs() {
             let signals = comparisons.signals(pair);
-            for signal in comparisons.shows(knowledge, pair).iter() {
+            for signal in comparisons.shows(pair).iter() {
                 let finding: &mut Finding = &mut findings[signal];
                 finding.suspects = match finding.shown_by {
                     0 => signals.clone(),
@@ -36,6 +36,12 @@ impl Faults {
                 };
                 finding.shown_by += 1;
             }
+        }
+        // What is found of a measurement is found of each signal that carries it.
+        for signal in knowledge.signals().ids() {
+            let found = &findings[knowledge.witness(signal)];
+            let Finding { shown_by, suspects } = found.clone();
+            findings[signal] = Finding { shown_by, suspects: knowledge.with_same(suspects) };
         }
         Faults { findings }
     }

@@ -112,7 +112,7 @@ pub(super) struct Losses<'a> {
     graph: &'a Graph,
     basis: &'a Basis,
     marks: Marks,
-    /// The signals that are lost with each: itself and what is derived from it.
+    /// The signals that are lost with each: itself, what is derived from it, and what comes from the same source.
     followers: IdVec<SignalId, SignalSet>,
 }
 
@@ -123,6 +123,10 @@ impl<'a> Losses<'a> {
             for origin in knowledge.origins(signal).iter() {
                 followers[origin].insert(signal);
             }
+        }
+        for signal in knowledge.signals().ids().filter(|&signal| knowledge.witness(signal) != signal) {
+            let same = followers[knowledge.witness(signal)].clone();
+            followers[signal].extend(&same);
         }
         Losses { knowledge, graph, basis, marks: Marks::default(), followers }
     }
@@ -229,7 +233,8 @@ impl<'a> Losses<'a> {
     /// Only signals that the best way rests on can be single points of failure.
     fn single_points(&mut self, target: Target, best: &SignalSet, budget: &mut Budget) -> SignalSet {
         let mut alone = |signal| self.left(target, &SignalSet::from_iter([signal]), budget) == Left::Nothing;
-        best.iter().filter(|&signal| alone(signal)).collect()
+        let points: SignalSet = best.iter().filter(|&signal| alone(signal)).collect();
+        self.knowledge.with_same(points)
     }
 
     /// Whether there are values that are too old for the target when they come: what computes with them instead of

@@ -13,13 +13,16 @@ mod comparisons;
 mod faults;
 mod losses;
 mod survey;
+mod watch;
 mod additions;
 
 pub use additions::{Addition, Candidate, Survives};
 pub use comparisons::{Comparison, Comparisons};
 pub use faults::Faults;
 pub use losses::Tolerance;
+pub use watch::{Hidden, Watch};
 
+use crate::engine::WatchBudget;
 use crate::knowledge::{Id, IdVec, KnowledgeBase, NeedId, RelationId, SignalId, SignalSet};
 use crate::plan::Graph;
 use alloc::vec::Vec;
@@ -35,19 +38,22 @@ pub struct Options {
     pub steps: u64,
     /// Steps for trying additions; with 0 none is tried.
     pub addition_steps: u64,
+    /// How much the monitor watches.
+    pub watch: WatchBudget,
 }
 
 impl Default for Options {
     /// Seconds at the most.
     fn default() -> Options {
-        Options { only_runnable: false, steps: 3_000_000, addition_steps: 2_000_000 }
+        let watch = WatchBudget::default();
+        Options { only_runnable: false, steps: 3_000_000, addition_steps: 2_000_000, watch }
     }
 }
 
 /// What was not looked at to the end, and how much of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limited {
-    /// Of so many variables the monitor compares the best ways only, as there are more than it watches.
+    /// Of so many variables the monitor compares a choice of ways, as there are more than it watches.
     Ways {
         /// How many.
         variables: usize,
@@ -83,6 +89,8 @@ pub struct Analysis {
     pub comparisons: Comparisons,
     /// Which faults they show, and which they tell apart.
     pub faults: Faults,
+    /// What is watched of each number that can be known in two ways or more, in file order.
+    pub watched: Vec<Watch>,
     /// How many losses the variable of each signal survives, and which signals it cannot do without.
     pub signals: IdVec<SignalId, Tolerance>,
     /// How many losses each need survives, within its age.
@@ -126,13 +134,13 @@ impl Analysis {
 pub fn analyze(knowledge: &KnowledgeBase, options: Options) -> Analysis {
     let graph = Graph::new(knowledge);
     let all = RelationId::from_index(knowledge.relations().len());
-    let basis = basis::Basis::new(knowledge, options.only_runnable, all);
+    let basis = basis::Basis::new(knowledge, options, all);
     let survey = Survey::new(knowledge, &graph, &basis, options.steps);
     let mut limited = survey.limited();
     let mut budget = Budget::new(options.addition_steps);
     let tried = match budget.is_spent() {
         true => additions::Tried::default(),
-        false => additions::ranked(knowledge, options.only_runnable, &survey, &mut budget),
+        false => additions::ranked(knowledge, options, &survey, &mut budget),
     };
     if tried.tried < tried.candidates {
         limited.push(Limited::Additions { tried: tried.tried, of: tried.candidates });
@@ -142,6 +150,7 @@ pub fn analyze(knowledge: &KnowledgeBase, options: Options) -> Analysis {
         survey.variables[variable].clone().unwrap_or_default()
     };
     Analysis {
+        watched: watch::watched(knowledge, &survey),
         signals: IdVec::filled(knowledge.signals().len(), of_signal),
         comparisons: survey.comparisons,
         faults: survey.faults,

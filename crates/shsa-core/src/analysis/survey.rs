@@ -13,6 +13,9 @@ use alloc::vec::Vec;
 /// Everything about the model as it is.
 #[derive(Clone, Debug)]
 pub(super) struct Survey {
+    /// What would be watched if it cost nothing.
+    pub(super) wanted: IdVec<VariableId, Watched>,
+    /// What is.
     pub(super) watched: IdVec<VariableId, Watched>,
     pub(super) comparisons: Comparisons,
     pub(super) faults: Faults,
@@ -31,17 +34,17 @@ impl Survey {
         let needs = IdVec::filled(knowledge.needs().len(), |need| {
             losses.tolerance(Target::of_need(knowledge, need), &mut for_needs)
         });
-        let watched = IdVec::filled(knowledge.variables().len(), |variable| {
+        let wanted = IdVec::filled(knowledge.variables().len(), |variable| {
             Watched::of(knowledge, graph, basis, variable, &mut for_ways)
         });
-        let all: Vec<VariableId> = knowledge.variables().ids().collect();
-        let comparisons = Comparisons::new(knowledge, gathered(&watched, &all));
+        let mut watched = wanted.clone();
+        let comparisons = Comparisons::new(knowledge, gathered(knowledge, basis, &mut watched));
         let faults = Faults::new(knowledge, &comparisons);
         let variables = IdVec::filled(knowledge.variables().len(), |variable| {
             let carried = !knowledge.carriers(variable).is_empty();
             carried.then(|| losses.tolerance(Target::of_variable(variable), &mut for_variables))
         });
-        Survey { watched, comparisons, faults, variables, needs }
+        Survey { wanted, watched, comparisons, faults, variables, needs }
     }
 
     /// Whether the variable of a signal can be known without it.
@@ -53,7 +56,8 @@ impl Survey {
     /// What was not looked at to the end.
     pub(super) fn limited(&self) -> Vec<Limited> {
         let skipped = self.watched.iter().filter(|watched| watched.skipped).count();
-        let unwatched = self.watched.iter().filter(|watched| !watched.complete && !watched.skipped).count();
+        let leaves_out = |watched: &&Watched| !watched.skipped && !watched.witnesses.is_complete();
+        let unwatched = self.watched.iter().filter(leaves_out).count();
         let inexact = |tolerance: &&Tolerance| !tolerance.exact;
         let needs = self.needs.iter().filter(inexact).count();
         let variables = self.variables.iter().flatten().filter(inexact).count();

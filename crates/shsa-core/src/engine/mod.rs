@@ -6,6 +6,9 @@
 
 mod message;
 mod explain;
+mod testimony;
+mod choice;
+mod watched;
 mod ways;
 mod standby;
 mod provider;
@@ -16,7 +19,8 @@ pub use evidence::{Comparison, Evidence, Mute, Rival, Side};
 pub use explain::{difference as difference_text, interval as interval_text, span as span_text};
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality};
 pub use provider::NeedStatus;
-pub use ways::{Witnesses, to_watch, witnesses};
+pub use testimony::Testimony;
+pub use watched::{WatchBudget, Witnesses, afford, can_be_watched, to_watch, witnesses};
 
 use crate::diagnosis::{Judge, JudgeOptions, Verdict};
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
@@ -37,6 +41,8 @@ pub struct Options {
     pub monitor: monitor::Options,
     /// When a signal is trusted again.
     pub judge: JudgeOptions,
+    /// How many ways of knowing are compared.
+    pub watch: WatchBudget,
 }
 
 /// The loop of monitor, analyse, plan and execute over one knowledge base.
@@ -76,7 +82,7 @@ impl Engine {
         let probations = knowledge.needs().iter().map(|need| need.switching.probation);
         judge.probation = probations.max().unwrap_or(judge.probation);
         let graph = plan::Graph::new(&knowledge);
-        let ways = ways::to_watch(&knowledge, &graph);
+        let ways = to_watch(&knowledge, &graph, options.watch);
         let monitor = Monitor::new(&knowledge, ways, options.monitor);
         let probation = judge.probation;
         let judge = Judge::new(&knowledge, judge);
@@ -148,10 +154,10 @@ impl Engine {
         &self.monitor
     }
 
-    /// What is thought of a signal now.
+    /// What is thought of a signal now; signals from the same source share one verdict.
     #[must_use]
     pub fn verdict(&self, signal: SignalId) -> Verdict {
-        self.judge.verdict(signal, &self.monitor, self.now.unwrap_or_default())
+        self.judge.verdict(self.knowledge.witness(signal), &self.monitor, self.now.unwrap_or_default())
     }
 
     /// Why a signal gives no usable value now; `None` when it does.

@@ -17,7 +17,7 @@ use crate::computation::Computed;
 use crate::diagnosis::Judge;
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId, SignalSet, Switching, VariableId};
-use crate::monitor::{Monitor, WatchedWay, WayIndex};
+use crate::monitor::{Monitor, WatchedWay, WayIndex, rests_on};
 use crate::observation::Observation;
 use crate::plan::Graph;
 use crate::service::Service;
@@ -171,9 +171,8 @@ impl Provider {
     fn take_over(&mut self, knowledge: &KnowledgeBase, service: Option<Service>) {
         self.unfit_since = None;
         self.is_outdone = false;
-        self.active_rests_on = SignalSet::new();
-        let inputs = service.iter().flat_map(|service| service.way().inputs());
-        inputs.for_each(|signal| self.active_rests_on.extend(&knowledge.origins(signal)));
+        let rests_on = service.as_ref().map(|service| rests_on(knowledge, service.way()));
+        self.active_rests_on = rests_on.unwrap_or_default();
         self.active = service;
     }
 

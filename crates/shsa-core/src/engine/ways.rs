@@ -1,16 +1,13 @@
-//! Which ways of knowing are watched, and which can serve a need.
+//! Which ways of knowing can serve a need.
 
 use crate::computation::Computation;
-use crate::knowledge::{Id, KnowledgeBase, RelationId, Shape, SignalId, VariableId};
-use crate::plan::{self, Graph, Limits, Options, Plan, Preparation, StopReason};
-use crate::substitution::{Substitution, Way};
+use crate::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
+use crate::plan::{self, Graph, Limits, Options, Plan, Preparation};
+use crate::substitution::Way;
 use alloc::vec::Vec;
 
-/// How many substitutions, and ways, of one variable are watched or considered for a need.
+/// How many substitutions, and ways, of one variable are considered for a need.
 const MOST: usize = 32;
-
-/// How many substitutions of one variable are looked at for these.
-const MOST_SEARCHED: usize = 256;
 
 /// Expansions after which a search for the next best substitution ends; counted, so that runs repeat.
 const LIMITS: Limits = Limits { expansions: 20_000, states: 20_000 };
@@ -20,58 +17,6 @@ const LIMITS: Limits = Limits { expansions: 20_000, states: 20_000 };
 pub(super) struct Source {
     pub(super) way: Way,
     pub(super) utility: f64,
-}
-
-/// All ways of knowing every variable that can be known in two ways or more: what the engine's monitor compares.
-#[must_use]
-pub fn to_watch(knowledge: &KnowledgeBase, graph: &Graph) -> Vec<Way> {
-    (0..knowledge.variables().len())
-        .map(|index| witnesses(knowledge, graph, VariableId::from_index(index)).ways)
-        .filter(|ways| ways.len() > 1)
-        .flatten()
-        .collect()
-}
-
-/// The ways of knowing a variable that are compared.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Witnesses {
-    /// Best utility first, then in file order.
-    pub ways: Vec<Way>,
-    /// Whether there are no others: neither the number of ways nor a limit of the search has ended the list.
-    pub complete: bool,
-    /// How many decisions the search has taken.
-    pub expanded: u64,
-}
-
-/// The ways of knowing a variable that say something which its other comparisons do not.
-///
-/// A provided number is not looked behind: it is compared in its own right. A provided vector is, as vectors are
-/// compared only in the numbers that follow from them. At most 32.
-#[must_use]
-pub fn witnesses(knowledge: &KnowledgeBase, graph: &Graph, variable: VariableId) -> Witnesses {
-    let is_vector = |variable: VariableId| knowledge.variables()[variable].shape == Shape::Vector;
-    let is_looked_behind = |variable: VariableId| {
-        is_vector(variable) && knowledge.is_provided(variable) && !knowledge.producers(variable).is_empty()
-    };
-    // The search looks behind all that is provided or behind nothing, and all takes much longer in a large model.
-    let substitute_provided = knowledge.variables().ids().any(is_looked_behind);
-    let options = Options { substitute_provided, ..Options::default() };
-    let found = plan::best(graph, variable, &options, MOST_SEARCHED, LIMITS);
-    let compared_itself = |substitution: &Substitution| {
-        let mut behind =
-            substitution.steps.iter().map(|step| step.output).filter(|&output| output != variable);
-        behind.any(|output| knowledge.is_provided(output) && !is_vector(output))
-    };
-    let mut ways: Vec<Way> = found
-        .substitutions
-        .iter()
-        .filter(|(substitution, _)| !compared_itself(substitution))
-        .flat_map(|(substitution, _)| Way::choices(knowledge, substitution, |_| true, MOST + 1))
-        .take(MOST + 1)
-        .collect();
-    let complete = found.stop == StopReason::Complete && ways.len() <= MOST;
-    ways.truncate(MOST);
-    Witnesses { ways, complete, expanded: found.expanded }
 }
 
 /// What nothing may rest on, ascending.

@@ -8,6 +8,8 @@ use core::ops::Range;
 /// Whether a problem forbids to use the formula.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
+    /// It is used as it is; good to know.
+    Note,
     /// It can be used, but look at it.
     Warning,
     /// It cannot be used.

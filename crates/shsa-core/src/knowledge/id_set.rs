@@ -40,6 +40,11 @@ impl<I: Id> IdSet<I> {
         if let Some(bits) = self.words.get_mut(word) {
             *bits &= !bit;
         }
+        self.trim();
+    }
+
+    /// The last word is never 0.
+    fn trim(&mut self) {
         while self.words.last() == Some(&0) {
             self.words.pop();
         }
@@ -72,6 +77,34 @@ impl<I: Id> IdSet<I> {
         for (bits, more) in self.words.iter_mut().zip(&other.words) {
             *bits |= more;
         }
+    }
+
+    /// Keeps the elements that are in another set, too.
+    pub fn intersect(&mut self, other: &IdSet<I>) {
+        self.words.truncate(other.words.len());
+        for (bits, kept) in self.words.iter_mut().zip(&other.words) {
+            *bits &= kept;
+        }
+        self.trim();
+    }
+
+    /// How many elements are not in another set.
+    #[must_use]
+    pub fn count_outside(&self, other: &IdSet<I>) -> usize {
+        let others = other.words.iter().chain(core::iter::repeat(&0));
+        self.words.iter().zip(others).map(|(bits, others)| (bits & !others).count_ones() as usize).sum()
+    }
+
+    /// The elements that are in one of two sets only.
+    #[must_use]
+    pub fn difference(&self, other: &IdSet<I>) -> IdSet<I> {
+        let (long, short) = if self.words.len() < other.words.len() { (other, self) } else { (self, other) };
+        let mut apart = long.clone();
+        for (bits, others) in apart.words.iter_mut().zip(&short.words) {
+            *bits ^= others;
+        }
+        apart.trim();
+        apart
     }
 
     /// How many elements there are.

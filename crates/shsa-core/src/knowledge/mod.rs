@@ -9,6 +9,7 @@ mod index;
 mod properties;
 mod id_set;
 mod utility;
+mod sources;
 mod draft;
 mod build;
 mod lineage;
@@ -231,6 +232,8 @@ pub struct KnowledgeBase {
     producers: Rows<VariableId, RelationId>,
     /// Signals that carry each variable, ascending.
     carriers: Rows<VariableId, SignalId>,
+    /// Signals that are one measurement.
+    witnesses: sources::Witnesses,
     version: u64,
 }
 
@@ -391,6 +394,30 @@ impl KnowledgeBase {
         all
     }
 
+    /// The signal that stands for all that come from the same field of the same source: one measurement, one witness.
+    #[must_use]
+    pub fn witness(&self, signal: SignalId) -> SignalId {
+        self.witnesses.of(signal)
+    }
+
+    /// Signals with those in place of them that stand for the same measurement.
+    #[must_use]
+    pub fn as_witnesses(&self, signals: SignalSet) -> SignalSet {
+        match self.witnesses.is_empty() {
+            true => signals,
+            false => signals.iter().map(|signal| self.witness(signal)).collect(),
+        }
+    }
+
+    /// Signals with all others that are the same measurements.
+    #[must_use]
+    pub fn with_same(&self, mut signals: SignalSet) -> SignalSet {
+        let of = |&(first, same): &(SignalId, SignalId)| signals.contains(first).then_some(same);
+        let same: Vec<SignalId> = self.witnesses.all().iter().filter_map(of).collect();
+        same.into_iter().for_each(|signal| _ = signals.insert(signal));
+        signals
+    }
+
     /// The variable of a name.
     #[must_use]
     pub fn variable(&self, name: &str) -> Option<VariableId> {
@@ -405,14 +432,16 @@ impl KnowledgeBase {
 
     /// Puts checked parts together; the one constructor, used by the checks and by structure generators.
     ///
-    /// Relations and signals must name only ids of `variables`; inputs and outputs are sorted here.
+    /// Relations and signals must name only ids of `variables`; inputs and outputs are sorted here. Signals from the
+    /// same field of the same source, or from an element of it, become derived from each other.
     #[must_use]
     pub fn from_parts(
         variables: IdVec<VariableId, Variable>,
         mut relations: IdVec<RelationId, Relation>,
-        signals: IdVec<SignalId, Signal>,
+        mut signals: IdVec<SignalId, Signal>,
         needs: IdVec<NeedId, Need>,
     ) -> KnowledgeBase {
+        let (witnesses, _) = sources::derive(&mut signals);
         for relation in relations.iter_mut() {
             relation.inputs.sort_unstable();
             relation.inputs.dedup();
@@ -433,6 +462,7 @@ impl KnowledgeBase {
             available,
             producers,
             carriers,
+            witnesses,
             version: 0,
         }
     }

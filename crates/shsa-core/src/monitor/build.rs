@@ -133,13 +133,15 @@ fn watched_way(knowledge: &KnowledgeBase, computation: Computation, lookback: Sp
     WatchedWay { computation, rests_on, outputs, reach, triggers: Vec::new() }
 }
 
-/// The signals of a way with all that they are derived from: when one of them is lost, so is the way.
+/// The signals of a way with all that they are derived from: when one of them is lost, so is the way. Of signals from the
+/// same source, the one that stands for them.
 #[must_use]
 pub fn rests_on(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
-    way.inputs().fold(SignalSet::new(), |mut all, signal| {
+    let all = way.inputs().fold(SignalSet::new(), |mut all, signal| {
         all.extend(&knowledge.origins(signal));
         all
-    })
+    });
+    knowledge.as_witnesses(all)
 }
 
 /// What a comparison speaks about: the same signals and relations in another variable say the same again.

@@ -52,6 +52,13 @@ impl Report {
         self.diagnostics.iter().all(|found| found.severity != Severity::Error)
     }
 
+    /// The same without what is only good to know.
+    #[must_use]
+    pub fn without_notes(&self) -> Report {
+        let matters = |found: &&Located| found.severity > Severity::Note;
+        Report { diagnostics: self.diagnostics.iter().filter(matters).cloned().collect() }
+    }
+
     /// The report for people: each problem with its source line, at most a hundred; ends with a line feed.
     /// Empty when there is nothing to report.
     #[must_use]
@@ -97,7 +104,11 @@ impl Report {
 
 impl Located {
     fn group(&self) -> Group<'_> {
-        let level = if self.severity == Severity::Error { Level::ERROR } else { Level::WARNING };
+        let level = match self.severity {
+            Severity::Error => Level::ERROR,
+            Severity::Warning => Level::WARNING,
+            Severity::Note => Level::NOTE,
+        };
         let title = level.primary_title(self.message.as_str());
         let group = self.show(Group::with_title(title));
         match &self.help {
@@ -154,5 +165,6 @@ fn severity<S: Serializer>(severity: &Severity, serializer: S) -> Result<S::Ok, 
     serializer.serialize_str(match severity {
         Severity::Error => "error",
         Severity::Warning => "warning",
+        Severity::Note => "note",
     })
 }

@@ -4,7 +4,7 @@ use crate::model::reader::Reader;
 use shsa_core::expression::{
     self, Assignment, Formula, Kind, Problem, Program, Scope, Shape, Symbol, Value, check, parse_expression,
 };
-use shsa_core::knowledge::{Diagnostic, Severity, Text};
+use shsa_core::knowledge::{Diagnostic, Text};
 use shsa_core::time::{Time, Validity};
 use shsa_core::unit::{Dimension, Unit};
 
@@ -135,10 +135,6 @@ fn compile(reader: &mut Reader, text: &Text, formula: &Formula) -> Option<Progra
 }
 
 fn tell(reader: &mut Reader, text: &Text, problem: Problem) {
-    let severity = match problem.severity {
-        expression::Severity::Warning => Severity::Warning,
-        expression::Severity::Error => Severity::Error,
-    };
-    let Problem { span, message, help, .. } = problem;
+    let Problem { severity, span, message, help } = problem;
     reader.problems.push(Diagnostic { severity, place: text.place, span: Some(span), message, help });
 }

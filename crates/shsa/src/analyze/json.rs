@@ -2,7 +2,7 @@
 
 use super::names::Report;
 use serde_json::{Value, json};
-use shsa_core::analysis::{Addition, Candidate, Limited, Survives, Tolerance};
+use shsa_core::analysis::{Addition, Candidate, Hidden, Limited, Survives, Tolerance, Watch};
 use shsa_core::knowledge::SignalId;
 
 /// Numbers of losses are `null` where no loss can take it, or nothing knows it anyway.
@@ -30,6 +30,8 @@ pub(super) fn object(report: &Report<'_>) -> Value {
         "signals": signals,
         "needs": needs,
         "comparisons": analysis.comparisons.pairs().len(),
+        "watch": { "ways": report.watch.ways, "cost_per_second": report.watch.cost },
+        "watched": analysis.watched.iter().map(|watch| watched(report, watch)).collect::<Vec<_>>(),
         "undetectable": report.signals(&report.undetectable()),
         "not_told_apart": groups,
         "unhealed": report.signals(&analysis.unhealed()),
@@ -54,6 +56,24 @@ fn signal(report: &Report<'_>, id: SignalId) -> Value {
         "tolerates": survives(&analysis.signals[id]),
         "exact": analysis.signals[id].exact,
         "needs_lost": report.needs_lost(id),
+    })
+}
+
+fn watched(report: &Report<'_>, watch: &Watch) -> Value {
+    let hidden = |hidden: &Hidden| {
+        json!({
+            "signal": report.signal(hidden.signal),
+            "undetected": hidden.undetected,
+            "taken_for": report.signals(&hidden.taken_for),
+        })
+    };
+    json!({
+        "variable": report.variable(watch.variable),
+        "ways": watch.ways,
+        "possible": watch.possible,
+        "exact": watch.exact,
+        "cost_per_second": watch.cost,
+        "hidden": watch.hidden.iter().map(hidden).collect::<Vec<_>>(),
     })
 }
 

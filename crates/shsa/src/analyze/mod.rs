@@ -9,6 +9,7 @@ mod page;
 
 use crate::outcome::Outcome;
 use crate::show;
+use crate::watch::Watching;
 use anyhow::Context;
 use names::Report;
 use shsa_core::analysis::{Options, analyze};
@@ -27,6 +28,8 @@ pub(crate) struct Arguments {
     /// How many added sensors and relations to list, the most helpful first; 0 tries none.
     #[arg(long, value_name = "N", default_value_t = 10)]
     additions: usize,
+    #[command(flatten)]
+    watching: Watching,
     /// Write all of it to a page for the browser, which needs nothing else.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
@@ -38,14 +41,15 @@ pub(crate) struct Arguments {
 /// Analyses a model; the answer is no when there is a need that nothing serves even while all signals are there.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let knowledge = show::load_model(&arguments.model)?;
-    let mut options = Options { only_runnable: arguments.only_runnable, ..Options::default() };
+    let watch = arguments.watching.budget();
+    let mut options = Options { only_runnable: arguments.only_runnable, watch, ..Options::default() };
     if arguments.additions == 0 {
         options.addition_steps = 0;
     }
     let mut analysis = analyze(&knowledge, options);
     analysis.additions.truncate(arguments.additions);
     let title = arguments.model.file_name().unwrap_or(arguments.model.as_os_str()).to_string_lossy();
-    let report = Report::new(&knowledge, &analysis, options.only_runnable, &title);
+    let report = Report::new(&knowledge, &analysis, options, &title);
     if let Some(path) = &arguments.html {
         std::fs::write(path, page::page(&report))
             .with_context(|| format!("cannot write {}", path.display()))?;

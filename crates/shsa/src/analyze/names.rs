@@ -2,7 +2,8 @@
 
 use super::figures::Figures;
 use crate::show;
-use shsa_core::analysis::{Addition, Analysis, Candidate, Limited, Tolerance};
+use shsa_core::analysis::{Addition, Analysis, Candidate, Hidden, Limited, Options, Tolerance, Watch};
+use shsa_core::engine::WatchBudget;
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, SignalSet, VariableId};
 
 /// An analysis and the model that it is of.
@@ -11,6 +12,8 @@ pub(super) struct Report<'a> {
     pub(super) analysis: &'a Analysis,
     pub(super) figures: Figures,
     pub(super) only_runnable: bool,
+    /// How much may be watched.
+    pub(super) watch: WatchBudget,
     /// The model's file.
     pub(super) title: String,
 }
@@ -19,14 +22,15 @@ impl<'a> Report<'a> {
     pub(super) fn new(
         knowledge: &'a KnowledgeBase,
         analysis: &'a Analysis,
-        only_runnable: bool,
+        options: Options,
         title: &str,
     ) -> Report<'a> {
         Report {
             knowledge,
             analysis,
             figures: Figures::of(knowledge),
-            only_runnable,
+            only_runnable: options.only_runnable,
+            watch: options.watch,
             title: title.to_owned(),
         }
     }
@@ -54,6 +58,23 @@ impl<'a> Report<'a> {
     pub(super) fn undetectable(&self) -> SignalSet {
         let hidden = |&signal: &SignalId| !self.analysis.faults.is_detectable(signal);
         self.knowledge.signals().ids().filter(hidden).collect()
+    }
+
+    /// How many ways of knowing a variable are watched: `3 of 3`, `32 of 256 or more`.
+    pub(super) fn ways(watch: &Watch) -> String {
+        match watch.exact {
+            true => format!("{} of {}", watch.ways, watch.possible),
+            false => format!("{} of {} or more", watch.ways, watch.possible),
+        }
+    }
+
+    /// What the choice of ways leaves untold about a signal, in words.
+    pub(super) fn hidden(&self, hidden: &Hidden) -> String {
+        let signal = self.signal(hidden.signal);
+        match hidden.undetected {
+            true => format!("{signal} does not show"),
+            false => format!("{signal} is taken for {}", self.signals(&hidden.taken_for).join(", ")),
+        }
     }
 
     /// The relations that are structure only, in file order.
@@ -121,7 +142,7 @@ pub(super) fn losses(tolerance: &Tolerance) -> String {
 fn limited(limited: &Limited) -> String {
     match limited {
         Limited::Ways { variables } => format!(
-            "Of {} the monitor compares the best ways only: there are more than it watches.",
+            "Of {} the monitor watches a choice of ways (--watch, --watch-cost): those that tell most faults apart.",
             show::counted(*variables, "variable")
         ),
         Limited::Skipped { variables } => format!(

@@ -4,7 +4,7 @@ use super::matrix::{chips, matrix};
 use super::names::{Report, losses};
 use crate::page::{document, section};
 use crate::show;
-use shsa_core::analysis::{Addition, Comparison};
+use shsa_core::analysis::{Addition, Comparison, Watch};
 use shsa_core::knowledge::{NeedId, SignalId, SignalSet};
 use shsa_format::drawing::{self, Marks, escaped};
 use std::fmt::Write;
@@ -21,6 +21,7 @@ pub(super) fn page(report: &Report<'_>) -> String {
         section("Signals", SIGNALS, &signals(report)),
         section("Which faults can be told apart", MATRIX, &apart(report)),
         section("What would help most", ADDITIONS, &additions(report)),
+        section("What is watched", WATCHED, &watched(report)),
         section("Structure", STRUCTURE, &structure(report)),
         section("The knowledge base", GRAPH, &graph(report)),
     ];
@@ -39,6 +40,9 @@ const MATRIX: &str = "Each row is a faulty signal, each column one that it may b
 const ADDITIONS: &str = "Each was put into the model and the analysis repeated. A relation helps only if there is one \
     in the world. First comes what makes faults show, then what tells them apart, then what can be replaced, then \
     what survives.";
+const WATCHED: &str = "The ways of knowing each variable that are compared with each other. Where there are more than \
+    the budget allows, those that tell most faults apart; the last column names what only more ways would tell. \
+    Operations a second are those of the formulas and comparisons, by the declared rates.";
 const STRUCTURE: &str = "Which variables stand in which equations, and nothing else: the most that any method can reach \
     with these equations and signals (Dulmage and Mendelsohn 1958; Krysander, \u{c5}slund and Nyberg 2008).";
 const GRAPH: &str = "Variables are ellipses, filled when a signal carries them; relations are boxes; arrowheads show \
@@ -155,8 +159,7 @@ fn shown(report: &Report<'_>, signal: SignalId) -> String {
     }
     let count = faults.shown_by(signal) as usize;
     let shows = |pair: &&Comparison| {
-        comparisons.signals(**pair).contains(signal)
-            && comparisons.shows(report.knowledge, **pair).contains(signal)
+        comparisons.signals(**pair).contains(signal) && comparisons.shows(**pair).contains(signal)
     };
     let mut items = String::new();
     for &pair in comparisons.pairs().iter().filter(shows).take(MOST_LISTED) {
@@ -223,6 +226,29 @@ fn addition_row(report: &Report<'_>, addition: &Addition) -> String {
         gained(&addition.substitutable),
         if survives.is_empty() { "<span class=\"quiet\">-</span>".to_owned() } else { survives.join("<br>") },
     )
+}
+
+fn watched(report: &Report<'_>) -> String {
+    let row = |watch: &Watch| {
+        let class = if watch.hidden.is_empty() { "yes" } else { "no" };
+        let hidden = watch.hidden.iter().take(MOST_LISTED).map(|hidden| escaped(&report.hidden(hidden)));
+        let mut hidden: Vec<String> = hidden.collect();
+        if watch.hidden.len() > MOST_LISTED {
+            hidden.push(format!("and {} more", watch.hidden.len() - MOST_LISTED));
+        }
+        if hidden.is_empty() {
+            hidden.push("<span class=\"quiet\">nothing</span>".to_owned());
+        }
+        format!(
+            "<tr><td class=\"name\">{}</td><td class=\"{class}\">{}</td><td>{:.0}</td><td>{}</td></tr>\n",
+            escaped(report.variable(watch.variable)),
+            Report::ways(watch),
+            watch.cost,
+            hidden.join("<br>"),
+        )
+    };
+    let rows: Vec<String> = report.analysis.watched.iter().map(row).collect();
+    table(&["Variable", "Ways watched", "Operations a second", "What only more ways would tell"], &rows)
 }
 
 fn structure(report: &Report<'_>) -> String {

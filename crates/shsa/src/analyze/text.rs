@@ -2,8 +2,11 @@
 
 use super::names::{Report, losses};
 use crate::show::{self, Paint};
-use shsa_core::analysis::Addition;
+use shsa_core::analysis::{Addition, Watch};
 use shsa_core::knowledge::SignalId;
+
+/// Signals named of a variable whose faults more ways would tell.
+const MOST_HIDDEN: usize = 12;
 
 /// Tables of signals, needs and additions, then what is wrong in sentences.
 pub(super) fn text(report: &Report<'_>) -> String {
@@ -12,6 +15,7 @@ pub(super) fn text(report: &Report<'_>) -> String {
         needs(report),
         weaknesses(report),
         additions(report),
+        watched(report),
         structure(report),
         report.notes().join("\n"),
     ];
@@ -88,6 +92,36 @@ fn additions(report: &Report<'_>) -> String {
     let head =
         ["what would help most", "detectable", "isolable pairs", "substitutable", "needs survive losses"];
     show::table(&head, additions.iter().map(|addition| addition_row(report, addition)).collect())
+}
+
+fn watched(report: &Report<'_>) -> String {
+    let analysis = report.analysis;
+    if analysis.watched.is_empty() {
+        return String::new();
+    }
+    let row = |watch: &Watch| {
+        vec![report.variable(watch.variable).to_owned(), Report::ways(watch), format!("{:.0}", watch.cost)]
+    };
+    let rows = analysis.watched.iter().map(row).collect();
+    let table = show::table(&["watched variable", "ways of knowing", "operations a second"], rows);
+    let told: Vec<String> = analysis
+        .watched
+        .iter()
+        .filter(|watch| !watch.hidden.is_empty())
+        .map(|watch| {
+            let hidden: Vec<String> =
+                watch.hidden.iter().take(MOST_HIDDEN).map(|hidden| report.hidden(hidden)).collect();
+            let more = watch.hidden.len() - hidden.len();
+            let more = if more > 0 { format!("; and {more} more") } else { String::new() };
+            let name = report.variable(watch.variable);
+            show::wrapped(&format!("{name}: {}{more}", hidden.join("; ")), 2)
+        })
+        .collect();
+    if told.is_empty() {
+        return table;
+    }
+    let head = show::paint(Paint::Bold, "Faults that only more ways would tell (--watch, --watch-cost):");
+    format!("{table}\n\n{head}\n{}", told.join("\n"))
 }
 
 fn structure(report: &Report<'_>) -> String {

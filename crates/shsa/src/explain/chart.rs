@@ -4,7 +4,7 @@ use super::explanation::Explanation;
 use super::tracks::{Track, Tracks, half_window};
 use crate::replay::Source;
 use shsa_core::alignment::Sample;
-use shsa_core::engine::Evidence;
+use shsa_core::engine::{Evidence, Options};
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::time::{Span, Time};
 use shsa_format::drawing::{Axis, Band, Mark, Slice, Timeline};
@@ -33,23 +33,26 @@ pub(super) fn drawings(
     let at = explanation.time();
     let mut tracks: Vec<Tracks> = Vec::new();
     let mut until = Time::MAX;
-    let _: Result<Run, Seen> = Run::of(&source.eras, source.span, |run, given: Given<'_>| {
-        run.give(given);
-        if run.past.len() < era {
-            return Ok(());
-        }
-        if tracks.is_empty() {
-            let half = window.map_or_else(|| half_window(&run.engine, evidence), |window| Span(window.0 / 2));
-            let (from, to) = ((at - half).max(run.first), at + half);
-            until = to + half;
-            tracks = variables.iter().map(|&variable| Tracks::new(evidence, variable, (from, to))).collect();
-        }
-        if run.past.len() > era || run.last > until {
-            return Err(Seen);
-        }
-        tracks.iter_mut().for_each(|tracks| tracks.look(&run.engine));
-        Ok(())
-    });
+    let _: Result<Run, Seen> =
+        Run::of(&source.eras, source.span, Options::default(), |run, given: Given<'_>| {
+            run.give(given);
+            if run.past.len() < era {
+                return Ok(());
+            }
+            if tracks.is_empty() {
+                let half =
+                    window.map_or_else(|| half_window(&run.engine, evidence), |window| Span(window.0 / 2));
+                let (from, to) = ((at - half).max(run.first), at + half);
+                until = to + half;
+                tracks =
+                    variables.iter().map(|&variable| Tracks::new(evidence, variable, (from, to))).collect();
+            }
+            if run.past.len() > era || run.last > until {
+                return Err(Seen);
+            }
+            tracks.iter_mut().for_each(|tracks| tracks.look(&run.engine));
+            Ok(())
+        });
     tracks.iter().map(|tracks| timeline(explanation, tracks)).collect()
 }
 

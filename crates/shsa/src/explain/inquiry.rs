@@ -3,7 +3,7 @@
 use super::question::Question;
 use crate::replay::{Source, drive};
 use anyhow::bail;
-use shsa_core::engine::{Event, EventKind, Evidence, NeedStatus};
+use shsa_core::engine::{Event, EventKind, Evidence, NeedStatus, Options};
 use shsa_core::knowledge::{KnowledgeBase, NeedId};
 use shsa_core::time::{Span, Time};
 use shsa_format::drive::Run;
@@ -113,7 +113,7 @@ pub(super) fn inquire(source: &Source, question: &Question) -> anyhow::Result<In
         Question::All | Question::Decision(_) => None,
     };
     let mut onlooker = Onlooker { question, signal, seen: 0, snapshots: Vec::new(), moment: None };
-    let run = drive(&source.eras, source.span, |run, given| {
+    let run = drive(&source.eras, source.span, Options::default(), |run, given| {
         run.give(given);
         onlooker.look(run);
         Ok(())

@@ -18,6 +18,7 @@ use chart::{drawings, variables};
 use explanation::Explanation;
 use inquiry::inquire;
 use question::{Question, asked, files};
+use shsa_core::engine::Options;
 use shsa_core::time::Span;
 use shsa_format::recording::parse_span;
 use shsa_format::story;
@@ -121,7 +122,7 @@ fn list(arguments: &Arguments, source: &Source) -> anyhow::Result<()> {
     if arguments.svg.is_some() || arguments.html.is_some() {
         bail!("name the signal that is to be drawn");
     }
-    let run = drive(&source.eras, source.span, |run, given| {
+    let run = drive(&source.eras, source.span, Options::default(), |run, given| {
         run.give(given);
         Ok(())
     })?;

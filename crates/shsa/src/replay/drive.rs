@@ -1,7 +1,7 @@
 //! Drives the engine over recorded inputs, with a progress bar where somebody looks on.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use shsa_core::engine::Input;
+use shsa_core::engine::{Input, Options};
 use shsa_core::time::Time;
 use shsa_format::drive::{Era, Given, Run};
 use std::io::{IsTerminal, stderr};
@@ -16,11 +16,12 @@ const PROGRESS_STEP: u64 = 4_096;
 pub(crate) fn drive(
     eras: &[Era],
     span: Option<(Time, Time)>,
+    options: Options,
     mut step: impl FnMut(&mut Run, Given<'_>) -> anyhow::Result<()>,
 ) -> anyhow::Result<Run> {
     let progress = progress(eras.iter().map(|era| era.inputs.len()).sum());
     let mut observations = 0;
-    let run = Run::of(eras, span, |run, given| {
+    let run = Run::of(eras, span, options, |run, given| {
         observations += u64::from(matches!(given, Given::Input(Input::Observation(_))));
         if observations % PROGRESS_STEP == 0 {
             progress.set_position(observations);

@@ -11,6 +11,8 @@ pub(crate) use source::{Source, SourceArguments, is_journal, read, wanted};
 
 use crate::outcome::Outcome;
 use crate::show;
+use crate::watch::Watching;
+use shsa_core::engine::Options;
 use shsa_format::drive::{Given, Run};
 use shsa_format::journal::JournalWriter;
 use std::fs::File;
@@ -45,6 +47,8 @@ pub(crate) struct Arguments {
     recordings: Vec<PathBuf>,
     #[command(flatten)]
     source: SourceArguments,
+    #[command(flatten)]
+    watching: Watching,
     /// Write every input of the run as a journal that can be replayed.
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
@@ -65,9 +69,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let [journal, output] =
         written::open([arguments.journal.as_deref(), arguments.output.as_deref()], &read)?;
     let began = Instant::now();
-    let run = play(&source, journal)?;
+    let options = Options { watch: arguments.watching.budget(), ..Options::default() };
+    let run = play(&source, options, journal)?;
     let elapsed = began.elapsed();
-    let clean = source.clean.as_ref().map(|eras| drive(eras, source.span, give)).transpose()?;
+    let clean = source.clean.as_ref().map(|eras| drive(eras, source.span, options, give)).transpose()?;
     if let Some(output) = output {
         report::write_values(&run, output)?;
     }
@@ -80,13 +85,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     })
 }
 
-fn play(source: &Source, journal: Option<BufWriter<File>>) -> anyhow::Result<Run> {
+fn play(source: &Source, options: Options, journal: Option<BufWriter<File>>) -> anyhow::Result<Run> {
     let Source { eras, span, .. } = source;
     let (Some(journal), Some(first)) = (journal, eras.first()) else {
-        return drive(eras, *span, give);
+        return drive(eras, *span, options, give);
     };
     let mut journal = JournalWriter::new(journal, &first.knowledge)?;
-    let run = drive(eras, *span, |run, given| {
+    let run = drive(eras, *span, options, |run, given| {
         journal.record(given)?;
         give(run, given)
     })?;

@@ -22,6 +22,8 @@ fn the_tank_as_json() {
         "signals",
         "needs",
         "comparisons",
+        "watch",
+        "watched",
         "undetectable",
         "not_told_apart",
         "unhealed",
@@ -44,6 +46,11 @@ fn the_tank_as_json() {
     });
     assert_eq!(answer["needs"], json!([need]));
     assert_eq!((&answer["comparisons"], &answer["unhealed"]), (&json!(3), &json!(["/volume"])));
+    assert_eq!(answer["watch"], json!({ "ways": 32, "cost_per_second": 10_000_000 }));
+    let watched: Vec<Value> =
+        answer["watched"].as_array().unwrap().iter().map(|watch| watch["variable"].clone()).collect();
+    assert_eq!(watched, ["level", "pressure"]);
+    assert_eq!((&answer["watched"][0]["ways"], &answer["watched"][0]["possible"]), (&json!(3), &json!(3)));
     let first = json!({
         "kind": "sensor", "variables": ["volume"], "detectable": [], "isolable_pairs": 0,
         "substitutable": ["/volume"], "survives": [{ "need": "/healed/level", "from": 2, "to": 3 }],
@@ -70,6 +77,10 @@ what would help most         detectable  isolable pairs  substitutable  needs su
 one more sensor of volume    -           -               +1             2 to 3 for /healed/level
 one more sensor of level     -           -               -              2 to 3 for /healed/level
 one more sensor of pressure  -           -               -              2 to 3 for /healed/level
+
+watched variable  ways of knowing  operations a second
+level             3 of 3           39
+pressure          2 of 2           15
 
 structure
 degree of redundancy               2
@@ -170,6 +181,54 @@ fn as_many_additions_as_asked_for() {
         answer["additions"].as_array().unwrap().len()
     };
     assert_eq!([count(""), count("--additions 1"), count("--additions 0")], [3, 1, 0]);
+}
+
+/// Five sensors of one number, the last two of them one.
+const FIVE: &str = "\
+shsa: 1
+variables: { x: { unit: m } }
+signals:
+  a: { variable: x, rate: 10 Hz }
+  b: { variable: x, rate: 10 Hz }
+  c: { variable: x, rate: 10 Hz }
+  d: { variable: x, rate: 10 Hz, source: gps#x }
+  e: { variable: x, rate: 10 Hz, source: /gps#x, unit: cm }
+";
+
+#[test]
+fn what_the_budget_leaves_out_is_told() {
+    let folder = Folder::with(&[("m.yaml", FIVE.as_bytes())]);
+    let watched = |flags: &str| {
+        let answer = folder.json(&format!("analyze m.yaml {flags}"), 0);
+        let watch = &answer["watched"][0];
+        (watch["ways"].clone(), watch["possible"].clone(), watch["hidden"].as_array().unwrap().len())
+    };
+    assert_eq!(watched(""), (json!(4), json!(4), 0));
+    // Two ways: that they differ shows, but not which one lies, and two others are not looked at.
+    assert_eq!(watched("--watch 2"), (json!(2), json!(4), 4));
+    assert_eq!(watched("--watch-cost 0"), (json!(0), json!(4), 4));
+    let told = folder.ends("analyze m.yaml --watch 3", 0).stdout;
+    assert!(
+        told.contains(
+            "Faults that only more ways would tell (--watch, --watch-cost):\n  x: d does not show\n"
+        )
+    );
+    assert!(told.contains("x                 3 of 4"), "{told}");
+    folder.refuses("analyze m.yaml --watch 1", &["from 2 on"]);
+    let html = "analyze m.yaml --watch 3 --html page.html";
+    folder.ends(html, 0);
+    assert!(folder.read("page.html").contains("d does not show"));
+}
+
+#[test]
+fn signals_from_one_source_are_a_note_of_check_only() {
+    let folder = Folder::with(&[("m.yaml", FIVE.as_bytes())]);
+    let answer = folder.json("check m.yaml", 0);
+    let note = &answer["diagnostics"][0];
+    assert_eq!((&note["severity"], &note["line"]), (&json!("note"), &json!(8)));
+    let told = folder.ends("check m.yaml", 0).stdout;
+    assert!(told.starts_with("note: `e` has the same source as `d`: it bears no witness for it\n"), "{told}");
+    assert_eq!(folder.ends("analyze m.yaml", 0).stderr, "");
 }
 
 /// Signals and needs may have any name; variables cannot.

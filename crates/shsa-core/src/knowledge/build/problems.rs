@@ -36,6 +36,11 @@ impl Problems {
         self.push(Severity::Warning, at.into(), message.into(), help.into());
     }
 
+    /// Adds something to know about a whole piece of text that may be as it is meant.
+    pub(super) fn note(&mut self, at: impl Into<Place>, message: impl Into<String>, help: impl Into<String>) {
+        self.push(Severity::Note, at.into(), message.into(), help.into());
+    }
+
     /// Adds what was found inside a piece of text.
     pub(super) fn inside(&mut self, text: &Text, problem: Problem) {
         let Problem { severity, span, message, help } = problem;

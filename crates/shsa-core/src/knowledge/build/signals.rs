@@ -8,6 +8,7 @@ use crate::knowledge::draft::{Place, SignalDraft, Source, Text};
 use crate::knowledge::index::Index;
 use crate::knowledge::properties::SharedNames;
 use crate::knowledge::rows::Rows;
+use crate::knowledge::sources::{self, Found};
 use crate::knowledge::{IdVec, Properties, ReadingLimits, Shape, Signal, SignalId, Variable, VariableId};
 use crate::time::Span;
 use crate::unit::Unit;
@@ -48,11 +49,30 @@ pub(super) fn build(
         signals[id].derived_from = origins;
     }
     report_cycles(problems, &signals, &declared);
+    tell_sources(problems, &mut signals, &declared);
     let mut shares = IdVec::new();
     for declared in declared.iter_mut() {
         shares.push(core::mem::take(&mut declared.shares));
     }
     (signals, shares)
+}
+
+/// Tells which signals are found to be derived from others by their sources.
+fn tell_sources(
+    problems: &mut Problems,
+    signals: &mut IdVec<SignalId, Signal>,
+    declared: &IdVec<SignalId, Declared>,
+) {
+    let (_, found) = sources::derive(signals);
+    for Found { signal, origin, is_same } in found {
+        let (name, origin) = (&signals[signal].name, &signals[origin].name);
+        let (what, help) = match is_same {
+            true => ("has the same source as", "if they are two measurements, give each its own `source`"),
+            false => ("is an element of the source of", "the list and its element count as one measurement"),
+        };
+        let message = format!("`{name}` {what} `{origin}`: it bears no witness for it");
+        problems.note(declared[signal].name, message, help);
+    }
 }
 
 /// What later checks read of a draft.

@@ -1,0 +1,152 @@
+//! What two ways of knowing a variable say about signals when they disagree, and what it costs to compare them.
+
+use crate::computation::Computation;
+use crate::expression::{Formula, Shape};
+use crate::knowledge::{IdVec, KnowledgeBase, SignalId, SignalSet};
+use crate::monitor::rests_on;
+use crate::substitution::{Step, Way};
+use alloc::vec::Vec;
+
+/// Operations that a comparison counts as: looking the other way up at that moment, and keeping what was found.
+const COMPARISON: f64 = 10.0;
+
+/// Elements that a vector counts as: how long it is, only its observations say.
+const USUAL_ELEMENTS: f64 = 256.0;
+
+/// The signals of a way of knowing, and how they reach its output.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Testimony {
+    rests_on: SignalSet,
+    /// For each signal that the way reads, ascending: the steps through which it reaches the output, ascending. As
+    /// one witness, signals from the same source stand under the first of them.
+    paths: Vec<(SignalId, Vec<Step>)>,
+}
+
+impl Testimony {
+    /// Complexity: O(inputs times steps).
+    #[must_use]
+    pub fn of(knowledge: &KnowledgeBase, way: &Way) -> Testimony {
+        let path = |signal| (knowledge.witness(signal), path(knowledge, way, signal));
+        let mut paths: Vec<(SignalId, Vec<Step>)> = way.inputs().map(path).collect();
+        paths.sort_unstable();
+        Testimony { rests_on: rests_on(knowledge, way), paths }
+    }
+
+    /// The signals whose loss takes the way.
+    #[must_use]
+    pub fn rests_on(&self) -> &SignalSet {
+        &self.rests_on
+    }
+
+    /// The signals that a comparison speaks about: when its ways disagree, at least one of these is faulty.
+    #[must_use]
+    pub fn signals(&self, other: &Testimony) -> SignalSet {
+        let mut signals = self.rests_on.clone();
+        signals.extend(&other.rests_on);
+        signals
+    }
+
+    /// The signals whose faults a comparison shows: those that its two ways do not depend on in the same manner.
+    ///
+    /// A signal that only one way rests on shows. One that both read shows if it reaches their outputs over different
+    /// relations; else it moves both alike (`s + a` and `s + b` say nothing about `s`). One that a signal of the other
+    /// way is derived from is in both of them, and does not show.
+    #[must_use]
+    pub fn shows(&self, other: &Testimony) -> SignalSet {
+        let mut shown = self.rests_on.difference(&other.rests_on);
+        for (signal, _) in &self.paths {
+            let is_read = other.paths.binary_search_by_key(signal, |(other, _)| *other).is_ok();
+            if is_read && self.paths_of(*signal).ne(other.paths_of(*signal)) {
+                shown.insert(*signal);
+            }
+        }
+        shown
+    }
+
+    fn paths_of(&self, signal: SignalId) -> impl Iterator<Item = &[Step]> {
+        let from = self.paths.partition_point(|(earlier, _)| *earlier < signal);
+        let own = self.paths.iter().skip(from).take_while(move |(same, _)| *same == signal);
+        own.map(|(_, steps)| steps.as_slice())
+    }
+
+    /// The same with signals under other ids.
+    pub(super) fn renamed(&self, rename: impl Fn(SignalId) -> Option<SignalId>) -> Testimony {
+        let path = |(signal, steps): &(SignalId, Vec<Step>)| Some((rename(*signal)?, steps.clone()));
+        let mut paths: Vec<_> = self.paths.iter().filter_map(path).collect();
+        paths.sort_unstable();
+        Testimony { rests_on: self.rests_on.iter().filter_map(rename).collect(), paths }
+    }
+
+    #[cfg(test)]
+    pub(super) fn resting_on(signals: impl IntoIterator<Item = SignalId>) -> Testimony {
+        Testimony { rests_on: signals.into_iter().collect(), paths: Vec::new() }
+    }
+}
+
+/// The steps of a way through which a signal reaches its output, ascending.
+fn path(knowledge: &KnowledgeBase, way: &Way, signal: SignalId) -> Vec<Step> {
+    let mut reached = Vec::from([knowledge.signals()[signal].variable]);
+    let mut steps = Vec::new();
+    for &step in &way.substitution.steps {
+        if knowledge.relations()[step.relation].needs(step.output).any(|input| reached.contains(&input)) {
+            reached.push(step.output);
+            steps.push(step);
+        }
+    }
+    steps.sort_unstable();
+    steps
+}
+
+/// What a way under watch costs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Cost {
+    rate_hz: f64,
+    operations: f64,
+}
+
+impl Cost {
+    /// A signal whose rate is not declared counts as a usual one, a vector as 256 elements, a relation without a
+    /// formula as one operation an input.
+    pub(super) fn of(knowledge: &KnowledgeBase, way: &Way) -> Cost {
+        let operations = |step: &Step| {
+            let relation = &knowledge.relations()[step.relation];
+            let condition = relation.condition.as_ref().map_or(0.0, operations);
+            let inputs = || relation.needs(step.output).count() as f64;
+            condition + relation.formula(step.output).map_or_else(inputs, operations)
+        };
+        Cost {
+            rate_hz: Computation::rate_hz(knowledge, way, Computation::slowest_input),
+            operations: 1.0 + way.substitution.steps.iter().map(operations).sum::<f64>(),
+        }
+    }
+
+    /// Operations a second of computing it.
+    pub(super) fn alone(self) -> f64 {
+        self.rate_hz * self.operations
+    }
+
+    /// Operations a second of comparing it with another: when the slower one delivers.
+    pub(super) fn compared(self, other: Cost) -> f64 {
+        COMPARISON * self.rate_hz.min(other.rate_hz)
+    }
+}
+
+/// Operations of an evaluation.
+fn operations(formula: &Formula) -> f64 {
+    let is_vector = |formula: &Formula| formula.shape() == Shape::Vector;
+    let reads_vector = is_vector(formula) || formula.arguments().iter().any(is_vector);
+    let own = if reads_vector { USUAL_ELEMENTS } else { 1.0 };
+    own + formula.arguments().iter().map(operations).sum::<f64>()
+}
+
+/// What is to be compared, with the signals numbered from 0 as far as they take part.
+pub(super) fn compacted(testimony: &[Testimony]) -> (Vec<Testimony>, Vec<SignalId>) {
+    let mut all = SignalSet::new();
+    testimony.iter().for_each(|each| all.extend(&each.rests_on));
+    let signals: Vec<SignalId> = all.iter().collect();
+    let rename = |signal: SignalId| signals.binary_search(&signal).ok().map(crate::knowledge::Id::from_index);
+    (testimony.iter().map(|each| each.renamed(rename)).collect(), signals)
+}
+
+/// The signals numbered from 0 that some ways rest on, by number.
+pub(super) type BySignal<T> = IdVec<SignalId, T>;
