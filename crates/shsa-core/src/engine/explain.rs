@@ -167,7 +167,7 @@ fn together(
 }
 
 /// A difference of values in the unit of a variable.
-fn difference(knowledge: &KnowledgeBase, variable: VariableId, value: f64) -> String {
+pub(super) fn difference(knowledge: &KnowledgeBase, variable: VariableId, value: f64) -> String {
     match &knowledge.variables()[variable].unit {
         Some(unit) => format!("{} {unit}", number(unit.from_si(value) - unit.from_si(0.0))),
         None => number(value),

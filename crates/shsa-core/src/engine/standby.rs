@@ -28,7 +28,7 @@ impl Standby {
         let mut standby = Standby { table, ready };
         let mut left = MOST_READY;
         for need in knowledge.needs().ids() {
-            let ready = standby.of_need(knowledge, need, &mut left);
+            let ready = standby.of_need(knowledge, graph, need, &mut left);
             standby.ready[need] = ready;
         }
         standby
@@ -37,6 +37,7 @@ impl Standby {
     fn of_need(
         &self,
         knowledge: &KnowledgeBase,
+        graph: &Graph,
         need: NeedId,
         left: &mut usize,
     ) -> BTreeMap<Vec<SignalId>, Arc<[Source]>> {
@@ -44,7 +45,7 @@ impl Standby {
         let mut losses = self.table.losses(knowledge.needs()[need].variable);
         let Some((&[], with_all)) = losses.next() else { return ready };
         let with_all_ready: Arc<[Source]> =
-            fit(knowledge, need, ways_of(knowledge, with_all, |_| true)).into();
+            fit(knowledge, need, ways_of(knowledge, graph, with_all, &[])).into();
         ready.insert(Vec::new(), with_all_ready.clone());
         for (lost, plan) in losses {
             if *left == 0 {
@@ -54,8 +55,7 @@ impl Standby {
                 true => with_all_ready.clone(),
                 false => {
                     *left = left.saturating_sub(1 + plan.substitutions.len());
-                    let may_use = |signal| !lost.contains(&signal);
-                    fit(knowledge, need, ways_of(knowledge, plan, may_use)).into()
+                    fit(knowledge, need, ways_of(knowledge, graph, plan, lost)).into()
                 }
             };
             ready.insert(lost.to_vec(), sources);

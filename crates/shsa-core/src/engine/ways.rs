@@ -2,7 +2,7 @@
 
 use crate::computation::Computation;
 use crate::knowledge::{Id, KnowledgeBase, Shape, SignalId, VariableId};
-use crate::plan::{self, Graph, Limits, Options, Plan, Preparation, StopReason};
+use crate::plan::{self, Appraisal, Graph, Limits, Options, Plan, Preparation, StopReason};
 use crate::substitution::{Substitution, Way};
 use alloc::vec::Vec;
 
@@ -66,7 +66,12 @@ pub fn witnesses(knowledge: &KnowledgeBase, graph: &Graph, variable: VariableId)
         .substitutions
         .iter()
         .filter(|(substitution, _)| !compared_itself(substitution))
-        .flat_map(|(substitution, _)| Way::choices(knowledge, substitution, |_| true, MOST + 1))
+        .flat_map(|(substitution, _)| {
+            let mut choices = Way::choices(knowledge, substitution, |_| true, MOST + 1);
+            // Rows of a table come in the order of the file: so do comparisons.
+            choices.sort_by(|one, other| one.signals.cmp(&other.signals));
+            choices
+        })
         .take(MOST + 1)
         .collect();
     let complete = found.stop == StopReason::Complete && ways.len() <= MOST;
@@ -84,29 +89,39 @@ pub(super) fn ways(
 ) -> Vec<Source> {
     let options = Options { forbidden_signals: lost.to_vec(), ..Options::default() };
     let found = plan::best(graph, variable, &options, MOST, LIMITS);
-    ways_of(knowledge, &found, |signal| lost.binary_search(&signal).is_err())
+    ways_of(knowledge, graph, &found, lost)
 }
 
-/// The ways of a plan's substitutions, in their order, with signals that may be used.
+/// The best ways of a plan's substitutions without some lost signals (ascending), each with its own utility, best first.
+///
+/// No way has a higher utility than its substitution, so the ways of the next ones need not be asked for when they
+/// cannot be among the best any more.
 pub(super) fn ways_of(
     knowledge: &KnowledgeBase,
+    graph: &Graph,
     plan: &Plan,
-    may_use: impl Fn(SignalId) -> bool,
+    lost: &[SignalId],
 ) -> Vec<Source> {
-    let may_use = |signal| knowledge.is_available(signal) && may_use(signal);
-    let mut sources: Vec<Source> = plan
-        .substitutions
-        .iter()
-        .flat_map(|(substitution, utility)| {
-            let mut choices = Way::choices(knowledge, substitution, may_use, MOST);
-            // The choices differ in their signals only: one can run when all can.
-            if !choices.first().is_some_and(|way| Computation::can_run(knowledge, way)) {
-                choices.clear();
-            }
-            choices.into_iter().map(move |way| Source { way, utility: *utility })
-        })
-        .take(MOST)
-        .collect();
+    let may_use = |signal| knowledge.is_available(signal) && lost.binary_search(&signal).is_err();
+    let appraisal = Appraisal::new(graph, lost);
+    let mut sources: Vec<Source> = Vec::new();
+    for (substitution, utility) in &plan.substitutions {
+        if sources.get(MOST - 1).is_some_and(|last| last.utility >= *utility) {
+            break;
+        }
+        let choices = Way::choices(knowledge, substitution, may_use, MOST);
+        // The choices differ in their signals only: one can run when all can.
+        if !choices.first().is_some_and(|way| Computation::can_run(knowledge, way)) {
+            continue;
+        }
+        let is_one = choices.len() == 1;
+        sources.extend(choices.into_iter().map(|way| {
+            let utility = if is_one { *utility } else { appraisal.utility(&way) };
+            Source { way, utility }
+        }));
+        sources.sort_by(|one, other| other.utility.total_cmp(&one.utility));
+        sources.truncate(MOST);
+    }
     sources.sort_by_key(|source| source.way.substitution.continues_itself(knowledge));
     sources
 }

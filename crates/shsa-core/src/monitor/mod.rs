@@ -34,6 +34,7 @@ use crate::computation::Computation;
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, SignalId, SignalSet, VariableId};
 use crate::observation::Observation;
+use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
 use panel::Panel;
@@ -221,6 +222,14 @@ impl Monitor {
     #[must_use]
     pub fn figures(&self, way: WayIndex, now: Time) -> Figures {
         self.panel.figures(way, now)
+    }
+
+    /// The index of a way, when it is watched. O(log n) in all ways, and linear in those of the same variable.
+    #[must_use]
+    pub fn find(&self, way: &Way) -> Option<WayIndex> {
+        let is_it =
+            |index: &WayIndex| self.way(*index).is_some_and(|watched| watched.computation.way() == way);
+        self.panel.knowing(way.substitution.sink).find(is_it)
     }
 
     /// All pairs under watch.

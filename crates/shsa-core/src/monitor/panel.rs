@@ -3,17 +3,21 @@
 //! The consensus of a moment is an interval from the upper median of the lower bounds to the lower median of the upper
 //! ones: of two ways what they have in common, of more what a minority of liars cannot move out of the others' reach
 //! (after K. Marzullo, "Tolerating failures of continuous-valued sensors", 1990, DOI 10.1145/128733.128735). It holds
-//! when more than half of the ways overlap it. Ways that rest on the same signals have one vote.
+//! when more than half of the ways overlap it. Ways that rest on the same signals have one vote. Two say
+//! nothing about which one of them is off, so a way that is often compared with two others is only compared there.
 
 use super::record::{Figures, Memory, Record};
 use super::{Pair, WatchedWay, WayIndex};
 use crate::interval::Interval;
-use crate::knowledge::SignalSet;
+use crate::knowledge::{SignalSet, VariableId};
 use crate::time::Time;
 use alloc::vec::Vec;
 
 /// Most votes about a moment.
 const MOST_VOTES: usize = 64;
+
+/// As many times within the memory three votes must be compared for two to count for nothing.
+const OFTEN: i64 = 20;
 
 /// What a way is when values of a moment are compared.
 #[derive(Clone, Copy, Debug)]
@@ -23,12 +27,16 @@ struct Seat {
     vote: Option<u32>,
     /// The votes of ways that share no signal with it, as bits: without one of them it is not compared.
     independent: u64,
+    /// Whether there are moments, often enough, at which three votes or more are compared with it.
+    has_majorities: bool,
 }
 
 /// The records of all ways, and the values of the moment at work.
 #[derive(Debug)]
 pub(super) struct Panel {
     records: Vec<Record>,
+    /// All ways by what they know.
+    of_variable: Vec<(VariableId, WayIndex)>,
     /// The seat of each way when it delivers.
     own: Vec<Seat>,
     /// For each pair, the seat of the other way when the pair's way delivers.
@@ -43,22 +51,38 @@ impl Panel {
     /// Before the first value. Complexity: O(pairs times the ways that each way is compared with).
     pub(super) fn new(ways: &[WatchedWay], pairs: &[Pair], memory: Memory) -> Panel {
         let record = |way: &WatchedWay| Record::new(way.computation.timing().period, memory);
-        let nobody = Seat { way: WayIndex(u32::MAX), vote: None, independent: 0 };
+        let nobody = Seat { way: WayIndex(u32::MAX), vote: None, independent: 0, has_majorities: false };
         let mut others = alloc::vec![nobody; pairs.len()];
         let mut own = Vec::with_capacity(ways.len());
+        let mut has_majorities = alloc::vec![false; ways.len()];
         let mut most = 0;
         for (index, way) in (0..).map(WayIndex).zip(ways) {
             let compared = way.triggers.iter().filter_map(|&pair| pairs.get(pair as usize));
             let members: Vec<WayIndex> =
                 core::iter::once(index).chain(compared.map(|pair| pair.other)).collect();
-            let mut seats = seats(ways, &members).into_iter();
+            let seats = seats(ways, &members);
+            let is_often =
+                way.computation.timing().period.is_none_or(|period| period.times(OFTEN) <= memory.0);
+            if is_often && seats.iter().filter(|seat| seat.vote.is_some()).count() > 2 {
+                for way in &members {
+                    has_majorities.get_mut(way.0 as usize).into_iter().for_each(|has| *has = true);
+                }
+            }
+            let mut seats = seats.into_iter();
             own.push(seats.next().unwrap_or(nobody));
             for (&pair, seat) in way.triggers.iter().zip(seats) {
                 others.get_mut(pair as usize).into_iter().for_each(|place| *place = seat);
             }
             most = most.max(members.len());
         }
+        let mut of_variable: Vec<_> =
+            (0..).map(WayIndex).zip(ways).map(|(index, way)| (way.variable(), index)).collect();
+        of_variable.sort_unstable();
+        for seat in own.iter_mut().chain(&mut others) {
+            seat.has_majorities = has_majorities.get(seat.way.0 as usize).copied().unwrap_or_default();
+        }
         Panel {
+            of_variable,
             records: ways.iter().map(record).collect(),
             own,
             others,
@@ -108,12 +132,21 @@ impl Panel {
             let supporting = votes().filter(|(_, value)| value.overlaps(*agreed)).count();
             2 * supporting > present.count_ones() as usize
         });
-        for (seat, value) in self.heard.iter().filter(|(seat, _)| seat.independent & present != 0) {
+        let is_told = present.count_ones() > 2;
+        let counts = |seat: &Seat| seat.independent & present != 0 && (is_told || !seat.has_majorities);
+        for (seat, value) in self.heard.iter().filter(|(seat, _)| counts(seat)) {
             let Some(record) = self.records.get_mut(seat.way.0 as usize) else { continue };
             let agrees = consensus.is_some_and(|(agreed, _)| agreed.overlaps(*value));
             let distance = consensus.map(|(_, middle)| (value.midpoint() - middle).abs());
             record.compare(agrees, distance, value.width(), now);
         }
+    }
+
+    /// The ways of knowing a variable. O(log n) for all ways.
+    pub(super) fn knowing(&self, variable: VariableId) -> impl Iterator<Item = WayIndex> + '_ {
+        let first = self.of_variable.partition_point(|(known, _)| *known < variable);
+        let from_first = self.of_variable.get(first..).unwrap_or_default().iter();
+        from_first.take_while(move |(known, _)| *known == variable).map(|(_, way)| *way)
     }
 
     /// What is known about a way from how it ran; nothing about one of another monitor.
@@ -156,6 +189,7 @@ fn seats(ways: &[WatchedWay], members: &[WayIndex]) -> Vec<Seat> {
             way,
             vote: votes.clone().find(|(_, voter)| **voter == way).map(|(vote, _)| vote),
             independent: independent.fold(0, |all, (vote, _)| all | 1 << vote),
+            has_majorities: false,
         }
     };
     members.iter().map(seat).collect()

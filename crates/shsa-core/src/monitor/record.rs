@@ -1,6 +1,7 @@
 //! How a way of knowing has done lately: how often it agreed with the others, how far it was from them, and how much of
 //! the time it gave a value.
 
+use crate::knowledge::Figure;
 use crate::time::{Span, Time};
 
 /// How long the past counts where nothing else is said.
@@ -40,6 +41,19 @@ pub struct Figures {
     pub width: Option<f64>,
     /// The share of time, 0 to 1, in which it gave a value.
     pub availability: Option<f64>,
+}
+
+impl Figures {
+    /// One of them.
+    #[must_use]
+    pub fn get(&self, figure: Figure) -> Option<f64> {
+        match figure {
+            Figure::Agreement => self.agreement,
+            Figure::Error => self.error,
+            Figure::Width => self.width,
+            Figure::Availability => self.availability,
+        }
+    }
 }
 
 /// A sum in which the past fades: what is `memory` old counts 1/e.

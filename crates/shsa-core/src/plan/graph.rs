@@ -1,6 +1,9 @@
 //! A knowledge base as the searches read it: flat arrays, built once, and a view of it without what is forbidden.
 
 mod update;
+mod appraisal;
+
+pub use appraisal::Appraisal;
 
 use super::utility::{Scale, Weight};
 use crate::knowledge::{Id, IdVec, Inputs, KnowledgeBase, RelationId, SignalId, Utility, VariableId};
