@@ -219,12 +219,13 @@ fn need() -> impl Strategy<Value = NeedDraft> {
 
 fn utility() -> impl Strategy<Value = Option<UtilityDraft>> {
     let at = Text::default();
-    let own = (some(text()), some(text()), some(text()), properties()).prop_map(
-        move |(aggregate, relation, signal, defaults)| UtilityDraft::Own {
+    let own = (some(text()), some(text()), some(text()), some(text()), properties()).prop_map(
+        move |(aggregate, relation, signal, way, defaults)| UtilityDraft::Own {
             at: at.clone(),
             aggregate,
             relation,
             signal,
+            way,
             defaults,
         },
     );

@@ -43,6 +43,18 @@ pub struct Options {
     pub judge: JudgeOptions,
     /// How many ways of knowing are compared.
     pub watch: WatchBudget,
+    /// What decides between sources of the same utility.
+    pub ties: Ties,
+}
+
+/// What decides between sources of the same utility when one has to be chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Ties {
+    /// How they have run; what is not known stands between the proven right and the proven wrong.
+    #[default]
+    Proven,
+    /// The order of the search: fewer relations, then the order of the file.
+    Order,
 }
 
 /// The loop of monitor, analyse, plan and execute over one knowledge base.
@@ -88,7 +100,7 @@ impl Engine {
         let judge = Judge::new(&knowledge, judge);
         let standby = plan_ahead(&knowledge, &graph);
         let providers = IdVec::filled(knowledge.needs().len(), |need| {
-            Provider::new(&knowledge, &graph, &standby, monitor.ports(), need)
+            Provider::new(&knowledge, &graph, &standby, &monitor, need, options.ties == Ties::Proven)
         });
         Engine {
             knowledge,
@@ -309,10 +321,10 @@ impl Engine {
 
     fn replan(&mut self, now: Time) {
         let lost = [self.lost(true), self.lost(false)];
-        for provider in self.providers.iter_mut() {
-            let ports = self.monitor.ports();
-            let event = provider.replan(&self.knowledge, &self.graph, &self.standby, ports, &lost, now);
-            self.outputs.extend(event.map(Output::Event));
+        let Engine { knowledge, graph, standby, monitor, providers, outputs, .. } = self;
+        for provider in providers.iter_mut() {
+            let event = provider.replan(knowledge, graph, standby, monitor, &lost, now);
+            outputs.extend(event.map(Output::Event));
         }
     }
 

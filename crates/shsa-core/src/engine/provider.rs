@@ -5,6 +5,7 @@
 //! not contradicted fills in.
 
 mod inherit;
+mod proven;
 
 pub(super) use inherit::Succession;
 
@@ -28,6 +29,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
+use proven::Ranked;
 
 /// How many alternatives an event names.
 const MOST_NAMED: usize = 3;
@@ -66,6 +68,10 @@ pub(super) struct Provider {
     max_width: f64,
     /// What may serve the need now, best first.
     sources: Arc<[Source]>,
+    /// The same as they were ranked when the trust in a signal last changed.
+    ranked: Vec<Ranked>,
+    /// Whether of equally good sources the best proven one is taken.
+    prefers_proven: bool,
     /// What serves it when nothing is wrong.
     preferred: Option<Way>,
     active: Option<Service>,
@@ -94,8 +100,9 @@ impl Provider {
         knowledge: &KnowledgeBase,
         graph: &Graph,
         standby: &Standby,
-        ports: &IdVec<SignalId, Port>,
+        monitor: &Monitor,
         id: NeedId,
+        prefers_proven: bool,
     ) -> Provider {
         let need = &knowledge.needs()[id];
         let mut provider = Provider {
@@ -105,6 +112,8 @@ impl Provider {
             max_age: need.max_age,
             max_width: need.max_width.unwrap_or(f64::INFINITY),
             sources: standby.sources(knowledge, graph, id, &Lost::default()),
+            ranked: Vec::new(),
+            prefers_proven,
             preferred: None,
             active: None,
             active_rests_on: SignalSet::new(),
@@ -120,7 +129,8 @@ impl Provider {
             longest_gap: Span::ZERO,
             widest: 0.0,
         };
-        provider.start_best(knowledge, ports);
+        provider.rank(knowledge, monitor, None);
+        provider.start_best(knowledge, monitor.ports());
         provider.preferred = provider.active.as_ref().map(|service| service.way().clone());
         provider
     }
@@ -141,7 +151,7 @@ impl Provider {
         let overdue =
             (!self.unserved).then(|| self.last_served().map(|last| last + self.max_age + Span(1))).flatten();
         let held = self.switched.map(|at| at + self.switching.hold).filter(|until| *until > now);
-        overdue.into_iter().chain(held.filter(|_| self.better_waits())).min()
+        overdue.into_iter().chain(held.filter(|_| self.better().is_some())).min()
     }
 
     pub(super) fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {
@@ -155,15 +165,28 @@ impl Provider {
     }
 
     /// Looks again for what may serve the need: without the first of these losses that lets it be served.
-    fn find_sources(&mut self, knowledge: &KnowledgeBase, graph: &Graph, standby: &Standby, lost: &[Lost]) {
+    fn find_sources(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        standby: &Standby,
+        monitor: &Monitor,
+        lost: &[Lost],
+        now: Time,
+    ) {
         let mut found = lost.iter().map(|lost| standby.sources(knowledge, graph, self.need, lost));
         self.sources = found.find(|sources| !sources.is_empty()).unwrap_or_default();
+        self.rank(knowledge, monitor, Some(now));
     }
 
     /// Starts the best source; whether there is one.
     fn start_best(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>) -> bool {
-        let best = self.sources.first().map(|source| source.way.clone());
-        let service = best.and_then(|way| Service::start(knowledge, way, ports));
+        let best = self.ranked().next().map(|(source, _)| source.way.clone());
+        self.start(knowledge, best, ports)
+    }
+
+    fn start(&mut self, knowledge: &KnowledgeBase, way: Option<Way>, ports: &IdVec<SignalId, Port>) -> bool {
+        let service = way.and_then(|way| Service::start(knowledge, way, ports));
         self.take_over(knowledge, service);
         self.active.is_some()
     }
@@ -183,17 +206,17 @@ impl Provider {
         knowledge: &KnowledgeBase,
         graph: &Graph,
         standby: &Standby,
-        ports: &IdVec<SignalId, Port>,
+        monitor: &Monitor,
         lost: &[Lost],
         now: Time,
     ) -> Option<Event> {
-        self.find_sources(knowledge, graph, standby, lost);
+        self.find_sources(knowledge, graph, standby, monitor, lost, now);
         let current = self.active.as_ref().map(|service| service.way().clone());
         if current.as_ref().is_some_and(|way| self.sources.iter().any(|source| source.way == *way)) {
             return None;
         }
         let lost = current.map(|way| way.describe(knowledge));
-        if !self.start_best(knowledge, ports) {
+        if !self.start_best(knowledge, monitor.ports()) {
             return self.tell_unserved(
                 knowledge,
                 lost.map(|lost| format!("{lost} was lost and nothing else is trusted")),
@@ -225,17 +248,15 @@ impl Provider {
 
     /// The chosen source and the next ones, with their utilities.
     fn alternatives(&self, knowledge: &KnowledgeBase) -> String {
-        let named =
-            |source: &Source| format!("{} (utility {:.3})", source.way.describe(knowledge), source.utility);
+        let named = |(source, ranked): (&Source, &Ranked)| {
+            let proof = self.proof(knowledge, ranked);
+            format!("{} (utility {:.3}{proof})", source.way.describe(knowledge), ranked.utility)
+        };
         let active = self.active.as_ref().map(Service::way);
-        let chosen = self.sources.iter().find(|source| active == Some(&source.way)).map(named);
-        let others: Vec<String> = self
-            .sources
-            .iter()
-            .filter(|source| active != Some(&source.way))
-            .take(MOST_NAMED)
-            .map(named)
-            .collect();
+        let is_chosen = |(source, _): &(&Source, &Ranked)| active == Some(&source.way);
+        let chosen = self.ranked().find(is_chosen).map(named);
+        let others: Vec<String> =
+            self.ranked().filter(|source| !is_chosen(source)).take(MOST_NAMED).map(named).collect();
         let others = match others.is_empty() {
             true => "nothing else is left".to_string(),
             false => format!("next would be {}", others.join(", then ")),
@@ -246,9 +267,12 @@ impl Provider {
     /// Leaves a source whose values have been too old or too wide for longer than a value may be old.
     fn leave_unfit(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> Option<Event> {
         let since = self.unfit_since.filter(|since| now - *since > self.max_age)?;
+        self.rank(knowledge, monitor, Some(now));
         let current = self.active.as_ref().map(Service::way)?;
-        let other = |source: &&Source| source.way != *current && self.delivers(monitor, &source.way, now);
-        let next = self.sources.iter().find(other)?.way.clone();
+        let other = |(source, _): &(&Source, &Ranked)| {
+            source.way != *current && self.delivers(monitor, &source.way, now)
+        };
+        let next = self.ranked().find(other)?.0.way.clone();
         let left = current.describe(knowledge);
         let service = Service::start(knowledge, next, monitor.ports())?;
         self.take_over(knowledge, Some(service));
@@ -263,36 +287,40 @@ impl Provider {
 
     /// Whether the newest value of a way is fit, as far as the way is watched.
     fn delivers(&self, monitor: &Monitor, way: &Way, now: Time) -> bool {
-        let watched = monitor.ways().iter().find(|watched| watched.computation.way() == way);
+        let watched = monitor.find(way).and_then(|index| monitor.way(index));
         let fit = |sample: &Sample| self.is_fit(sample, now);
         watched.is_none_or(|watched| watched.outputs.newest(0).is_some_and(fit))
     }
 
-    /// Whether a source that is preferred, or better by more than the hysteresis, is trusted but not in use.
-    fn better_waits(&self) -> bool {
-        let (Some(best), Some(active)) = (self.sources.first(), &self.active) else { return false };
-        if best.way == *active.way() {
-            return false;
+    /// The source that is preferred, or else better than the one in use by more than the hysteresis, with and without
+    /// how the two have run: a record alone makes nobody leave a source that is sound.
+    fn better(&self) -> Option<&Way> {
+        let (best, active) = (self.sources.first()?, self.active.as_ref()?.way());
+        if best.way == *active {
+            return None;
         }
-        let utility = self
-            .sources
-            .iter()
-            .find(|source| source.way == *active.way())
-            .map_or(0.0, |source| source.utility);
-        self.preferred.as_ref() == Some(&best.way)
-            || best.utility > utility * (1.0 + self.switching.hysteresis)
+        if self.preferred.as_ref() == Some(&best.way) {
+            return Some(&best.way);
+        }
+        let (current, ranked) = self.ranked().find(|(source, _)| source.way == *active)?;
+        let is_above = |one: f64, other: f64| one > other + self.switching.hysteresis * other.abs();
+        let is_better = |other: &(&Source, &Ranked)| {
+            is_above(other.0.utility, current.utility) && is_above(other.1.utility, ranked.utility)
+        };
+        self.ranked().find(is_better).map(|(source, _)| &source.way)
     }
 
     /// Goes back to a better source when the hold time is over.
     fn go_back(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> Option<Event> {
         let held = self.switched.is_some_and(|at| now < at + self.switching.hold);
-        let fit = || self.sources.first().is_some_and(|best| self.delivers(monitor, &best.way, now));
-        if held || !self.better_waits() || !fit() {
+        let better = self.better().filter(|_| !held)?;
+        if !self.delivers(monitor, better, now) {
             return None;
         }
+        let better = Some(better.clone());
         let left = self.active.as_ref().map(|service| service.way().describe(knowledge)).unwrap_or_default();
         let is_outdone = self.is_outdone;
-        self.start_best(knowledge, monitor.ports());
+        self.start(knowledge, better, monitor.ports());
         self.switched = Some(now);
         let why = match is_outdone {
             true => "the changed model has a better source",
@@ -324,10 +352,13 @@ impl Provider {
                 let fit = self.is_fit(&sample, now);
                 self.unfit_since = if fit { None } else { self.unfit_since.or(Some(now)) };
                 let sound = fit && !votes.is_contradicted();
-                if sound { Some((sample, self.active_server())) } else { self.stand_in(monitor, trusts, now) }
+                match sound {
+                    true => Some((sample, self.active_server())),
+                    false => self.stand_in(knowledge, monitor, trusts, now),
+                }
             }
             Some((vector, validity)) => return self.publish(knowledge, vector, validity, now, outputs),
-            None if self.is_late(now) => self.stand_in(monitor, trusts, now),
+            None if self.is_late(now) => self.stand_in(knowledge, monitor, trusts, now),
             None => None,
         };
         let Some((sample, server)) = found else {
@@ -351,21 +382,30 @@ impl Provider {
         self.last_served().is_some_and(|last| now - last > Span(self.max_age.0 / 2))
     }
 
-    /// What another trusted way gives at this moment, when it is not contradicted itself, with its signals.
+    /// What another trusted way gives at this moment, when it is not contradicted itself: the best proven one.
     fn stand_in(
-        &self,
+        &mut self,
+        knowledge: &KnowledgeBase,
         monitor: &Monitor,
         trusts: impl Fn(&WatchedWay) -> bool + Copy,
         now: Time,
     ) -> Option<(Sample, Server)> {
-        monitor.fresh().iter().find_map(|&(index, sample)| {
+        self.rank(knowledge, monitor, Some(now));
+        let standing = |index: WayIndex| {
+            let way = monitor.way(index).map(|way| way.computation.way());
+            self.ranked().position(|(source, _)| Some(&source.way) == way).unwrap_or(usize::MAX)
+        };
+        let sound = |&(index, sample): &(WayIndex, Sample)| {
             let way = monitor.way(index).filter(|way| way.variable() == self.variable)?;
             let usable = trusts(way) && way.rests_on != self.active_rests_on;
             let contradicted =
                 || monitor.votes(self.variable, &way.rests_on, sample, trusts).is_contradicted();
             let sound = usable && self.is_fit(&sample, now) && !contradicted();
-            sound.then_some((sample, Server::StandIn(index)))
-        })
+            sound.then_some((index, sample))
+        };
+        let (index, sample) =
+            monitor.fresh().iter().filter_map(sound).min_by_key(|(index, _)| standing(*index))?;
+        Some((sample, Server::StandIn(index)))
     }
 
     /// The value to publish: while a blend lasts, moved towards the last value and grown so that it still holds

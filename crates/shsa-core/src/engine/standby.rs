@@ -22,7 +22,7 @@ pub(super) struct Standby {
 impl Standby {
     /// Plans ahead.
     pub(super) fn new(knowledge: &KnowledgeBase, graph: &Graph) -> Standby {
-        Standby::of(knowledge, Contingency::new(knowledge, graph, needed(knowledge), preparation()))
+        Standby::of(knowledge, graph, Contingency::new(knowledge, graph, needed(knowledge), preparation()))
     }
 
     /// As [`Standby::new`], from what stood ready in the knowledge base before, whose graph was `before`.
@@ -34,16 +34,16 @@ impl Standby {
         graph: &Graph,
     ) -> Standby {
         let table = self.table.carried_over(before, lineage, knowledge, graph, needed(knowledge));
-        Standby::of(knowledge, table)
+        Standby::of(knowledge, graph, table)
     }
 
     /// Makes ready what the plans of a table stand for.
-    fn of(knowledge: &KnowledgeBase, table: Contingency) -> Standby {
+    fn of(knowledge: &KnowledgeBase, graph: &Graph, table: Contingency) -> Standby {
         let ready = IdVec::filled(knowledge.needs().len(), |_| BTreeMap::new());
         let mut standby = Standby { table, ready };
         let mut left = MOST_READY;
         for need in knowledge.needs().ids() {
-            let ready = standby.of_need(knowledge, need, &mut left);
+            let ready = standby.of_need(knowledge, graph, need, &mut left);
             standby.ready[need] = ready;
         }
         standby
@@ -52,6 +52,7 @@ impl Standby {
     fn of_need(
         &self,
         knowledge: &KnowledgeBase,
+        graph: &Graph,
         need: NeedId,
         left: &mut usize,
     ) -> BTreeMap<Vec<SignalId>, Arc<[Source]>> {
@@ -59,7 +60,7 @@ impl Standby {
         let mut losses = self.table.losses(knowledge.needs()[need].variable);
         let Some((&[], with_all)) = losses.next() else { return ready };
         let with_all_ready: Arc<[Source]> =
-            fit(knowledge, need, ways_of(knowledge, with_all, |_| true)).into();
+            fit(knowledge, need, ways_of(knowledge, graph, with_all, &[])).into();
         ready.insert(Vec::new(), with_all_ready.clone());
         for (lost, plan) in losses {
             if *left == 0 {
@@ -69,8 +70,7 @@ impl Standby {
                 true => with_all_ready.clone(),
                 false => {
                     *left = left.saturating_sub(1 + plan.substitutions.len());
-                    let may_use = |signal| !lost.contains(&signal);
-                    fit(knowledge, need, ways_of(knowledge, plan, may_use)).into()
+                    fit(knowledge, need, ways_of(knowledge, graph, plan, lost)).into()
                 }
             };
             ready.insert(lost.to_vec(), sources);

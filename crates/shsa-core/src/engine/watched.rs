@@ -209,7 +209,10 @@ fn stands(knowledge: &KnowledgeBase, signal: SignalId) -> bool {
 fn spread(knowledge: &KnowledgeBase, substitution: &Substitution, count: usize) -> Vec<Way> {
     let usable = |signal| stands(knowledge, signal);
     if choices(knowledge, substitution) <= count {
-        return Way::choices(knowledge, substitution, usable, count);
+        let mut ways = Way::choices(knowledge, substitution, usable, count);
+        // Rows of a table come in the order of the file: so do comparisons.
+        ways.sort_by(|one, other| one.signals.cmp(&other.signals));
+        return ways;
     }
     let columns: Vec<Vec<Option<SignalId>>> =
         substitution.sources.iter().map(|&source| column(knowledge, source)).collect();

@@ -2,7 +2,7 @@
 
 use crate::computation::Computation;
 use crate::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
-use crate::plan::{self, Graph, Limits, Options, Plan, Preparation};
+use crate::plan::{self, Appraisal, Graph, Limits, Options, Plan, Preparation};
 use crate::substitution::Way;
 use alloc::vec::Vec;
 
@@ -41,29 +41,39 @@ pub(super) fn ways(
         ..Options::default()
     };
     let found = plan::best(graph, variable, &options, MOST, LIMITS);
-    ways_of(knowledge, &found, |signal| lost.signals.binary_search(&signal).is_err())
+    ways_of(knowledge, graph, &found, &lost.signals)
 }
 
-/// The ways of a plan's substitutions, in their order, with signals that may be used.
+/// The best ways of a plan's substitutions without some lost signals (ascending), each with its own utility, best first.
+///
+/// No way has a higher utility than its substitution, so the ways of the next ones need not be asked for when they
+/// cannot be among the best any more.
 pub(super) fn ways_of(
     knowledge: &KnowledgeBase,
+    graph: &Graph,
     plan: &Plan,
-    may_use: impl Fn(SignalId) -> bool,
+    lost: &[SignalId],
 ) -> Vec<Source> {
-    let may_use = |signal| knowledge.is_available(signal) && may_use(signal);
-    let mut sources: Vec<Source> = plan
-        .substitutions
-        .iter()
-        .flat_map(|(substitution, utility)| {
-            let mut choices = Way::choices(knowledge, substitution, may_use, MOST);
-            // The choices differ in their signals only: one can run when all can.
-            if !choices.first().is_some_and(|way| Computation::can_run(knowledge, way)) {
-                choices.clear();
-            }
-            choices.into_iter().map(move |way| Source { way, utility: *utility })
-        })
-        .take(MOST)
-        .collect();
+    let may_use = |signal| knowledge.is_available(signal) && lost.binary_search(&signal).is_err();
+    let appraisal = Appraisal::new(graph, lost);
+    let mut sources: Vec<Source> = Vec::new();
+    for (substitution, utility) in &plan.substitutions {
+        if sources.get(MOST - 1).is_some_and(|last| last.utility >= *utility) {
+            break;
+        }
+        let choices = Way::choices(knowledge, substitution, may_use, MOST);
+        // The choices differ in their signals only: one can run when all can.
+        if !choices.first().is_some_and(|way| Computation::can_run(knowledge, way)) {
+            continue;
+        }
+        let is_one = choices.len() == 1;
+        sources.extend(choices.into_iter().map(|way| {
+            let utility = if is_one { *utility } else { appraisal.utility(&way) };
+            Source { way, utility }
+        }));
+        sources.sort_by(|one, other| other.utility.total_cmp(&one.utility));
+        sources.truncate(MOST);
+    }
     sources.sort_by_key(|source| source.way.substitution.continues_itself(knowledge));
     sources
 }

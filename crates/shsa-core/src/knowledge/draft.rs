@@ -78,7 +78,9 @@ pub enum UtilityDraft {
         relation: Option<Text>,
         /// A formula over the properties of a signal, and `rate` and `delay` in SI.
         signal: Option<Text>,
-        /// Values of properties where they are not given.
+        /// A formula over how a way ran: `agreement`, `error`, `width`, `availability`.
+        way: Option<Text>,
+        /// Values of properties where they are not given, and of figures of a way that are not known.
         defaults: PropertyDrafts,
     },
 }

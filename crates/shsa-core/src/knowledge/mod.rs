@@ -28,7 +28,7 @@ pub use ids::{CauseId, Id, IdVec, NeedId, RelationId, SignalId, VariableId};
 pub use lineage::Lineage;
 pub use parts::{Contradiction, join, part};
 pub use properties::Properties;
-pub use utility::{Aggregate, Element, Fact, Inputs, OwnUtility, Rating, Utility, UtilityProblem};
+pub use utility::{Aggregate, Element, Fact, Figure, Inputs, OwnUtility, Rating, Utility, UtilityProblem};
 
 use crate::expression::Formula;
 use crate::interval::Interval;

@@ -357,10 +357,10 @@ fn place(draft: &UtilityDraft) -> Place {
 
 fn utility_fields(draft: &UtilityDraft) -> Fields {
     let none = PropertyDrafts::new();
-    let (name, aggregate, relation, signal, defaults) = match draft {
-        UtilityDraft::Named(name) => (Some(name), None, None, None, &none),
-        UtilityDraft::Own { aggregate, relation, signal, defaults, .. } => {
-            (None, aggregate.as_ref(), relation.as_ref(), signal.as_ref(), defaults)
+    let (name, aggregate, relation, signal, way, defaults) = match draft {
+        UtilityDraft::Named(name) => (Some(name), None, None, None, None, &none),
+        UtilityDraft::Own { aggregate, relation, signal, way, defaults, .. } => {
+            (None, aggregate.as_ref(), relation.as_ref(), signal.as_ref(), way.as_ref(), defaults)
         }
     };
     [
@@ -368,6 +368,7 @@ fn utility_fields(draft: &UtilityDraft) -> Fields {
         ("aggregate", words(aggregate)),
         ("relation", words(relation)),
         ("signal", words(signal)),
+        ("way", words(way)),
         ("defaults", numbers(defaults)),
     ]
     .into()

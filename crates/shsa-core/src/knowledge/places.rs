@@ -76,9 +76,9 @@ impl Draft {
         }
         match &mut self.utility {
             Some(UtilityDraft::Named(text)) => each(text),
-            Some(UtilityDraft::Own { at, aggregate, relation, signal, defaults }) => {
+            Some(UtilityDraft::Own { at, aggregate, relation, signal, way, defaults }) => {
                 each(at);
-                [aggregate, relation, signal].into_iter().flatten().for_each(&mut *each);
+                [aggregate, relation, signal, way].into_iter().flatten().for_each(&mut *each);
                 properties(defaults, each);
             }
             None => {}

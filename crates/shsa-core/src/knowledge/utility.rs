@@ -35,6 +35,24 @@ pub struct OwnUtility {
     pub relation: Option<Rating>,
     /// Rates a signal that a substitution starts from; all are rated best without it.
     pub signal: Option<Rating>,
+    /// Rates a way of knowing from how it ran; all are rated best without it. Searches do not know of it: it orders what
+    /// they have found, when a source is chosen.
+    pub way: Option<Rating>,
+}
+
+impl Aggregate {
+    /// A utility with one more rating; a rating without a value is the worst, one out of range counts as its bound.
+    #[must_use]
+    pub fn with(self, utility: f64, rating: f64) -> f64 {
+        let range = self.range();
+        let worst = if self == Aggregate::Sum { range.hi() } else { range.lo() };
+        let rating = if rating.is_nan() { worst } else { rating.clamp(range.lo(), range.hi()) };
+        match self {
+            Aggregate::Product => utility * rating,
+            Aggregate::Sum => utility - rating,
+            Aggregate::Minimum => utility.min(rating),
+        }
+    }
 }
 
 /// How the ratings of a substitution's relations and signals make its utility.
@@ -99,6 +117,50 @@ pub enum Fact {
     Delay,
     /// A property, and what it is where it is not given.
     Property(String, Option<f64>),
+    /// How a way ran, and what counts while that is not known.
+    Figure(Figure, Option<f64>),
+}
+
+/// Something that is known about a way from how it ran.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Figure {
+    /// The share of comparisons in which it agreed with independent ways.
+    Agreement,
+    /// Its mean distance from them, SI.
+    Error,
+    /// The mean width of its values, SI.
+    Width,
+    /// The share of time in which it gave a value.
+    Availability,
+}
+
+impl Figure {
+    /// All, with their names in formulas.
+    pub const NAMES: [(&'static str, Figure); 4] = [
+        ("agreement", Figure::Agreement),
+        ("error", Figure::Error),
+        ("width", Figure::Width),
+        ("availability", Figure::Availability),
+    ];
+
+    /// What it may be.
+    #[must_use]
+    pub fn range(self) -> Interval {
+        match self {
+            Figure::Agreement | Figure::Availability => Interval::new(0.0, 1.0),
+            Figure::Error | Figure::Width => Interval::new(0.0, f64::INFINITY),
+        }
+    }
+
+    /// What it counts as while it is not known, where a model says nothing: a share is then as good as a coin, better than
+    /// what has been proven wrong more often than right, and worse than the contrary. For a distance there is no such number.
+    #[must_use]
+    pub fn unknown(self) -> Option<f64> {
+        match self {
+            Figure::Agreement | Figure::Availability => Some(0.5),
+            Figure::Error | Figure::Width => None,
+        }
+    }
 }
 
 impl Fact {
@@ -155,6 +217,24 @@ impl Rating {
     }
 }
 
+impl Rating {
+    fn of_way<N: Number>(&self, figure: impl Fn(Figure, Option<f64>) -> N) -> N {
+        self.value(|fact| match fact {
+            Fact::Figure(known, unknown) => figure(*known, *unknown),
+            _ => N::MISSING,
+        })
+    }
+
+    /// What the rating of a way may be that it must not, however the way runs.
+    pub(super) fn outside_for_ways(&self, aggregate: Aggregate) -> Option<String> {
+        let range = aggregate.range();
+        let value = self.of_way(|figure, _| figure.range());
+        let is_right =
+            !value.is_empty() && value.lo() >= range.lo() - SLACK && value.hi() <= range.hi() + SLACK;
+        (!is_right).then(|| described(value))
+    }
+}
+
 fn property(properties: &Properties, name: &str, otherwise: Option<f64>) -> f64 {
     properties.get(name).copied().or(otherwise).unwrap_or(f64::NAN)
 }
@@ -200,8 +280,14 @@ impl Utility {
         }
     }
 
-    /// Sorts signals by their ratings, the best first; those that are rated the same stay in their order.
+    /// Sorts signals by their ratings, the best first, of equals by their accuracy, where one that has none comes last;
+    /// those that are the same in both stay in their order.
     pub(crate) fn sort_signals(&self, knowledge: &KnowledgeBase, signals: &mut [SignalId]) {
+        let accuracy = |signal: &SignalId| {
+            let properties = &knowledge.signals()[*signal].properties;
+            properties.get("accuracy").copied().unwrap_or(f64::NEG_INFINITY)
+        };
+        signals.sort_by(|a, b| accuracy(b).total_cmp(&accuracy(a)));
         if !self.rates_signals() {
             return;
         }
@@ -211,6 +297,23 @@ impl Utility {
             Aggregate::Product | Aggregate::Minimum => {
                 signals.sort_by(|a, b| rating(b).total_cmp(&rating(a)));
             }
+        }
+    }
+
+    /// Whether ways are rated by how they ran, too.
+    #[must_use]
+    pub fn rates_ways(&self) -> bool {
+        matches!(self, Utility::Own(own) if own.way.is_some())
+    }
+
+    /// Rates a way by how it ran; `figure` tells what is known of that.
+    #[must_use]
+    pub fn of_way(&self, figure: impl Fn(Figure) -> Option<f64>) -> f64 {
+        match self {
+            Utility::Norm => Aggregate::Product.best(),
+            Utility::Own(own) => own.way.as_ref().map_or(own.aggregate.best(), |rating| {
+                rating.of_way(|known, unknown| figure(known).or(unknown).unwrap_or(f64::NAN))
+            }),
         }
     }
 
@@ -344,7 +447,7 @@ impl Utility {
     }
 }
 
-fn out_of_range(aggregate: Aggregate) -> &'static str {
+pub(super) fn out_of_range(aggregate: Aggregate) -> &'static str {
     match aggregate {
         Aggregate::Sum => "costs lie between 0 and 1e9, so that no relation makes a substitution better",
         _ => {
@@ -375,12 +478,15 @@ fn outside(
     let most = if rating.facts.contains(&Fact::Unprovided) { inputs.len() } else { 0 };
     let numbers = (0..=most).map(|unprovided| Interval::point(unprovided as f64));
     let mut cases = numbers.flat_map(|unprovided| accuracies.map(|accuracy| (unprovided, accuracy)));
-    let value = cases.find_map(|(unprovided, accuracy)| rate(unprovided, accuracy))?;
-    Some(match value {
+    cases.find_map(|(unprovided, accuracy)| rate(unprovided, accuracy)).map(described)
+}
+
+fn described(value: Interval) -> String {
+    match value {
         _ if value.is_empty() => "without a value".into(),
         _ if value.hi() - value.lo() < SLACK => format!("{}", value.midpoint()),
         _ => format!("{} to {}", value.lo(), value.hi()),
-    })
+    }
 }
 
 /// What the accuracy of an input may count, whichever of its signals are available.

@@ -1,5 +1,6 @@
 //! Sets the monitor up: which ways are compared with which, and how often.
 
+use super::panel::Panel;
 use super::{Detectors, Monitor, Options, Pair, Stillness, Trend, Watch, WatchedWay, WayIndex, Window};
 use crate::alignment::{History, Port, Reach};
 use crate::computation::Computation;
@@ -45,11 +46,13 @@ impl Monitor {
             stillness: IdVec::filled(knowledge.signals().len(), |_| Stillness::default()),
             ways,
             pairs: Vec::new(),
+            panel: Panel::new(&[], &[], options.memory),
             completes,
             pending: Vec::with_capacity(4 * count),
             fresh: Vec::with_capacity(4 * count),
         };
         monitor.add_pairs(options);
+        monitor.panel = Panel::new(&monitor.ways, &monitor.pairs, options.memory);
         monitor
     }
 

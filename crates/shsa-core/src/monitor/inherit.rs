@@ -39,6 +39,7 @@ impl Monitor {
             }
         }
         let ways = self.inherit_ways(old.ways, lineage);
+        self.panel.inherit(&old.panel, &ways, now);
         let mut inheritance = Inheritance { ways, compared: SignalSet::new() };
         self.inherit_pairs(&old.pairs, &mut inheritance);
         inheritance

@@ -15,6 +15,8 @@ mod stillness;
 mod pair;
 mod detector;
 mod watch;
+mod record;
+mod panel;
 pub mod thesis;
 mod build;
 mod inherit;
@@ -23,6 +25,7 @@ pub use build::{compared, rests_on};
 pub use detector::{Detectors, Evidence, Fault, Finding};
 pub use inherit::Inheritance;
 pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};
+pub use record::{Figures, Memory, Record};
 pub use stillness::Stillness;
 pub use symptom::Symptom;
 pub use trend::{Tendency, Trend, TrendOptions};
@@ -33,8 +36,10 @@ use crate::computation::Computation;
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, SignalId, SignalSet, VariableId};
 use crate::observation::Observation;
+use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
+use panel::Panel;
 
 /// Settings of the comparisons; the defaults are sound.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -43,6 +48,8 @@ pub struct Options {
     pub debounce: Debounce,
     /// What makes one of many comparisons that agree.
     pub trends: TrendOptions,
+    /// How long it is remembered how ways have run.
+    pub memory: Memory,
 }
 
 /// A way of knowing under watch, with its recent outputs.
@@ -86,6 +93,8 @@ pub struct Monitor {
     stillness: IdVec<SignalId, Stillness>,
     ways: Vec<WatchedWay>,
     pairs: Vec<Pair>,
+    /// How each way has done.
+    panel: Panel,
     /// Ways that a signal completes.
     completes: IdVec<SignalId, Vec<WayIndex>>,
     /// Observations of this moment that complete a way.
@@ -132,6 +141,7 @@ impl Monitor {
     /// Compares what the observations of this moment complete. Returns whether a relationship has changed.
     pub fn settle(&mut self, now: Time) -> bool {
         self.detectors.settle(&mut self.ports, now);
+        self.panel.begin(now);
         self.evaluate();
         let mut changed = false;
         let fresh = core::mem::take(&mut self.fresh);
@@ -158,16 +168,18 @@ impl Monitor {
     fn compare(&mut self, index: WayIndex, sample: Sample, now: Time) -> bool {
         let Some(way) = self.ways.get(index.0 as usize) else { return false };
         let mut changed = false;
-        for &pair in &way.triggers {
-            let Some(pair) = self.pairs.get_mut(pair as usize) else { continue };
+        for &number in &way.triggers {
+            let Some(pair) = self.pairs.get_mut(number as usize) else { continue };
             let Some(other) = self.ways.get(pair.other.0 as usize) else { continue };
             let known =
                 if way.computation.is_mean() { other.outputs.mean_over(sample.validity) } else { None };
             let Some(known) = known.or_else(|| other.at(sample.validity)) else { continue };
+            self.panel.hear(number as usize, known);
             let before = pair.relationship(now);
             pair.record(sample.value, known, sample.validity, now);
             changed |= before != pair.relationship(now);
         }
+        self.panel.settle(index, sample.value, now);
         changed
     }
 
@@ -214,6 +226,20 @@ impl Monitor {
     #[must_use]
     pub fn way(&self, index: WayIndex) -> Option<&WatchedWay> {
         self.ways.get(index.0 as usize)
+    }
+
+    /// How a way has done, as far as it was watched: its running agreement, error and availability.
+    #[must_use]
+    pub fn figures(&self, way: WayIndex, now: Time) -> Figures {
+        self.panel.figures(way, now)
+    }
+
+    /// The index of a way, when it is watched. O(log n) in all ways, and linear in those of the same variable.
+    #[must_use]
+    pub fn find(&self, way: &Way) -> Option<WayIndex> {
+        let is_it =
+            |index: &WayIndex| self.way(*index).is_some_and(|watched| watched.computation.way() == way);
+        self.panel.knowing(way.substitution.sink).find(is_it)
     }
 
     /// All pairs under watch.

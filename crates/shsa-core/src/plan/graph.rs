@@ -2,6 +2,9 @@
 
 mod lasting;
 mod update;
+mod appraisal;
+
+pub use appraisal::Appraisal;
 
 use super::utility::{Scale, Weight};
 use crate::knowledge::{Id, IdVec, Inputs, KnowledgeBase, RelationId, SignalId, Utility, VariableId};

@@ -27,7 +27,7 @@ pub use best_first::BestFirst;
 pub use contingency::{Contingency, Preparation};
 pub use depth_first::{Take, depth_first};
 pub use exhaustive::exhaustive;
-pub use graph::{Graph, Options};
+pub use graph::{Appraisal, Graph, Options};
 pub use limits::{Limits, StopReason};
 pub use ontology::ontology;
 pub use parallel::{Part, best_in_parts};

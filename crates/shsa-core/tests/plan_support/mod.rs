@@ -135,6 +135,7 @@ pub(crate) fn utility(aggregate: &str, relation: &str, signal: &str) -> Utility 
         aggregate: Some(text(aggregate)),
         relation: formula(relation),
         signal: formula(signal),
+        way: None,
         defaults: vec![(text("cost"), text("1")), (text("accuracy"), text("1"))],
     };
     let (knowledge, problems) = build(&Draft { utility: Some(own), ..Draft::default() });

@@ -36,7 +36,7 @@ const SIGNAL: [&str; 14] = [
 const NEED: [&str; 8] =
     ["signal", "max_age", "max_width", "integrity", "hold", "probation", "blend", "hysteresis"];
 
-const UTILITY: [&str; 4] = ["aggregate", "relation", "signal", "defaults"];
+const UTILITY: [&str; 5] = ["aggregate", "relation", "signal", "way", "defaults"];
 
 /// A model whose pieces are read from its tree, or from the text where the tree has none.
 pub(crate) struct Model<'r, 'n, 'j> {
@@ -284,6 +284,7 @@ fn utility(reader: &mut Reader, node: &Node) -> Option<UtilityDraft> {
         aggregate: keys.text("aggregate", "`product`, `sum` or `minimum`", "product"),
         relation: keys.text("relation", "a formula over properties of a relation", "1 / cost"),
         signal: keys.text("signal", "a formula over properties of a signal", "accuracy"),
+        way: keys.text("way", "a formula over how a way of knowing ran", "agreement * availability"),
         defaults: keys.reader.properties(keys.fields.get("defaults")),
     })
 }

@@ -184,10 +184,11 @@ fn of_need(need: &NeedDraft) -> Tree {
 fn of_utility(utility: &UtilityDraft) -> Tree {
     match utility {
         UtilityDraft::Named(name) => text(name),
-        UtilityDraft::Own { at: _, aggregate, relation, signal, defaults } => keys([
+        UtilityDraft::Own { at: _, aggregate, relation, signal, way, defaults } => keys([
             ("aggregate", aggregate.as_ref().map(text)),
             ("relation", relation.as_ref().map(text)),
             ("signal", signal.as_ref().map(text)),
+            ("way", way.as_ref().map(text)),
             ("defaults", properties(defaults)),
         ]),
     }

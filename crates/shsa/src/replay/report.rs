@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use shsa_core::engine::{Event, EventKind, Publication, PublishedValue};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, Need, NeedId, SignalId, VariableId};
-use shsa_core::monitor::Symptom;
+use shsa_core::monitor::{Figures, Symptom, WatchedWay, WayIndex};
 use shsa_core::time::{Span, Time};
 use shsa_format::drive::Run;
 use std::io::{Write, stdout};
@@ -64,6 +64,7 @@ impl<'a> Report<'a> {
         let needs: Map<String, Value> = self.needs.iter().map(|need| self.need_json(need)).collect();
         let signals: Map<String, Value> =
             self.knowledge.signals().ids().map(|signal| self.signal_json(signal)).collect();
+        let ways: Vec<Value> = self.ways().map(|(way, figures)| self.way_json(way, &figures)).collect();
         let mut report = json!({
             "observations": self.run.observations,
             "duration_s": self.duration().seconds(),
@@ -71,6 +72,7 @@ impl<'a> Report<'a> {
             "events": events,
             "needs": needs,
             "signals": signals,
+            "ways": ways,
         });
         let reload = |(time, file): (Span, &str)| json!({ "time_s": time.seconds(), "file": file });
         let reloads: Vec<Value> = self.reloads().map(reload).collect();
@@ -145,6 +147,26 @@ impl<'a> Report<'a> {
         (self.knowledge.signals()[signal].name.clone(), value)
     }
 
+    /// The ways of knowing under watch, with how they have run at the end.
+    fn ways(&self) -> impl Iterator<Item = (&WatchedWay, Figures)> {
+        let monitor = self.run.engine.monitor();
+        let indices = (0..).map(WayIndex);
+        indices.zip(monitor.ways()).map(|(index, way)| (way, monitor.figures(index, self.run.last)))
+    }
+
+    fn way_json(&self, way: &WatchedWay, figures: &Figures) -> Value {
+        let variable = way.variable();
+        let in_unit = |value: f64| difference_from_si(self.knowledge, variable, value);
+        json!({
+            "variable": self.knowledge.variables()[variable].name,
+            "way": way.computation.way().describe(self.knowledge),
+            "agreement": figures.agreement,
+            "error": figures.error.map(in_unit),
+            "width": figures.width.map(in_unit),
+            "availability": figures.availability,
+        })
+    }
+
     fn missing(&self, signal: SignalId) -> usize {
         self.source.missing.get(&self.knowledge.signals()[signal].name).copied().unwrap_or(0)
     }
@@ -165,6 +187,7 @@ impl<'a> Report<'a> {
             parts.push(self.needs_text());
         }
         parts.push(self.signals_text());
+        parts.extend(self.ways_text());
         parts.join("\n\n")
     }
 
@@ -259,6 +282,36 @@ impl<'a> Report<'a> {
             "too fast",
         ];
         show::table(&head, rows)
+    }
+}
+
+impl Report<'_> {
+    /// How the ways of knowing what is needed have run: which one would take over, and why.
+    fn ways_text(&self) -> Option<String> {
+        let is_needed =
+            |variable: VariableId| self.knowledge.needs().iter().any(|need| need.variable == variable);
+        let share = |share: Option<f64>| {
+            share.map_or_else(|| "unknown".to_owned(), |share| format!("{:.1} %", 100.0 * share))
+        };
+        let row = |(way, figures): (&WatchedWay, Figures)| {
+            let variable = way.variable();
+            let distance = |value: Option<f64>| {
+                let in_unit = |value| difference_from_si(self.knowledge, variable, value);
+                let with_unit = |value| format!("{:.3}{}", in_unit(value), unit(self.knowledge, variable));
+                value.map_or_else(|| "unknown".to_owned(), with_unit)
+            };
+            vec![
+                self.knowledge.variables()[variable].name.clone(),
+                way.computation.way().describe(self.knowledge),
+                share(figures.agreement),
+                distance(figures.error),
+                distance(figures.width),
+                share(figures.availability),
+            ]
+        };
+        let rows: Vec<_> = self.ways().filter(|(way, _)| is_needed(way.variable())).map(row).collect();
+        let head = ["need", "way, in the last minutes", "agreed", "off by", "width", "there"];
+        (!rows.is_empty()).then(|| show::table(&head, rows))
     }
 }
 

@@ -22,7 +22,10 @@ fn kinds(report: &Value) -> Vec<(&str, &str)> {
 #[test]
 fn a_lie_is_found_and_healed() {
     let report = tank::folder().json("replay tank.yaml run.csv", 0);
-    assert_eq!(keys(&report), ["observations", "duration_s", "elapsed_s", "events", "needs", "signals"]);
+    assert_eq!(
+        keys(&report),
+        ["observations", "duration_s", "elapsed_s", "events", "needs", "signals", "ways"]
+    );
     assert_eq!(report["observations"], 180);
     assert!((report["duration_s"].as_f64().unwrap() - 59.0).abs() < 1e-9);
     assert_eq!(kinds(&report), [("failed", "/level"), ("substituted", "level")]);
@@ -39,6 +42,11 @@ fn a_lie_is_found_and_healed() {
     assert_eq!(need["signal"], "/healed/level");
     assert_eq!(report["signals"]["/level"]["verdict"], "failed");
     assert_eq!(report["signals"]["/volume"]["verdict"], "healthy");
+    let way = |name: &str| report["ways"].as_array().unwrap().iter().find(|way| way["way"] == name).unwrap();
+    let proven = way("/pressure by hydrostatic");
+    assert_eq!(keys(proven), ["variable", "way", "agreement", "error", "width", "availability"]);
+    assert_eq!((&proven["variable"], &proven["agreement"]), (&"level".into(), &1.0.into()));
+    assert!(way("/level")["agreement"].as_f64().unwrap() < 0.8, "{report}");
 }
 
 /// Three signals of `a`, three of `b`, and `b` no longer is what `a` implies from 2 s on.

@@ -66,7 +66,8 @@ impl Provider {
     }
 
     fn choose(&mut self, change: &Succession<'_>) {
-        self.find_sources(change.new, change.graph, change.standby, &change.lost);
+        let Succession { new, graph, standby, monitor, lost, now, .. } = change;
+        self.find_sources(new, graph, standby, monitor, lost, *now);
     }
 
     /// Goes on with the same source, without a gap in what its program remembers where it still computes the same.
@@ -97,7 +98,7 @@ impl Provider {
     /// Starts the best source whose signals have all spoken, else the best; whether there is one.
     fn start_heard(&mut self, change: &Succession<'_>) -> bool {
         let spoken = |way: &Way| way.inputs().all(|signal| change.monitor.watch().has_spoken(signal));
-        let heard = self.sources.iter().map(|source| &source.way).find(|way| spoken(way)).cloned();
+        let heard = self.ranked().map(|(source, _)| &source.way).find(|way| spoken(way)).cloned();
         let service = heard.and_then(|way| Service::start(change.new, way, change.monitor.ports()));
         match service {
             Some(_) => {

@@ -8,7 +8,9 @@ use crate::expression::{
 };
 use crate::knowledge::draft::{Place, Source, Text, UtilityDraft};
 use crate::knowledge::properties::SharedNames;
-use crate::knowledge::utility::{Aggregate, Element, Fact, OwnUtility, Rating, Utility, UtilityProblem};
+use crate::knowledge::utility::{
+    Aggregate, Element, Fact, Figure, OwnUtility, Rating, Utility, UtilityProblem, out_of_range,
+};
 use crate::knowledge::{KnowledgeBase, Properties};
 use crate::unit::Dimension;
 use alloc::boxed::Box;
@@ -34,7 +36,7 @@ pub(super) fn build(problems: &mut Problems, source: &mut dyn Source, knowledge:
             }
             (name, Utility::Norm)
         }
-        Some(UtilityDraft::Own { at, aggregate, relation, signal, defaults }) => {
+        Some(UtilityDraft::Own { at, aggregate, relation, signal, way, defaults }) => {
             let defaults = quantity::properties(problems, &mut SharedNames::default(), defaults);
             let aggregate = aggregate.as_ref().and_then(|text| read_aggregate(problems, text));
             let relation = relation.as_ref().map(|text| {
@@ -53,19 +55,22 @@ pub(super) fn build(problems: &mut Problems, source: &mut dyn Source, knowledge:
                 );
                 rating(problems, text, &names)
             });
-            if relation.is_none() && signal.is_none() {
+            let way =
+                way.as_ref().map(|text| way_rating(problems, text, aggregate.unwrap_or_default(), &defaults));
+            if relation.is_none() && signal.is_none() && way.is_none() {
                 problems.error(at, "this utility rates nothing", "give it a formula: `relation: 1 / cost`");
             }
-            if matches!((&relation, &signal), (Some(None), _) | (_, Some(None))) {
+            if [&relation, &signal, &way].into_iter().any(|rating| matches!(rating, Some(None))) {
                 return Utility::Norm;
             }
-            let (relation, signal) = (relation.flatten(), signal.flatten());
+            let (relation, signal, way) = (relation.flatten(), signal.flatten(), way.flatten());
             (
                 at,
                 Utility::Own(Box::new(OwnUtility {
                     aggregate: aggregate.unwrap_or_default(),
                     relation,
                     signal,
+                    way,
                 })),
             )
         }
@@ -133,6 +138,40 @@ impl Scope for Names<'_> {
     fn function_names(&self) -> Vec<&str> {
         Vec::new()
     }
+}
+
+/// The rating of ways by how they run, proven to lie in the range of the aggregate.
+fn way_rating(
+    problems: &mut Problems,
+    text: &Text,
+    aggregate: Aggregate,
+    defaults: &Properties,
+) -> Option<Rating> {
+    let unknown = |(name, figure): (&'static str, Figure)| {
+        (name, Fact::Figure(figure, defaults.get(name).copied().or(figure.unknown())))
+    };
+    let rating = rating(problems, text, &Names { facts: Figure::NAMES.map(unknown).into() })?;
+    for fact in &rating.facts {
+        let Fact::Figure(figure, unknown) = fact else { continue };
+        let name = Figure::NAMES.iter().find(|(_, known)| known == figure).map_or("", |(name, _)| name);
+        match unknown {
+            None => {
+                let message = format!("what `{name}` is of a way that has not been compared is not said");
+                let help = format!("name what counts until it is known under `defaults`: `{{ {name}: 1 }}`");
+                problems.error(text, message, help);
+            }
+            Some(value) if !figure.range().contains(*value) => {
+                let message = format!("`{name}` is never {value}, which stands under `defaults`");
+                problems.error(text, message, "a share lies between 0 and 1, a distance is not below 0");
+            }
+            Some(_) => {}
+        }
+    }
+    if let Some(value) = rating.outside_for_ways(aggregate) {
+        let message = format!("the utility of a way may be {value}");
+        problems.error(text, message, out_of_range(aggregate));
+    }
+    Some(rating)
 }
 
 fn rating(problems: &mut Problems, text: &Text, names: &Names) -> Option<Rating> {

@@ -263,6 +263,18 @@ fn a_utility_gets_no_better_with_more_relations() {
     check(&model("utility: { aggregate: sum, relation: cost, defaults: { cost: 1 } }"), "");
     check(&model("utility: { aggregate: minimum, signal: trust * 1, defaults: { trust: 0.5 } }"), "");
     check(&model("utility: { relation: 1 / (1 + unprovided) }"), "");
+    check(&model("utility: { way: agreement * availability }"), "");
+    check(&model("utility: { way: exp(-error / width), defaults: { error: 1, width: 1 } }"), "");
+    check(&model("utility: { way: agreement * availability * speed }"), "5:44 error: `speed` is not defined");
+    check(
+        &model("utility: { way: 1 / (1 + error) }"),
+        "5:17 error: what `error` is of a way that has not been compared is not said (name what counts until it is known under `defaults`: `{ error: 1 }`)",
+    );
+    check(
+        &model("utility: { way: 2 * agreement, defaults: { agreement: 3 } }"),
+        "5:17 error: `agreement` is never 3, which stands under `defaults` (a share lies between 0 and 1, a distance is not below 0)
+         5:17 error: the utility of a way may be 0 to 2 (it must lie between 0 and 1 whichever inputs are provided, so that no relation makes a substitution better)",
+    );
     check(
         &model("utility: { aggregate: sum, relation: cost }"),
         "4:75 error: relation `s` has no `cost`, which the utility reads (give it one, or name a value for all without it under `defaults`)",

@@ -1,0 +1,254 @@
+//! What the ways that are known at one moment say together, and how each of them stands to that.
+//!
+//! The consensus of a moment is an interval from the upper median of the lower bounds to the lower median of the upper
+//! ones: of two ways what they have in common, of more what a minority of liars cannot move out of the others' reach
+//! (after K. Marzullo, "Tolerating failures of continuous-valued sensors", 1990, DOI 10.1145/128733.128735). It holds
+//! when more than half of the ways overlap it. Ways that rest on the same signals have one vote. Two say
+//! nothing about which one of them is off, so a way that is often compared with two others is only compared there.
+
+use super::record::{Figures, Memory, Record};
+use super::{Pair, WatchedWay, WayIndex};
+use crate::interval::Interval;
+use crate::knowledge::{SignalSet, VariableId};
+use crate::time::Time;
+use alloc::vec::Vec;
+
+/// Most votes about a moment.
+const MOST_VOTES: usize = 64;
+
+/// As many times within the memory three votes must be compared for two to count for nothing.
+const OFTEN: i64 = 20;
+
+/// What a way is when values of a moment are compared.
+#[derive(Clone, Copy, Debug)]
+struct Seat {
+    way: WayIndex,
+    /// Its vote, when it has one.
+    vote: Option<u32>,
+    /// The votes of ways that share no signal with it, as bits: without one of them it is not compared.
+    independent: u64,
+    /// Whether there are moments, often enough, at which three votes or more are compared with it.
+    has_majorities: bool,
+}
+
+/// The records of all ways, and the values of the moment at work.
+#[derive(Debug)]
+pub(super) struct Panel {
+    records: Vec<Record>,
+    /// All ways by what they know.
+    of_variable: Vec<(VariableId, WayIndex)>,
+    /// The seat of each way when it delivers.
+    own: Vec<Seat>,
+    /// For each pair, the seat of the other way when the pair's way delivers.
+    others: Vec<Seat>,
+    heard: Vec<(Seat, Interval)>,
+    lows: Vec<f64>,
+    highs: Vec<f64>,
+    is_started: bool,
+}
+
+impl Panel {
+    /// Before the first value. Complexity: O(pairs times the ways that each way is compared with).
+    pub(super) fn new(ways: &[WatchedWay], pairs: &[Pair], memory: Memory) -> Panel {
+        let record = |way: &WatchedWay| Record::new(way.computation.timing().period, memory);
+        let nobody = Seat { way: WayIndex(u32::MAX), vote: None, independent: 0, has_majorities: false };
+        let mut others = alloc::vec![nobody; pairs.len()];
+        let mut own = Vec::with_capacity(ways.len());
+        let mut has_majorities = alloc::vec![false; ways.len()];
+        let mut most = 0;
+        for (index, way) in (0..).map(WayIndex).zip(ways) {
+            let compared = way.triggers.iter().filter_map(|&pair| pairs.get(pair as usize));
+            let members: Vec<WayIndex> =
+                core::iter::once(index).chain(compared.map(|pair| pair.other)).collect();
+            let seats = seats(ways, &members);
+            let is_often =
+                way.computation.timing().period.is_none_or(|period| period.times(OFTEN) <= memory.0);
+            if is_often && seats.iter().filter(|seat| seat.vote.is_some()).count() > 2 {
+                for way in &members {
+                    has_majorities.get_mut(way.0 as usize).into_iter().for_each(|has| *has = true);
+                }
+            }
+            let mut seats = seats.into_iter();
+            own.push(seats.next().unwrap_or(nobody));
+            for (&pair, seat) in way.triggers.iter().zip(seats) {
+                others.get_mut(pair as usize).into_iter().for_each(|place| *place = seat);
+            }
+            most = most.max(members.len());
+        }
+        let mut of_variable: Vec<_> =
+            (0..).map(WayIndex).zip(ways).map(|(index, way)| (way.variable(), index)).collect();
+        of_variable.sort_unstable();
+        for seat in own.iter_mut().chain(&mut others) {
+            seat.has_majorities = has_majorities.get(seat.way.0 as usize).copied().unwrap_or_default();
+        }
+        Panel {
+            of_variable,
+            records: ways.iter().map(record).collect(),
+            own,
+            others,
+            heard: Vec::with_capacity(most),
+            lows: Vec::with_capacity(most.min(MOST_VOTES)),
+            highs: Vec::with_capacity(most.min(MOST_VOTES)),
+            is_started: false,
+        }
+    }
+
+    /// From the first moment on every way could give values.
+    pub(super) fn begin(&mut self, now: Time) {
+        if !core::mem::replace(&mut self.is_started, true) {
+            self.records.iter_mut().for_each(|record| record.begin(now));
+        }
+    }
+
+    /// The value of the other way of a pair whose way delivers.
+    pub(super) fn hear(&mut self, pair: usize, known: Interval) {
+        if let Some(&seat) = self.others.get(pair).filter(|_| known.is_bounded()) {
+            self.heard.push((seat, known));
+        }
+    }
+
+    /// A way has delivered, and all that it is compared with has been heard. O(k log k) for k of them.
+    pub(super) fn settle(&mut self, way: WayIndex, value: Interval, now: Time) {
+        if let Some(record) = self.records.get_mut(way.0 as usize) {
+            record.deliver(now);
+        }
+        let own = self.own.get(way.0 as usize).filter(|_| value.is_bounded() && !self.heard.is_empty());
+        if let Some(&seat) = own {
+            self.heard.push((seat, value));
+            self.rate(now);
+        }
+        self.heard.clear();
+    }
+
+    /// Compares all that was heard with its consensus.
+    fn rate(&mut self, now: Time) {
+        let votes = || self.heard.iter().filter_map(|(seat, value)| Some((seat.vote?, value)));
+        let present = votes().fold(0, |all, (vote, _)| all | 1_u64 << vote);
+        self.lows.clear();
+        self.lows.extend(votes().map(|(_, value)| value.lo()));
+        self.highs.clear();
+        self.highs.extend(votes().map(|(_, value)| value.hi()));
+        let consensus = consensus(&mut self.lows, &mut self.highs).filter(|(agreed, _)| {
+            let supporting = votes().filter(|(_, value)| value.overlaps(*agreed)).count();
+            2 * supporting > present.count_ones() as usize
+        });
+        let is_told = present.count_ones() > 2;
+        let counts = |seat: &Seat| seat.independent & present != 0 && (is_told || !seat.has_majorities);
+        for (seat, value) in self.heard.iter().filter(|(seat, _)| counts(seat)) {
+            let Some(record) = self.records.get_mut(seat.way.0 as usize) else { continue };
+            let agrees = consensus.is_some_and(|(agreed, _)| agreed.overlaps(*value));
+            let distance = consensus.map(|(_, middle)| (value.midpoint() - middle).abs());
+            record.compare(agrees, distance, value.width(), now);
+        }
+    }
+
+    /// The ways of knowing a variable. O(log n) for all ways.
+    pub(super) fn knowing(&self, variable: VariableId) -> impl Iterator<Item = WayIndex> + '_ {
+        let first = self.of_variable.partition_point(|(known, _)| *known < variable);
+        let from_first = self.of_variable.get(first..).unwrap_or_default().iter();
+        from_first.take_while(move |(known, _)| *known == variable).map(|(_, way)| *way)
+    }
+
+    /// What is known about a way from how it ran; nothing about one of another monitor.
+    pub(super) fn figures(&self, way: WayIndex, now: Time) -> Figures {
+        self.records.get(way.0 as usize).map_or(Figures::default(), |record| record.figures(now))
+    }
+
+    /// Goes on from the records before a change of the model; `same` tells which way of the new monitor one of the old is.
+    pub(super) fn inherit(&mut self, old: &Panel, same: &[Option<WayIndex>], now: Time) {
+        for (before, way) in old.records.iter().zip(same) {
+            let record = way.and_then(|way| self.records.get_mut(way.0 as usize));
+            record.into_iter().for_each(|record| record.inherit(*before));
+        }
+        self.is_started = false;
+        if old.is_started {
+            self.begin(now);
+        }
+    }
+}
+
+/// The seats of ways that are compared at one moment: votes go to those with the fewest signals first, so that there are
+/// many, and then by order.
+fn seats(ways: &[WatchedWay], members: &[WayIndex]) -> Vec<Seat> {
+    let nothing = SignalSet::new();
+    let rests_on = |way: WayIndex| ways.get(way.0 as usize).map_or(&nothing, |way| &way.rests_on);
+    let mut order: Vec<WayIndex> = members.to_vec();
+    order.sort_by_key(|&way| (rests_on(way).len(), way));
+    let mut voters: Vec<WayIndex> = Vec::new();
+    let mut taken = SignalSet::new();
+    for way in order {
+        if voters.len() < MOST_VOTES && !taken.meets(rests_on(way)) {
+            voters.push(way);
+            taken.extend(rests_on(way));
+        }
+    }
+    let seat = |&way: &WayIndex| {
+        let votes = (0_u32..).zip(&voters);
+        let independent = votes.clone().filter(|(_, voter)| !rests_on(**voter).meets(rests_on(way)));
+        Seat {
+            way,
+            vote: votes.clone().find(|(_, voter)| **voter == way).map(|(vote, _)| vote),
+            independent: independent.fold(0, |all, (vote, _)| all | 1 << vote),
+            has_majorities: false,
+        }
+    };
+    members.iter().map(seat).collect()
+}
+
+/// The consensus of values with these bounds and its middle; `None` where the medians leave nothing between them.
+fn consensus(lows: &mut [f64], highs: &mut [f64]) -> Option<(Interval, f64)> {
+    lows.sort_unstable_by(f64::total_cmp);
+    highs.sort_unstable_by(f64::total_cmp);
+    let lo = *lows.get(lows.len() / 2)?;
+    let hi = *highs.get(highs.len().checked_sub(1)? / 2)?;
+    let agreed = Interval::new(lo, hi);
+    (!agreed.is_empty()).then(|| (agreed, agreed.midpoint()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[track_caller]
+    fn check(values: &[(f64, f64)], expected: Option<(f64, f64)>) {
+        let mut lows: Vec<f64> = values.iter().map(|value| value.0).collect();
+        let mut highs: Vec<f64> = values.iter().map(|value| value.1).collect();
+        let found = consensus(&mut lows, &mut highs).map(|(agreed, _)| (agreed.lo(), agreed.hi()));
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn the_consensus_is_what_most_have_in_common() {
+        check(&[], None);
+        check(&[(1.0, 2.0)], Some((1.0, 2.0)));
+        check(&[(0.0, 2.0), (1.0, 3.0)], Some((1.0, 2.0)));
+        check(&[(0.0, 1.0), (2.0, 3.0)], None);
+        check(&[(0.0, 1.0), (0.2, 1.2), (50.0, 51.0)], Some((0.2, 1.2)));
+        check(&[(0.0, 1.0), (0.0, 1.0), (2.0, 3.0), (2.0, 3.0)], None);
+    }
+
+    proptest! {
+        /// Whatever a minority says, the consensus lies among what the others say.
+        #[test]
+        fn a_minority_cannot_move_the_consensus_away(
+            right in prop::collection::vec((-1.0..0.0_f64, 0.0..1.0_f64), 2..9),
+            wrong in prop::collection::vec((-1e3..1e3_f64, 0.0..9.0_f64), 0..8),
+        ) {
+            let wrong: Vec<(f64, f64)> =
+                wrong.into_iter().take(right.len() - 1).map(|(lo, width)| (lo, lo + width)).collect();
+            let mut lows: Vec<f64> = right.iter().chain(&wrong).map(|value| value.0).collect();
+            let mut highs: Vec<f64> = right.iter().chain(&wrong).map(|value| value.1).collect();
+            let Some((agreed, _)) = consensus(&mut lows, &mut highs) else { return Ok(()) };
+            let hull = (
+                right.iter().map(|value| value.0).fold(f64::INFINITY, f64::min),
+                right.iter().map(|value| value.1).fold(f64::NEG_INFINITY, f64::max),
+            );
+            prop_assert!(hull.0 <= agreed.hi() && agreed.lo() <= hull.1, "{agreed:?} {hull:?}");
+            // All that is right has 0 in common, so of the right ones alone it is always agreed on.
+            if wrong.is_empty() {
+                prop_assert!(agreed.contains(0.0));
+            }
+        }
+    }
+}
