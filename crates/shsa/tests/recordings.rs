@@ -400,7 +400,7 @@ fn explained(case: &Case, signal: &str, fault: &str) -> Value {
 #[test]
 fn a_faulty_wheel_is_explained_by_the_others() {
     let Some(case) = car() else { return };
-    let object = explained(&case, "wheel_1", "bias=2:wheel_1@20s..");
+    let object = explained(&case, "wheel_1", "drift=1:wheel_1@20s..");
     assert_eq!(object["decision"], "failed", "{object}");
     let against = object["against"].as_array().unwrap();
     assert!(against.len() >= 2, "{object}");

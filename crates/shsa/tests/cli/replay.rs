@@ -244,7 +244,7 @@ fn cut_recordings_give_what_they_hold() {
 fn text_tells_events_needs_and_signals() {
     let told = tank::folder().ends("replay tank.yaml run.csv", 0).stdout;
     let blocks: Vec<&str> = told.trim_end().split("\n\n").collect();
-    let [sum, events, needs, signals] = blocks[..] else { panic!("{told}") };
+    let [sum, events, needs, signals, ways] = blocks[..] else { panic!("{told}") };
     assert!(sum.starts_with("180 observations over 59.0 s, replayed in "), "{sum}");
     assert!(events.contains("  failed      /level\n             /pressure by hydrostatic says "), "{events}");
     assert!(events.contains("  substituted level <- /pressure by hydrostatic\n"), "{events}");
@@ -252,7 +252,11 @@ fn text_tells_events_needs_and_signals() {
         needs.starts_with("need   met  published  longest gap  source at the end\nlevel  yes  "),
         "{needs}"
     );
-    assert!(signals.contains("\n/level     failed   60        0          0        0"), "{signals}");
+    assert!(
+        signals.contains("\n/level     failed   60        0        0     0             0        0 "),
+        "{signals}"
+    );
+    assert!(ways.contains("\nlevel  /pressure by hydrostatic  100.0 %  0.001 m "), "{ways}");
     let quiet = tank::folder().ends("replay tank.yaml run.csv --inject bias=-0.5:/level@30s..", 0).stdout;
     assert!(quiet.contains("No events: nothing failed, nothing was substituted."), "{quiet}");
 }

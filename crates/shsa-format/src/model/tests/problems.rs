@@ -299,9 +299,9 @@ fn a_utility_gets_no_better_with_more_relations() {
     );
     check(
         &model("utility: { aggregat: sum, relation: previous(inputs) + prise, agregate: 3 }"),
-        "5:12 error: unknown key `aggregat` (did you mean `aggregate`? known keys here: aggregate, relation, signal, defaults)
+        "5:12 error: unknown key `aggregat` (did you mean `aggregate`? known keys here: aggregate, relation, signal, way, defaults)
          5:56 error: `prise` is not defined
-         5:63 error: unknown key `agregate` (did you mean `aggregate`? known keys here: aggregate, relation, signal, defaults)",
+         5:63 error: unknown key `agregate` (did you mean `aggregate`? known keys here: aggregate, relation, signal, way, defaults)",
     );
     check(
         &model("utility: { aggregate: max, defaults: { cost: 1 } }"),

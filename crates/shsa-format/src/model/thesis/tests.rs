@@ -243,6 +243,7 @@ fn the_yaml_of_the_thesis_comes_over() {
 6:3 warning: the directions of relation `by_strain` have formulas or inputs of their own: it becomes by_strain_force, by_strain_strain
 19:45 warning: this cannot be taken over: the function `lookup` is not known here
 24:34 warning: this cannot be taken over: `*` takes a number, not true or false
+31:14 warning: `/sides_2` has the same source as `/sides`: it bears no witness for it
 34:48 warning: this need is left out: nothing can provide `wear`
 35:38 warning: this is left out: `accuracy: 1.4` makes no sense
 36:33 warning: this is left out: the cost 0.5 of relation `opaque` is below 1
