@@ -1,0 +1,42 @@
+//! RTLola's interpreter on the same check: a benchmark of its own, as it must not be in the shipped program.
+
+use anyhow::{Context, bail};
+use serde_json::{Value, json};
+use std::process::{Command, Stdio};
+
+/// Observations a second of RTLola's interpreter and of ours, measured in turns by one program.
+pub(super) struct Rival {
+    pub(super) rtlola: f64,
+    pub(super) ours: f64,
+}
+
+impl Rival {
+    /// Builds and runs the benchmark `rtlola` of this package.
+    pub(super) fn measure(turn_s: f64) -> anyhow::Result<Rival> {
+        let mut command = Command::new("cargo");
+        command.args(["bench", "--quiet", "--package", "shsa", "--bench", "rtlola", "--", "--turn"]);
+        command.arg(turn_s.to_string()).stderr(Stdio::inherit());
+        let output = command.output().context("cannot start cargo, which runs the benchmark `rtlola`")?;
+        if !output.status.success() {
+            bail!("the benchmark `rtlola` ended with {}; run it in the project's folder", output.status);
+        }
+        let text = String::from_utf8_lossy(&output.stdout);
+        let line = text.lines().rev().find(|line| line.starts_with('{')).unwrap_or_default();
+        let value: Value =
+            serde_json::from_str(line).context("the benchmark `rtlola` said something else")?;
+        let number = |key: &str| value.get(key).and_then(Value::as_f64).context(format!("no {key}"));
+        Ok(Rival { rtlola: number("rtlola")?, ours: number("ours")? })
+    }
+
+    /// How many times faster ours is.
+    pub(super) fn ratio(&self) -> f64 {
+        self.ours / self.rtlola
+    }
+
+    pub(super) fn to_json(&self) -> Value {
+        json!({
+            "case": "interval check", "observations_per_second": self.ours,
+            "rtlola_observations_per_second": self.rtlola, "ratio": self.ratio(),
+        })
+    }
+}
