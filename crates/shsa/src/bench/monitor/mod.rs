@@ -19,7 +19,7 @@ pub(crate) struct Arguments {
     /// How many seconds a turn lasts; of five turns the fastest counts.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.5, value_parser = turn)]
     turn: f64,
-    /// Also run the benchmark against RTLola's interpreter; needs the project's sources and cargo.
+    /// Also compare with RTLola's interpreter: in the project's folder only, as cargo builds it.
     #[arg(long)]
     rtlola: bool,
     /// Write monitor.md, its plot and the raw results there.

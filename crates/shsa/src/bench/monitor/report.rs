@@ -139,7 +139,8 @@ the processor, the fastest of five turns; making the observation is included.
 - *scan and image row*: the distance of the nearest obstacle as the least of {scan} beams and as the least of {row} values of a
   depth image's row, both at 30 Hz; the need is served from them.
 - *interval check*: three signals with their errors, every two compared; RTLola's interpreter (crate `rtlola-interpreter`) runs a
-  specification of the same. Measured by `cargo bench -p shsa --bench rtlola`, in turns.
+  specification of the same, once with an event for each observation and once with one for three; the faster of these stands for
+  it. Both programs in turns, by `cargo run --release --manifest-path bench/rtlola/Cargo.toml`.
 
 ## Ways of knowing one variable
 
