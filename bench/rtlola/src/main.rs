@@ -26,13 +26,13 @@ const BATCH: u64 = 30_000;
 const TURNS: usize = 5;
 
 /// Two intervals are apart when their middles are further apart than both errors together. As an observation comes it is
-/// compared with what stands of the others.
+/// compared with what stands of the others: at first with 2, where the values begin.
 fn specification(is_one_event: bool) -> String {
     let [a, b, c] = ERRORS;
     let trigger = |one: char, other: char, apart: f64| match is_one_event {
         true => format!("trigger abs({one} - {other}) > {apart:.3} \"apart\"\n"),
         false => format!(
-            "trigger @({one} || {other}) abs({one}.hold(or: 1.0) - {other}.hold(or: 1.0)) > {apart:.3} \"apart\"\n"
+            "trigger @({one} || {other}) abs({one}.hold(or: 2.0) - {other}.hold(or: 2.0)) > {apart:.3} \"apart\"\n"
         ),
     };
     let triggers = [trigger('a', 'b', a + b), trigger('a', 'c', a + c), trigger('b', 'c', b + c)];
