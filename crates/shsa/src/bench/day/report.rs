@@ -18,16 +18,15 @@ pub(super) fn text(measured: &Measured) -> String {
 fn sentences(measured: &Measured) -> Vec<String> {
     let (shape, replayed) = (&measured.shape, &measured.replayed);
     let count = measured.observations();
-    let gib = |bytes: f64| format!("{:.1} GiB", bytes / f64::from(1 << 30));
     let mib = |bytes: f64| format!("{:.1} MiB", bytes / f64::from(1 << 20));
     vec![
         format!(
-            "{:.1} h of {} signals at {} Hz: {:.1} million observations, a CSV file of {}.",
+            "{:.2} h of {} signals at {} Hz: {:.1} million observations, a CSV file of {}.",
             shape.hours(),
             shape.signals,
             shape.rate,
             count / 1e6,
-            gib(measured.file_bytes)
+            mib(measured.file_bytes)
         ),
         format!(
             "Replayed in {}, the first look at the file included: {:.2} million observations a second, {:.0} times as fast \
