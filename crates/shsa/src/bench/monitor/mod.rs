@@ -42,7 +42,7 @@ fn turn(text: &str) -> Result<f64, String> {
 struct Found {
     cases: Vec<Measured>,
     crowds: Vec<Measured>,
-    rival: Option<Rival>,
+    rivals: Vec<Rival>,
 }
 
 /// Measures all systems, one after the other on one core.
@@ -76,9 +76,9 @@ fn measure(arguments: &Arguments) -> anyhow::Result<Found> {
     ];
     let crowd = |&ways: &usize| told(default_mode("one variable", &model::crowd(ways)?, turn));
     let crowds = CROWDS.iter().map(crowd).collect::<anyhow::Result<_>>()?;
-    let rival = arguments.rtlola.then(|| Rival::measure(turn)).transpose()?;
-    if let Some(rival) = rival.as_ref().filter(|_| arguments.json) {
+    let rivals = if arguments.rtlola { Rival::measure(turn)? } else { Vec::new() };
+    for rival in rivals.iter().filter(|_| arguments.json) {
         writeln!(stdout().lock(), "{}", rival.to_json())?;
     }
-    Ok(Found { cases, crowds, rival })
+    Ok(Found { cases, crowds, rivals })
 }

@@ -1,6 +1,7 @@
 //! What was measured, as tables, as a plot and as a document: ratios first.
 
 use super::measure::Measured;
+use super::rival::Rival;
 use super::{Arguments, Found};
 use crate::show::{self, seconds};
 use anyhow::Context;
@@ -30,10 +31,10 @@ const CROWD_HEAD: [&str; 4] = ["ways", "an observation", "pairs", "a pair"];
 fn rows(found: &Found) -> Vec<Vec<String>> {
     let mut rows: Vec<Vec<String>> =
         found.cases.iter().zip(&GOALS).map(|(measured, goal)| row(measured, goal)).collect();
-    if let Some(rival) = &found.rival {
+    for rival in &found.rivals {
         let rate = |rate: f64| format!("{}/s", millions(rate));
         rows.push(vec![
-            "interval check".to_owned(),
+            rival.case.to_owned(),
             times(rival.ratio()),
             format!("RTLola {}", rate(rival.rtlola)),
             "RTLola".to_owned(),
@@ -102,7 +103,7 @@ pub(super) fn write(folder: &Path, arguments: &Arguments, found: &Found) -> anyh
         fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
     };
     let lines = found.cases.iter().chain(&found.crowds).map(Measured::to_json);
-    let lines = lines.chain(found.rival.as_ref().map(|rival| rival.to_json()));
+    let lines = lines.chain(found.rivals.iter().map(Rival::to_json));
     put("monitor.jsonl", lines.map(|line| format!("{line}\n")).collect())?;
     put("monitor-ways.svg", chart(found).svg())?;
     put("monitor.md", document(arguments, found))
@@ -139,8 +140,8 @@ the processor, the fastest of five turns; making the observation is included.
 - *scan and image row*: the distance of the nearest obstacle as the least of {scan} beams and as the least of {row} values of a
   depth image's row, both at 30 Hz; the need is served from them.
 - *interval check*: three signals with their errors, every two compared; RTLola's interpreter (crate `rtlola-interpreter`) runs a
-  specification of the same, once with an event for each observation and once with one for three; the faster of these stands for
-  it. Both programs in turns, by `cargo run --release --manifest-path bench/rtlola/Cargo.toml`.
+  specification of the same, with an event for each observation, and with one event for three that come at one moment. Ours is
+  the whole engine. Both in turns, by `cargo run --release --manifest-path bench/rtlola/Cargo.toml`.
 
 ## Ways of knowing one variable
 

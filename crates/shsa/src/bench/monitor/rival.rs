@@ -7,15 +7,22 @@ use std::process::{Command, Stdio};
 /// Where that program is.
 const MANIFEST: &str = "bench/rtlola/Cargo.toml";
 
+/// How observations come.
+const ARRIVALS: [(&str, &str, &str); 2] = [
+    ("interval check, one by one", "rtlola", "ours"),
+    ("interval check, three at once", "rtlola_joint", "ours_joint"),
+];
+
 /// Observations a second of RTLola's interpreter and of ours, measured in turns by one program.
 pub(super) struct Rival {
+    pub(super) case: &'static str,
     pub(super) rtlola: f64,
     pub(super) ours: f64,
 }
 
 impl Rival {
     /// Builds and runs that program; the present folder must be that of the project.
-    pub(super) fn measure(turn_s: f64) -> anyhow::Result<Rival> {
+    pub(super) fn measure(turn_s: f64) -> anyhow::Result<Vec<Rival>> {
         let mut command = Command::new("cargo");
         command.args(["run", "--quiet", "--release", "--manifest-path", MANIFEST, "--", "--turn"]);
         command.arg(turn_s.to_string()).stderr(Stdio::inherit());
@@ -28,7 +35,10 @@ impl Rival {
         let value: Value =
             serde_json::from_str(line).context("the program beside ours said something else")?;
         let number = |key: &str| value.get(key).and_then(Value::as_f64).context(format!("no {key}"));
-        Ok(Rival { rtlola: number("rtlola")?, ours: number("ours")? })
+        let arrival = |&(case, rtlola, ours): &(&'static str, &str, &str)| {
+            Ok(Rival { case, rtlola: number(rtlola)?, ours: number(ours)? })
+        };
+        ARRIVALS.iter().map(arrival).collect()
     }
 
     /// How many times faster ours is.
@@ -38,7 +48,7 @@ impl Rival {
 
     pub(super) fn to_json(&self) -> Value {
         json!({
-            "case": "interval check", "observations_per_second": self.ours,
+            "case": self.case, "observations_per_second": self.ours,
             "rtlola_observations_per_second": self.rtlola, "ratio": self.ratio(),
         })
     }
