@@ -132,7 +132,7 @@ impl Run {
         mut record: impl FnMut(Given<'_>) -> Result<(), E>,
         mut publish: impl FnMut(&KnowledgeBase, Publication) -> Result<(), E>,
     ) -> Result<Run, E> {
-        let mut run = Run::new(knowledge, span.0, options);
+        let mut run = Run::with(knowledge, options, span.0);
         for observation in observations {
             let observation = observation?;
             run.pass_until(observation.received, &mut record)?;

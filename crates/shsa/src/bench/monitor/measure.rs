@@ -74,7 +74,7 @@ pub(super) fn default_mode(case: &str, system: &System, turn_s: f64) -> Measured
 pub(super) fn thesis_mode(case: &str, system: &System, turn_s: f64) -> Measured {
     let graph = Graph::new(&system.knowledge);
     let variable = <VariableId as shsa_core::knowledge::Id>::from_index(0);
-    let ways = shsa_core::engine::witnesses(&system.knowledge, &graph, variable).ways;
+    let ways = shsa_core::engine::witnesses(&system.knowledge, &graph, variable, 32, |_| true).ways;
     let count = ways.len();
     let mut run = ThesisRun::new(&system.knowledge, ways, ThesisOptions::default());
     let step = |cycle: i64| {
