@@ -5,6 +5,7 @@ mod needs;
 mod workspace;
 mod licences;
 mod tidy;
+mod ratchet;
 mod testing;
 mod results;
 
@@ -20,6 +21,7 @@ usage: cargo xtask COMMAND
   ci         the same
   tidy       only the rules of the house: layers, file heads, lengths, words, crates
   licences   only the licences of what is shipped, against deny.toml
+  ratchet    only the instructions for an observation, against ratchet.toml; `ratchet write` writes it anew
   results    replays the recordings with faults injected, and writes docs/results.md";
 
 fn main() -> ExitCode {
@@ -39,6 +41,8 @@ fn run(command: Option<&str>) -> Result<()> {
         Some("test" | "ci") => test(),
         Some("tidy") => tidy::check(),
         Some("licences") => licences::check(),
+        Some("ratchet") if env::args().nth(2).as_deref() == Some("write") => ratchet::write(),
+        Some("ratchet") => ratchet::check(),
         Some("results") => results::write(),
         Some(other) => bail!("no command `{other}`\n{USAGE}"),
         None => bail!("no command\n{USAGE}"),
@@ -53,6 +57,7 @@ fn test() -> Result<()> {
     step("tidy", tidy::check)?;
     step("licences", licences::check)?;
     step("clippy", clippy)?;
+    step("ratchet", ratchet::check)?;
     println!("all checks passed in {} s", start.elapsed().as_secs());
     step("tests", testing::run)
 }

@@ -13,8 +13,9 @@ struct Need {
     install: &'static [&'static str],
 }
 
-/// A toolchain of the minimal profile has neither of the first two; SWI-Prolog answers beside our searches.
-const NEEDS: [Need; 3] = [
+/// A toolchain of the minimal profile has neither of the first two; SWI-Prolog answers beside our searches,
+/// and valgrind counts instructions.
+const NEEDS: [Need; 4] = [
     Need {
         name: "rustfmt",
         probe: &["cargo", "fmt", "--version"],
@@ -29,6 +30,11 @@ const NEEDS: [Need; 3] = [
         name: "SWI-Prolog",
         probe: &["swipl", "--version"],
         install: &["sh", "-c", "apt-get update && apt-get install -y --no-install-recommends swi-prolog-nox"],
+    },
+    Need {
+        name: "valgrind",
+        probe: &["valgrind", "--version"],
+        install: &["sh", "-c", "apt-get update && apt-get install -y --no-install-recommends valgrind"],
     },
 ];
 

@@ -1,6 +1,8 @@
 //! The engine allocates nothing for an observation while all is well, whatever the model holds.
 
 mod models;
+#[path = "models/plant.rs"]
+mod plant;
 
 use models::System;
 use shsa_core::engine::{Engine, EventKind, Input, Options, Output};
@@ -75,6 +77,21 @@ fn derivatives_and_last_values() {
 #[test]
 fn vectors() {
     check(&models::rover(), 1_725, 290);
+}
+
+#[test]
+fn three_signals_of_one_variable() {
+    check(&plant::generic(), 90, 0);
+}
+
+/// A tenth of the time of the others, as there are so many.
+#[test]
+fn ten_thousand_signals() {
+    let system = plant::plant();
+    let mut engine = Engine::new(system.knowledge.clone(), Options::default());
+    assert_eq!(handle(&mut engine, system.inputs(0, 2)).events, []);
+    let cost = handle(&mut engine, system.inputs(2, 3));
+    assert_eq!(cost, Cost { observations: 300_000, ..Cost::default() });
 }
 
 #[test]

@@ -4,6 +4,7 @@
 
 use shsa_core::engine::{Engine, Event, Input, Options, Output, Publication};
 use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::observation::Observation;
 use shsa_core::time::Time;
 
 /// A stretch of a run under one knowledge base.
@@ -115,6 +116,33 @@ impl Run {
             run.tick_until(end, &mut step)?;
             step(&mut run, Given::Input(&Input::Tick(end)))?;
         }
+        Ok(run)
+    }
+
+    /// Drives a new engine over observations that are not kept, in the order of their reception; `span` is when they begin
+    /// and end. `publish` takes what the needs are served with, so that only events grow with time.
+    ///
+    /// # Errors
+    /// The first of `observations`, `record` and `publish`.
+    pub fn streamed<E>(
+        knowledge: &KnowledgeBase,
+        span: (Time, Time),
+        options: Options,
+        observations: impl Iterator<Item = Result<Observation, E>>,
+        mut record: impl FnMut(Given<'_>) -> Result<(), E>,
+        mut publish: impl FnMut(&KnowledgeBase, Publication) -> Result<(), E>,
+    ) -> Result<Run, E> {
+        let mut run = Run::with(knowledge, options, span.0);
+        for observation in observations {
+            let observation = observation?;
+            run.pass_until(observation.received, &mut record)?;
+            run.take(&Input::Observation(observation), &mut record)?;
+            run.publications.drain(..).try_for_each(|publication| publish(knowledge, publication))?;
+        }
+        let end = span.1.max(run.last);
+        run.pass_until(end, &mut record)?;
+        run.take(&Input::Tick(end), &mut record)?;
+        run.publications.drain(..).try_for_each(|publication| publish(knowledge, publication))?;
         Ok(run)
     }
 

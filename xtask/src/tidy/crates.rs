@@ -33,7 +33,8 @@ pub(super) fn arrows(package: &Package) -> Vec<String> {
     wrong.map(|to| format!("crate `{name}` must not rest on `{to}`")).collect()
 }
 
-/// A crate's manifest inherits the one version and licence, and its lints forbid unsafe code.
+/// A crate's manifest inherits the one version and licence, and its lints forbid unsafe code; one that is a workspace of its
+/// own has nothing to inherit.
 pub(super) fn manifest(file: &File) -> Vec<String> {
     if !file.path.ends_with("/Cargo.toml") {
         return Vec::new();
@@ -43,6 +44,9 @@ pub(super) fn manifest(file: &File) -> Vec<String> {
         Err(error) => return vec![format!("{}: {error}", file.path)],
     };
     let at = |path: &[&str]| look_up(&manifest, path);
+    if at(&["workspace"]).is_some() {
+        return Vec::new();
+    }
     let inherits =
         |key: &str| at(&["package", key, "workspace"]).and_then(toml::Value::as_bool) == Some(true);
     let mut problems: Vec<String> = INHERITED
@@ -113,6 +117,7 @@ mod tests {
         let package = "[package]\nname = \"a\"\nedition.workspace = true\nrust-version.workspace = true\nlicense.workspace = true\n";
         let version = "version.workspace = true\n";
         check_manifest(&format!("{package}{version}[lints]\nworkspace = true"), &[]);
+        check_manifest("[workspace]\n[package]\nname = \"a\"\nversion = \"0.2.0\"", &[]);
         check_manifest(&format!("{package}{version}[lints.rust]\nunsafe_code = \"forbid\""), &[]);
         check_manifest(
             &format!("{package}version = \"0.2.0\"\nlints.rust.unsafe_code = \"deny\""),

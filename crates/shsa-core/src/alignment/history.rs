@@ -162,6 +162,10 @@ impl History {
         if sample.value.is_empty() {
             return Acceptance::Dropped;
         }
+        if self.latest().is_none_or(|latest| latest < sample.validity.to) {
+            self.append(sample);
+            return Acceptance::Newest;
+        }
         let later = self.newest_first().take_while(|kept| kept.validity.to > sample.validity.to).count();
         let same = self.newest_first().skip(later).take_while(|kept| kept.validity.to == sample.validity.to);
         if same.into_iter().any(|kept| *kept == sample) {
@@ -180,20 +184,18 @@ impl History {
     /// Complexity: O(samples newer than the moment, and those that overlap it).
     #[must_use]
     pub fn at(&self, moment: Validity, reach: Reach) -> Option<Reading> {
-        let mut nearest: Option<(Span, Interval)> = None;
-        for sample in self.newest_first() {
-            let gap = sample.validity.gap(moment);
-            nearest = match nearest {
-                Some((best, value)) if best == gap => Some((best, value.hull(sample.value))),
-                Some((best, value)) if best < gap => Some((best, value)),
-                _ => Some((gap, sample.value)),
-            };
-            if sample.validity.to < moment.from {
-                break;
-            }
+        let mut nearest = Nearest { moment, gap: Span::MAX, value: Interval::EMPTY };
+        let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
+        // Two loops: one over a chain of both is twice as slow.
+        if newer.iter().rev().all(|sample| nearest.take(sample)) {
+            older.iter().rev().all(|sample| nearest.take(sample));
         }
-        let (gap, value) = nearest.filter(|(gap, _)| *gap <= reach.max_gap)?;
-        Some(Reading { value: value.widened(gap.seconds() * reach.max_rate), gap })
+        let Nearest { gap, value, .. } = nearest;
+        if gap > reach.max_gap || value.is_empty() {
+            return None;
+        }
+        let value = if gap == Span::ZERO { value } else { value.widened(gap.seconds() * reach.max_rate) };
+        Some(Reading { value, gap })
     }
 
     /// The mean over a stretch of time, as the mean of the samples in it; `None` with fewer than two of them.
@@ -246,6 +248,27 @@ impl History {
             let (one, other) = (self.place(at), self.place(at + 1));
             self.samples.swap(one, other);
         }
+    }
+}
+
+/// The hull of the samples that are nearest to a moment so far.
+struct Nearest {
+    moment: Validity,
+    gap: Span,
+    value: Interval,
+}
+
+impl Nearest {
+    /// Takes the next older sample; whether one before it may be as near.
+    #[inline]
+    fn take(&mut self, sample: &Sample) -> bool {
+        let gap = sample.validity.gap(self.moment);
+        if gap < self.gap || self.value.is_empty() {
+            (self.gap, self.value) = (gap, sample.value);
+        } else if gap == self.gap {
+            self.value = self.value.hull(sample.value);
+        }
+        sample.validity.to >= self.moment.from
     }
 }
 

@@ -265,7 +265,7 @@ impl Judge {
     #[must_use]
     pub fn verdict(&self, signal: SignalId, monitor: &Monitor, now: Time) -> Verdict {
         let witnessed = || {
-            monitor.pairs().iter().any(|pair| {
+            monitor.pairs_of(signal).any(|pair| {
                 pair.relationship(now) == Relationship::Agree
                     && self.bears_witness(monitor, pair, Component::Signal(signal))
             })
@@ -314,7 +314,7 @@ impl Judge {
         true
     }
 
-    /// Takes all evidence in. Complexity: O(pairs) while nothing is in conflict and nobody is accused; else that of
+    /// Takes all evidence in. Complexity: O(restless pairs) while nothing is in conflict and nobody is accused; else that of
     /// [`explain()`], and of [`probabilities`] for each part in which something is decided.
     pub fn review(&mut self, monitor: &Monitor, now: Time) -> Vec<Decision> {
         let mut decisions = Vec::new();

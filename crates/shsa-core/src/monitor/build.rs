@@ -1,5 +1,6 @@
 //! Sets the monitor up: which ways are compared with which, and how often.
 
+use super::index::Index;
 use super::panel::Panel;
 use super::{Detectors, Monitor, Options, Pair, Stillness, Trend, Watch, WatchedWay, WayIndex, Window};
 use crate::alignment::{History, Port, Reach};
@@ -47,12 +48,15 @@ impl Monitor {
             ways,
             pairs: Vec::new(),
             panel: Panel::new(&[], &[], options.memory),
+            index: Index::new((0, 0), &[], &[]),
             completes,
             pending: Vec::with_capacity(4 * count),
             fresh: Vec::with_capacity(4 * count),
         };
         monitor.add_pairs(options);
         monitor.panel = Panel::new(&monitor.ways, &monitor.pairs, options.memory);
+        let counts = (knowledge.signals().len(), knowledge.variables().len());
+        monitor.index = Index::new(counts, &monitor.ways, &monitor.pairs);
         monitor
     }
 

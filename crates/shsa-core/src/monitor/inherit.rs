@@ -76,5 +76,6 @@ impl Monitor {
                 inheritance.compared.extend(&pair.signals);
             }
         }
+        self.index.renew(&self.pairs);
     }
 }

@@ -18,6 +18,7 @@ mod watch;
 mod record;
 mod panel;
 pub mod thesis;
+mod index;
 mod build;
 mod inherit;
 
@@ -39,6 +40,7 @@ use crate::observation::Observation;
 use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
+use index::Index;
 use panel::Panel;
 
 /// Settings of the comparisons; the defaults are sound.
@@ -95,6 +97,7 @@ pub struct Monitor {
     pairs: Vec<Pair>,
     /// How each way has done.
     panel: Panel,
+    index: Index,
     /// Ways that a signal completes.
     completes: IdVec<SignalId, Vec<WayIndex>>,
     /// Observations of this moment that complete a way.
@@ -162,7 +165,9 @@ impl Monitor {
             }
         }
         // Observations of one moment may have come in any order; comparisons go by file order.
-        self.fresh.sort_unstable_by_key(|(index, sample)| (*index, sample.validity.to));
+        if self.fresh.len() > 1 {
+            self.fresh.sort_unstable_by_key(|(index, sample)| (*index, sample.validity.to));
+        }
     }
 
     fn compare(&mut self, index: WayIndex, sample: Sample, now: Time) -> bool {
@@ -175,9 +180,12 @@ impl Monitor {
                 if way.computation.is_mean() { other.outputs.mean_over(sample.validity) } else { None };
             let Some(known) = known.or_else(|| other.at(sample.validity)) else { continue };
             self.panel.hear(number as usize, known);
-            let before = pair.relationship(now);
+            let (before, was_restless) = (pair.relationship(now), pair.is_restless());
             pair.record(sample.value, known, sample.validity, now);
             changed |= before != pair.relationship(now);
+            if was_restless != pair.is_restless() {
+                self.index.note(number, !was_restless);
+            }
         }
         self.panel.settle(index, sample.value, now);
         changed
@@ -186,9 +194,8 @@ impl Monitor {
     /// How a signal misbehaves that comparisons speak against: what most of those in conflict look like.
     #[must_use]
     pub fn symptom(&self, signal: SignalId, now: Time) -> Symptom {
-        let against =
-            |pair: &&Pair| pair.signals.contains(signal) && pair.relationship(now) == Relationship::Conflict;
-        let conflicts = || self.pairs.iter().filter(against);
+        let against = |pair: &&Pair| pair.relationship(now) == Relationship::Conflict;
+        let conflicts = || self.pairs_of(signal).filter(against);
         let Some(onset) = conflicts().map(|pair| pair.onset(now)).min() else { return Symptom::Inconsistent };
         if self.stillness[signal].is_still_since(onset, now) {
             return Symptom::Frozen;
@@ -212,8 +219,8 @@ impl Monitor {
             let is_own = self.way(pair.way)?.rests_on.contains(signal);
             Some(if is_own { late } else { Span::ZERO - late })
         };
-        let against = self.pairs.iter().filter(|pair| pair.signals.contains(signal));
-        against.filter(|pair| pair.relationship(now) == Relationship::Conflict).find_map(skew)
+        let against = self.pairs_of(signal).filter(|pair| pair.relationship(now) == Relationship::Conflict);
+        against.into_iter().find_map(skew)
     }
 
     /// All ways of knowing under watch.
@@ -246,6 +253,17 @@ impl Monitor {
     #[must_use]
     pub fn pairs(&self) -> &[Pair] {
         &self.pairs
+    }
+
+    /// The pairs that rest on a signal, in their order: those in which it is compared. O(of these).
+    pub fn pairs_of(&self, signal: SignalId) -> impl Iterator<Item = &Pair> {
+        self.index.of_signal(signal).iter().filter_map(|&at| self.pairs.get(at as usize))
+    }
+
+    /// The pairs in which something has disagreed of late, in their order: all that are undecided or in conflict, or may
+    /// become so without another disagreement. O(of these).
+    pub fn restless(&self) -> impl Iterator<Item = &Pair> {
+        self.index.restless().iter().filter_map(|&at| self.pairs.get(at as usize))
     }
 
     /// The outputs of this moment, by way.
@@ -289,7 +307,8 @@ impl Monitor {
         trusted: impl Fn(&WatchedWay) -> bool,
     ) -> Votes {
         let mut votes = Votes::default();
-        for way in self.ways.iter().filter(|way| way.variable() == variable && way.rests_on != *rests_on) {
+        let of_variable = self.index.of_variable(variable).iter().filter_map(|&index| self.way(index));
+        for way in of_variable.filter(|way| way.rests_on != *rests_on) {
             if !trusted(way) {
                 continue;
             }

@@ -129,11 +129,12 @@ impl Window {
     /// What the window says now.
     #[must_use]
     pub fn relationship(&self, now: Time) -> Relationship {
-        match (self.last, self.bits.count_ones()) {
-            (None, _) => Relationship::Unknown,
-            (Some(last), _) if now - last > self.lifetime() => Relationship::Unknown,
-            (_, 0) => Relationship::Agree,
-            (_, count) if count >= self.k => Relationship::Conflict,
+        match self.last {
+            None => Relationship::Unknown,
+            Some(last) if now - last > self.lifetime() => Relationship::Unknown,
+            // Most often, and without a count.
+            _ if self.bits == 0 => Relationship::Agree,
+            _ if self.bits.count_ones() >= self.k => Relationship::Conflict,
             _ => Relationship::Undecided,
         }
     }
@@ -230,6 +231,12 @@ impl Pair {
             (_, Tendency::Drift | Tendency::Noise | Tendency::Skew) => Relationship::Conflict,
             (single, Tendency::Calm | Tendency::Building) => single,
         }
+    }
+
+    /// Whether one of its recent comparisons disagrees, or something comes together over many: without that it is neither
+    /// undecided nor in conflict.
+    pub(super) fn is_restless(&self) -> bool {
+        self.window.bits != 0 || self.trend.tendency() != Tendency::Calm
     }
 
     /// When what they say against each other began, or was enough to count.

@@ -9,13 +9,14 @@ use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
 
 /// One sensor: its name and variable, how often it speaks, the error of its values, how old they are.
-type Sensor<'a> = (&'a str, &'a str, &'a str, &'a str, &'a str);
+pub(crate) type Sensor<'a> = (&'a str, &'a str, &'a str, &'a str, &'a str);
 
 /// A knowledge base and its sensors' truth: the values of each at a time in seconds.
 pub(crate) struct System {
     /// What is known about it.
     pub(crate) knowledge: KnowledgeBase,
-    truth: fn(usize, f64) -> RawValue,
+    /// What a signal says at a time in seconds.
+    pub(crate) truth: fn(usize, f64) -> RawValue,
 }
 
 /// Four wheels at 83 Hz and a receiver at 10 Hz know one speed.
@@ -130,16 +131,16 @@ impl System {
     }
 }
 
-fn text(text: &str) -> Text {
+pub(crate) fn text(text: &str) -> Text {
     Text { text: text.to_owned(), ..Text::default() }
 }
 
-fn variable(name: &str, unit: &str, shape: &str, max_rate: &str) -> VariableDraft {
+pub(crate) fn variable(name: &str, unit: &str, shape: &str, max_rate: &str) -> VariableDraft {
     let (unit, shape, max_rate) = (Some(text(unit)), Some(text(shape)), Some(text(max_rate)));
     VariableDraft { name: text(name), unit, shape, max_rate, ..VariableDraft::default() }
 }
 
-fn sensors(sensors: &[Sensor<'_>]) -> Vec<SignalDraft> {
+pub(crate) fn sensors(sensors: &[Sensor<'_>]) -> Vec<SignalDraft> {
     let sensor = |&(name, variable, rate, error, delay): &Sensor<'_>| SignalDraft {
         name: text(name),
         variable: Some(text(variable)),
@@ -167,7 +168,7 @@ fn need(variable: &str, max_age: &str) -> NeedDraft {
     NeedDraft { variable: text(variable), max_age: Some(text(max_age)), ..NeedDraft::default() }
 }
 
-fn built(draft: &Draft) -> KnowledgeBase {
+pub(crate) fn built(draft: &Draft) -> KnowledgeBase {
     let (knowledge, found) = build(draft);
     assert!(found.is_empty(), "{found:?}");
     knowledge

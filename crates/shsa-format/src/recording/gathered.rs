@@ -2,14 +2,46 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::SyncSender;
 
 use shsa_core::time::Time;
 
-use super::{Found, Place, RawValue, Recording, Sample, Want, Warning, names};
+use super::{Found, Place, RawValue, Recording, RecordingError, Sample, Want, Warning, names};
+
+/// Samples handed over at once.
+pub(super) type Batch = Result<Vec<Sample>, RecordingError>;
+
+/// How many samples are handed over at once.
+const BATCH: usize = 4_096;
+
+/// What becomes of the samples.
+pub(super) enum Destination {
+    /// They are kept, all of them.
+    Kept,
+    /// Only their order is looked at.
+    Surveyed(Surveyed),
+    /// They go to another thread.
+    Sent(SyncSender<Batch>),
+}
+
+/// The order of samples that are not kept.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Surveyed {
+    /// How many there are.
+    pub(super) count: usize,
+    /// The earliest and the latest reception.
+    pub(super) span: Option<(Time, Time)>,
+    /// Whether a file has one that was received before the one ahead of it, or what counts as a change in one file
+    /// depends on another.
+    pub(super) is_mixed: bool,
+    /// The last reception in the current file.
+    last: Option<Time>,
+}
 
 /// A recording in the making.
 pub(super) struct Gathered {
     recording: Recording,
+    destination: Destination,
     streams: Vec<Stream>,
     file: PathBuf,
     damages: usize,
@@ -26,22 +58,26 @@ struct Stream {
     last_value: Option<RawValue>,
     last_time: Time,
     is_explained: bool,
+    /// Whether a file before the current one has had it.
+    is_of_earlier_file: bool,
 }
 
 impl Gathered {
     /// One entry for each wanted signal: whether only changes of its value are samples.
-    pub(super) fn new(only_changes: impl Iterator<Item = bool>) -> Gathered {
+    pub(super) fn new(only_changes: impl Iterator<Item = bool>, destination: Destination) -> Gathered {
         let stream = |only_changes| Stream {
             only_changes,
             last_value: None,
             last_time: Time::MIN,
             is_explained: false,
+            is_of_earlier_file: false,
         };
         let streams: Vec<_> = only_changes.map(stream).collect();
         let found = vec![Found::default(); streams.len()];
         let recording = Recording { found, ..Recording::default() };
         Gathered {
             recording,
+            destination,
             streams,
             file: PathBuf::new(),
             damages: 0,
@@ -54,7 +90,11 @@ impl Gathered {
     pub(super) fn begin(&mut self, file: &Path) {
         self.file = file.into();
         for stream in &mut self.streams {
+            stream.is_of_earlier_file |= stream.last_time > Time::MIN;
             stream.last_time = Time::MIN;
+        }
+        if let Destination::Surveyed(surveyed) = &mut self.destination {
+            surveyed.last = None;
         }
     }
 
@@ -100,7 +140,33 @@ impl Gathered {
         found.samples += 1;
         found.backward += usize::from(time < stream.last_time);
         stream.last_time = time;
-        self.recording.samples.push(Sample { wanted, time, received, value });
+        let is_of_two_files = stream.only_changes && stream.is_of_earlier_file;
+        match &mut self.destination {
+            Destination::Kept => self.recording.samples.push(Sample { wanted, time, received, value }),
+            Destination::Surveyed(surveyed) => surveyed.see(received, is_of_two_files),
+            Destination::Sent(_) => {
+                self.recording.samples.push(Sample { wanted, time, received, value });
+                if self.recording.samples.len() == BATCH {
+                    self.send();
+                }
+            }
+        }
+    }
+
+    /// Hands over what there is. Who does not listen any more needs nothing.
+    pub(super) fn send(&mut self) {
+        if let Destination::Sent(receiver) = &self.destination {
+            let batch = std::mem::replace(&mut self.recording.samples, Vec::with_capacity(BATCH));
+            let _ = receiver.send(Ok(batch));
+        }
+    }
+
+    /// The order of the samples, where they were only surveyed.
+    pub(super) fn surveyed(&self) -> Surveyed {
+        match &self.destination {
+            Destination::Surveyed(surveyed) => surveyed.clone(),
+            Destination::Kept | Destination::Sent(_) => Surveyed::default(),
+        }
     }
 
     /// Something to know, at a place of the current file.
@@ -172,6 +238,16 @@ impl Gathered {
                 Some(format!("{backward} time stamps are before the one ahead of them in the file"))
             }
         }
+    }
+}
+
+impl Surveyed {
+    fn see(&mut self, received: Time, is_of_two_files: bool) {
+        self.count += 1;
+        self.is_mixed |= is_of_two_files || self.last.is_some_and(|last| received < last);
+        self.last = Some(received);
+        let (from, to) = self.span.unwrap_or((received, received));
+        self.span = Some((from.min(received), to.max(received)));
     }
 }
 

@@ -14,6 +14,7 @@ mod ros_topics;
 mod rosbag;
 mod source;
 mod stamp;
+mod stream;
 
 use std::fmt;
 use std::fs::File;
@@ -23,10 +24,11 @@ use std::path::{Path, PathBuf};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 
-use gathered::Gathered;
+use gathered::{Destination, Gathered};
 pub use jsonl::write_jsonl;
 pub use source::{Source, TimeSource};
 pub use stamp::parse_span;
+pub use stream::{Stream, Survey, stream, survey};
 
 /// What a model asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -243,15 +245,27 @@ pub fn read(
 ) -> Result<Recording, RecordingError> {
     let mut wants = understand(wanted)?;
     let files = files_of(paths)?;
-    let mut gathered = Gathered::new(wants.iter().map(|want| want.source.changed));
-    if let [(file, Format::Csv)] = files.as_slice() {
-        lone_table(file, &mut wants, &mut gathered);
-    }
-    for (file, format) in &files {
-        gathered.begin(file);
-        read_one(*format, open(file)?, &wants, options, &mut gathered)?;
-    }
+    let gathered = read_all(&files, files.len() == 1, &mut wants, options, Destination::Kept)?;
     Ok(gathered.finish(&wants))
+}
+
+/// Reads files one after the other; `is_alone` when there is only one in all.
+fn read_all(
+    files: &[(PathBuf, Format)],
+    is_alone: bool,
+    wants: &mut [Want<'_>],
+    options: &ReadOptions,
+    destination: Destination,
+) -> Result<Gathered, RecordingError> {
+    let mut gathered = Gathered::new(wants.iter().map(|want| want.source.changed), destination);
+    if let ([(file, Format::Csv)], true) = (files, is_alone) {
+        lone_table(file, wants, &mut gathered);
+    }
+    for (file, format) in files {
+        gathered.begin(file);
+        read_one(*format, open(file)?, wants, options, &mut gathered)?;
+    }
+    Ok(gathered)
 }
 
 /// As [`read`], of one file whose bytes are at hand; its name says the format where the bytes do not.
@@ -266,7 +280,7 @@ pub fn read_bytes(
 ) -> Result<Recording, RecordingError> {
     let mut wants = understand(wanted)?;
     let format = format_of(name, bytes).ok_or_else(|| RecordingError::UnknownFormat { file: name.into() })?;
-    let mut gathered = Gathered::new(wants.iter().map(|want| want.source.changed));
+    let mut gathered = Gathered::new(wants.iter().map(|want| want.source.changed), Destination::Kept);
     if format == Format::Csv {
         lone_table(name, &mut wants, &mut gathered);
     }

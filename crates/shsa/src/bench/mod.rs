@@ -1,5 +1,8 @@
 //! `shsa bench`: measurements that anyone can repeat.
 
+mod processor;
+mod day;
+mod monitor;
 mod scale;
 mod thesis;
 
@@ -15,6 +18,10 @@ pub(crate) struct Arguments {
 
 #[derive(clap::Subcommand)]
 enum Command {
+    /// How long a day of data takes, and how much memory.
+    Day(day::Arguments),
+    /// What the monitor costs for each observation.
+    Monitor(monitor::Arguments),
     /// How time and memory grow with the model.
     Scale(scale::Arguments),
     /// The experiments of the thesis with all searches.
@@ -24,6 +31,8 @@ enum Command {
 /// Runs one benchmark.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match &arguments.command {
+        Command::Day(arguments) => day::run(arguments),
+        Command::Monitor(arguments) => monitor::run(arguments),
         Command::Scale(arguments) => scale::run(arguments),
         Command::Thesis(arguments) => thesis::run(arguments),
     }

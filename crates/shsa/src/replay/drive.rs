@@ -7,7 +7,7 @@ use shsa_format::drive::{Era, Given, Run};
 use std::io::{IsTerminal, stderr};
 
 /// How often the progress bar moves, in inputs.
-const PROGRESS_STEP: u64 = 4_096;
+pub(super) const PROGRESS_STEP: u64 = 4_096;
 
 /// Drives a new engine over all eras and on to the end; `step` gives it everything that goes in, ticks included.
 ///
@@ -32,7 +32,8 @@ pub(crate) fn drive(
     run
 }
 
-fn progress(length: usize) -> ProgressBar {
+/// How far the run is, of so many observations.
+pub(super) fn progress(length: usize) -> ProgressBar {
     let target =
         if stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some(length as u64), target);

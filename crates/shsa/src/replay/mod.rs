@@ -4,6 +4,7 @@ mod drive;
 mod reload;
 mod report;
 mod source;
+mod stream;
 pub(crate) mod written;
 
 pub(crate) use drive::drive;
@@ -18,7 +19,7 @@ use shsa_format::journal::JournalWriter;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Arguments of `shsa replay`.
 #[derive(clap::Args)]
@@ -49,6 +50,10 @@ pub(crate) struct Arguments {
     source: SourceArguments,
     #[command(flatten)]
     watching: Watching,
+    /// Read the recordings while they are replayed, so that memory does not grow with them; by itself from 64 MiB on.
+    /// They are looked through once before.
+    #[arg(long, conflicts_with_all = ["inject", "reload"])]
+    stream: bool,
     /// Write every input of the run as a journal that can be replayed.
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
@@ -63,20 +68,43 @@ pub(crate) struct Arguments {
 /// Replays and reports; the answer is no when a need was unmet.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let live = show::load_live(&arguments.model)?;
+    if let Some(outcome) = stream::run(arguments, live.knowledge())? {
+        return Ok(outcome);
+    }
     let source = read(&arguments.recordings, &arguments.source, live)?;
-    let reloads = arguments.source.reload.iter().map(|reload| &reload.path);
-    let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).chain(reloads).collect();
-    let [journal, output] =
-        written::open([arguments.journal.as_deref(), arguments.output.as_deref()], &read)?;
+    let [journal, output] = written(arguments)?;
     let began = Instant::now();
-    let options = Options { watch: arguments.watching.budget(), ..Options::default() };
+    let options = arguments.options();
     let run = play(&source, options, journal)?;
     let elapsed = began.elapsed();
     let clean = source.clean.as_ref().map(|eras| drive(eras, source.span, options, give)).transpose()?;
     if let Some(output) = output {
         report::write_values(&run, output)?;
     }
-    let report = report::Report::new(&run, clean.as_ref(), &source);
+    finish(arguments, &source, &run, clean.as_ref(), elapsed)
+}
+
+impl Arguments {
+    fn options(&self) -> Options {
+        Options { watch: self.watching.budget(), ..Options::default() }
+    }
+}
+
+/// Opens what is to be written: journal and values.
+fn written(arguments: &Arguments) -> anyhow::Result<[Option<BufWriter<File>>; 2]> {
+    let reloads = arguments.source.reload.iter().map(|reload| &reload.path);
+    let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).chain(reloads).collect();
+    written::open([arguments.journal.as_deref(), arguments.output.as_deref()], &read)
+}
+
+fn finish(
+    arguments: &Arguments,
+    source: &Source,
+    run: &Run,
+    clean: Option<&Run>,
+    elapsed: Duration,
+) -> anyhow::Result<Outcome> {
+    let report = report::Report::new(run, clean, source);
     report.print(arguments.json, elapsed)?;
     Ok(match (report.all_met(), source.degraded) {
         (false, _) => Outcome::No,

@@ -378,9 +378,19 @@ fn difference(values: impl Iterator<Item = (Time, f64)>, reference: &[(Time, f64
 /// Writes the values of all needs as JSON lines, in the variables' units.
 pub(super) fn write_values(run: &Run, mut output: impl Write) -> anyhow::Result<()> {
     for (knowledge, publication) in run.told_values(0) {
-        writeln!(output, "{}", value_json(knowledge, publication))?;
+        write_value(knowledge, publication, &mut output)?;
     }
     output.flush()?;
+    Ok(())
+}
+
+/// Writes one of them.
+pub(super) fn write_value(
+    knowledge: &KnowledgeBase,
+    publication: &Publication,
+    output: &mut impl Write,
+) -> anyhow::Result<()> {
+    writeln!(output, "{}", value_json(knowledge, publication))?;
     Ok(())
 }
 

@@ -29,3 +29,33 @@ fn scale_refuses_sizes_that_no_file_can_have() {
     let words = "a model of 7 relations cannot be measured: 100 to 1500000 can";
     Folder::new().refuses("bench scale --sizes 7", &[words]);
 }
+
+#[test]
+fn monitor_measures_each_case_and_writes_what_it_found() {
+    let folder = Folder::new();
+    let ended = folder.ends("bench monitor --turn 0.001 --out found --json", 0);
+    let lines: Vec<serde_json::Value> =
+        ended.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let ways: Vec<_> = lines.iter().map(|line| line["ways"].as_u64().unwrap()).collect();
+    assert_eq!(ways, [3, 3, 10_000, 10_000, 2, 2, 4, 8, 16, 32]);
+    for line in &lines {
+        assert!(line["observations_per_second"].as_f64().unwrap() > 0.0, "{line}");
+    }
+    let read = |name: &str| std::fs::read_to_string(folder.path("found").join(name)).unwrap();
+    assert!(read("monitor.md").contains("`shsa bench monitor --turn 0.001 --out docs`"));
+    assert!(read("monitor-ways.svg").starts_with("<svg"));
+    assert_eq!(read("monitor.jsonl"), ended.stdout);
+    folder.refuses("bench monitor --turn 0", &["0.001 to 60 seconds"]);
+}
+
+#[test]
+fn day_replays_what_it_writes_and_removes_it() {
+    let folder = Folder::new();
+    let ended = folder.ends("bench day --hours 0.005 --signals 10 --out found --json", 0);
+    let found: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    assert_eq!((&found["observations"], &found["events"]), (&18_000.0.into(), &0.into()));
+    assert!(found["peak_bytes"].as_f64().unwrap() > 0.0 && found["seconds"].as_f64().unwrap() > 0.0);
+    let read = |name: &str| std::fs::read_to_string(folder.path("found").join(name)).unwrap();
+    assert!(read("day.md").contains("`shsa bench day --hours 0.005 --signals 10 --rate 100 --out docs`"));
+    assert!(read("day-memory.svg").starts_with("<svg"));
+}

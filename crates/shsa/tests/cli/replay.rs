@@ -96,6 +96,19 @@ fn every_format_gives_the_same_events() {
 }
 
 #[test]
+fn a_streamed_recording_gives_the_same() {
+    let folder = tank::folder();
+    let whole = folder.json("replay tank.yaml run.csv --journal a.journal --output a.jsonl", 0);
+    let streamed = folder.json("replay tank.yaml run.csv --stream --journal b.journal --output b.jsonl", 0);
+    assert_eq!(without_elapsed(whole), without_elapsed(streamed));
+    assert_eq!(folder.read("a.journal"), folder.read("b.journal"));
+    assert!(folder.read("a.jsonl").len() > 1_000);
+    assert_eq!(folder.read("a.jsonl"), folder.read("b.jsonl"));
+    let both = "the argument '--stream' cannot be used with '--inject <FAULT>'";
+    folder.refuses("replay tank.yaml run.csv --stream --inject drop:/level", &[both]);
+}
+
+#[test]
 fn windows_line_ends_marks_and_semicolons() {
     let folder = tank::folder();
     folder.write("windows.csv", tank::csv().replace('\n', "\r\n"));

@@ -103,14 +103,18 @@ impl Judge {
         .collect()
     }
 
-    /// Pairs in a relationship that nothing that has failed explains.
+    /// Pairs in a relationship that nothing that has failed explains. O(restless pairs) for those that do not agree.
     pub(super) fn open_pairs<'s, 'm: 's>(
         &'s self,
         monitor: &'m Monitor,
         now: Time,
         relationship: Relationship,
     ) -> impl Iterator<Item = &'m Pair> + 's {
-        monitor.pairs().iter().filter(move |pair| {
+        let disagree = matches!(relationship, Relationship::Conflict | Relationship::Undecided);
+        let restless = disagree.then(|| monitor.restless());
+        let all = (!disagree).then(|| monitor.pairs());
+        let pairs = restless.into_iter().flatten().chain(all.into_iter().flatten());
+        pairs.filter(move |pair| {
             pair.relationship(now) == relationship && !self.is_explained(monitor, pair, None)
         })
     }

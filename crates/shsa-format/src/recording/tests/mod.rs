@@ -49,12 +49,40 @@ fn wanted(sources: &[&str]) -> Vec<Wanted> {
 /// Reads these files as one folder, and shows samples, warnings, and whether something is lost.
 fn shown(files: &[(&str, &[u8])], sources: &[&str], options: &ReadOptions) -> String {
     let folder = Folder::with(files);
-    let result = read(std::slice::from_ref(&folder.0), &wanted(sources), options);
+    let paths = std::slice::from_ref(&folder.0);
+    let result = read(paths, &wanted(sources), options);
+    compare_with_stream(&result, paths, &wanted(sources), options);
     let text = match result {
         Ok(recording) => show(&recording),
         Err(error) => format!("error: {error}"),
     };
     text.replace(&format!("{}/", folder.0.display()), "")
+}
+
+/// A survey says the same without samples, and a stream gives the same samples where the survey says so.
+#[track_caller]
+fn compare_with_stream(
+    read: &Result<Recording, RecordingError>,
+    paths: &[PathBuf],
+    wanted: &[Wanted],
+    options: &ReadOptions,
+) {
+    let survey = survey(paths, wanted, options);
+    let read = match (read, &survey) {
+        (Ok(read), Ok(_)) => read,
+        (Err(read), Err(surveyed)) => return assert_eq!(read.to_string(), surveyed.to_string()),
+        (read, survey) => panic!("{read:?} and {survey:?}"),
+    };
+    let survey = survey.unwrap();
+    assert_eq!(survey.recording, Recording { samples: Vec::new(), ..read.clone() });
+    assert_eq!(survey.count, read.samples.len());
+    let ends = read.samples.first().zip(read.samples.last());
+    assert_eq!(survey.span, ends.map(|(first, last)| (first.received, last.received)));
+    if survey.can_stream {
+        let streamed: Vec<String> =
+            stream(paths, wanted, options).unwrap().map(|sample| show_sample(&sample.unwrap())).collect();
+        assert_eq!(streamed, read.samples.iter().map(show_sample).collect::<Vec<_>>());
+    }
 }
 
 fn show(recording: &Recording) -> String {
@@ -88,6 +116,28 @@ fn folders_give_their_recordings_in_the_order_of_names() {
     ];
     let all = shown(&files, &["b#x", "a#x"], &ReadOptions::default());
     assert_eq!(all, "1@1000=1\n0@1000=10\n0@2000=20");
+}
+
+#[test]
+fn long_files_are_streamed_side_by_side_in_the_order_of_reception() {
+    let rows = |from: usize, step: usize| -> String {
+        (0..9_000).map(|row| format!("{},{row}\n", from + step * row)).collect()
+    };
+    let (one, two) = (format!("t [ms],a\n{}", rows(0, 2)), format!("t [ms],b\n{}", rows(4, 3)));
+    let folder = Folder::with(&[("one.csv", one.as_bytes()), ("two.csv", two.as_bytes())]);
+    let paths = std::slice::from_ref(&folder.0);
+    let survey = survey(paths, &wanted(&["a", "b"]), &ReadOptions::default()).unwrap();
+    assert_eq!((survey.count, survey.can_stream), (18_000, true));
+    shown(&[("one.csv", one.as_bytes()), ("two.csv", two.as_bytes())], &["a", "b"], &ReadOptions::default());
+}
+
+#[test]
+fn what_is_out_of_order_in_its_file_is_not_streamed() {
+    let files: [(&str, &[u8]); 1] = [("one.csv", b"t [ms],a\n5,1\n4,2\n6,3\n")];
+    let folder = Folder::with(&files);
+    let paths = std::slice::from_ref(&folder.0);
+    assert!(!survey(paths, &wanted(&["a"]), &ReadOptions::default()).unwrap().can_stream);
+    assert_eq!(shown(&files, &["a"], &ReadOptions::default()).lines().next(), Some("0@4=2"));
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Measures one model: loading, setting up, planning, and what changes of signals and of the structure cost.
 
+use crate::bench::processor::memory_bytes;
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use shsa_core::knowledge::{Element, Id, IdVec, KnowledgeBase, Lineage, Relation, SignalId, VariableId};
@@ -72,7 +73,7 @@ pub(super) fn measure(path: &Path) -> anyhow::Result<Measured> {
     let began = Instant::now();
     let loaded = model::load_file(path);
     let load_s = began.elapsed().as_secs_f64();
-    let load_peak_bytes = peak_bytes();
+    let load_peak_bytes = memory_bytes("self", "VmHWM");
     if !loaded.report.ok() {
         bail!("{}", loaded.report.render(false));
     }
@@ -90,7 +91,7 @@ pub(super) fn measure(path: &Path) -> anyhow::Result<Measured> {
     let searches = table.searches();
     let complete = table.variables().filter(|&variable| table.is_complete(variable)).count();
     let mut changes = changes(&mut knowledge, &mut graph, &mut table);
-    let peak_bytes = peak_bytes();
+    let peak_bytes = memory_bytes("self", "VmHWM");
     let count = |count: usize| count as f64;
     let mut values = vec![
         count(knowledge.relations().len()),
@@ -219,12 +220,4 @@ fn median(times: &mut [f64]) -> f64 {
 
 fn worst(times: &[f64]) -> f64 {
     times.iter().copied().fold(f64::NAN, f64::max)
-}
-
-/// The largest memory of this process so far; not a number where the system does not tell it.
-fn peak_bytes() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kibibytes = peak.and_then(|peak| peak.trim().strip_suffix(" kB")?.trim().parse::<f64>().ok());
-    kibibytes.map_or(f64::NAN, |kibibytes| kibibytes * 1024.0)
 }

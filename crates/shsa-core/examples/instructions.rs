@@ -1,0 +1,51 @@
+//! Gives an engine a fixed number of observations, so that the instructions for each can be counted from outside:
+//! `cargo xtask ratchet` runs it under valgrind. The counted part is [`drive`].
+
+#[path = "../tests/models/mod.rs"]
+mod models;
+#[path = "../tests/models/plant.rs"]
+mod plant;
+
+use models::System;
+use shsa_core::engine::{Engine, Input, Options};
+use std::hint::black_box;
+use std::io::Write;
+
+/// Feeds all and takes what comes out, as a bridge does.
+#[inline(never)]
+fn drive(engine: &mut Engine, inputs: Vec<Input>) {
+    for input in inputs {
+        engine.handle(input);
+        while let Some(output) = engine.poll() {
+            black_box(output);
+        }
+    }
+}
+
+/// A system, the seconds before the count, and those that are counted.
+fn case(name: &str) -> Option<(System, u32, u32)> {
+    Some(match name {
+        "generic" => (plant::generic(), 20, 500),
+        "car" => (models::car(), 5, 5),
+        "climber" => (models::climber(), 10, 20),
+        "rover" => (models::rover(), 2, 2),
+        "plant" => (plant::plant(), 1, 1),
+        _ => return None,
+    })
+}
+
+fn main() -> std::io::Result<()> {
+    let name = std::env::args().nth(1).unwrap_or_default();
+    let Some((system, before_s, counted_s)) = case(&name) else {
+        return writeln!(std::io::stderr(), "usage: instructions generic|car|climber|rover|plant");
+    };
+    let mut engine = Engine::new(system.knowledge.clone(), Options::default());
+    for input in system.inputs(0, before_s) {
+        engine.handle(input);
+        while engine.poll().is_some() {}
+    }
+    let inputs = system.inputs(before_s, counted_s);
+    let count = inputs.len();
+    drive(&mut engine, inputs);
+    writeln!(std::io::stdout(), "{count}")
+}

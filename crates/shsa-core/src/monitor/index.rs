@@ -1,0 +1,65 @@
+//! Where to look among ways and pairs: what speaks about a signal or a variable, and what may speak against one.
+
+use super::{Pair, WatchedWay, WayIndex};
+use crate::knowledge::{IdVec, SignalId, VariableId};
+use alloc::vec::Vec;
+
+/// Places in the monitor's lists, so that a question costs what it is about and not all that there is.
+#[derive(Debug)]
+pub(super) struct Index {
+    /// The pairs that rest on a signal, ascending.
+    of_signal: IdVec<SignalId, Vec<u32>>,
+    /// The ways of knowing a variable, ascending.
+    of_variable: IdVec<VariableId, Vec<WayIndex>>,
+    /// The pairs in which something has disagreed of late, ascending.
+    restless: Vec<u32>,
+}
+
+impl Index {
+    /// For so many signals and variables, with room for every pair, so that nothing is allocated later. O(signals + variables + what pairs rest on).
+    pub(super) fn new((signals, variables): (usize, usize), ways: &[WatchedWay], pairs: &[Pair]) -> Index {
+        let mut of_signal = IdVec::filled(signals, |_: SignalId| Vec::new());
+        for (at, pair) in pairs.iter().enumerate() {
+            pair.signals.iter().for_each(|signal| of_signal[signal].push(number(at)));
+        }
+        let mut of_variable = IdVec::filled(variables, |_: VariableId| Vec::new());
+        for (at, way) in ways.iter().enumerate() {
+            of_variable[way.variable()].push(WayIndex(number(at)));
+        }
+        let mut index = Index { of_signal, of_variable, restless: Vec::with_capacity(pairs.len()) };
+        index.renew(pairs);
+        index
+    }
+
+    /// Looks at all pairs again.
+    pub(super) fn renew(&mut self, pairs: &[Pair]) {
+        self.restless.clear();
+        let restless = pairs.iter().enumerate().filter(|(_, pair)| pair.is_restless());
+        self.restless.extend(restless.map(|(at, _)| number(at)));
+    }
+
+    /// A pair has become restless, or calm. O(log n + n) for n restless pairs.
+    pub(super) fn note(&mut self, pair: u32, is_restless: bool) {
+        match self.restless.binary_search(&pair) {
+            Ok(at) if !is_restless => drop(self.restless.remove(at)),
+            Err(at) if is_restless => self.restless.insert(at, pair),
+            _ => {}
+        }
+    }
+
+    pub(super) fn of_signal(&self, signal: SignalId) -> &[u32] {
+        &self.of_signal[signal]
+    }
+
+    pub(super) fn of_variable(&self, variable: VariableId) -> &[WayIndex] {
+        &self.of_variable[variable]
+    }
+
+    pub(super) fn restless(&self) -> &[u32] {
+        &self.restless
+    }
+}
+
+fn number(at: usize) -> u32 {
+    u32::try_from(at).unwrap_or(u32::MAX)
+}

@@ -1,0 +1,136 @@
+//! Recordings too long to be kept: looked at once for what is in them, then read again sample by sample.
+//!
+//! A thread for each file reads ahead by a bounded number of samples; the files are merged by reception. The samples are
+//! those of [`super::read`], in its order, for recordings whose files are each in the order of reception.
+
+use super::gathered::{Batch, Destination, Surveyed};
+use super::{Format, ReadOptions, Recording, RecordingError, Sample, Wanted, files_of, read_all, understand};
+use shsa_core::time::Time;
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::{thread, vec};
+
+/// More files than this are not read side by side.
+const MOST_FILES: usize = 32;
+
+/// Batches that wait for the one who takes them.
+const BATCHES_AHEAD: usize = 2;
+
+/// What is in a recording, without its samples.
+#[derive(Clone, Debug)]
+pub struct Survey {
+    /// What [`super::read`] says of it; `samples` is empty.
+    pub recording: Recording,
+    /// How many samples there are.
+    pub count: usize,
+    /// The earliest and the latest reception.
+    pub span: Option<(Time, Time)>,
+    /// Whether [`stream`] gives the samples in the order in which [`super::read`] does.
+    pub can_stream: bool,
+}
+
+/// Looks through recordings and keeps no sample.
+///
+/// # Errors
+/// As [`super::read`]. Time grows with the files; memory does not.
+pub fn survey(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Result<Survey, RecordingError> {
+    let mut wants = understand(wanted)?;
+    let files = files_of(paths)?;
+    let destination = Destination::Surveyed(Surveyed::default());
+    let gathered = read_all(&files, files.len() == 1, &mut wants, options, destination)?;
+    let surveyed = gathered.surveyed();
+    Ok(Survey {
+        recording: gathered.finish(&wants),
+        count: surveyed.count,
+        span: surveyed.span,
+        can_stream: !surveyed.is_mixed && files.len() <= MOST_FILES,
+    })
+}
+
+/// The samples of recordings, read while they are taken.
+///
+/// # Errors
+/// When a source is malformed, or a file cannot be opened; what goes wrong later is among the samples. Memory: some
+/// thousands of samples for each file.
+pub fn stream(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Result<Stream, RecordingError> {
+    understand(wanted)?;
+    let files = files_of(paths)?;
+    let is_alone = files.len() == 1;
+    let start = |file: &(PathBuf, Format)| {
+        let (sender, batches) = sync_channel(BATCHES_AHEAD);
+        let reader =
+            Reader { file: [file.clone()], is_alone, wanted: wanted.to_vec(), options: options.clone() };
+        thread::spawn(move || reader.run(&sender));
+        Head { batches, batch: Vec::new().into_iter(), next: None }
+    };
+    let mut heads: Vec<Head> = files.iter().map(start).collect();
+    heads.iter_mut().for_each(Head::advance);
+    Ok(Stream { heads })
+}
+
+/// What a thread needs to read one file.
+struct Reader {
+    file: [(PathBuf, Format); 1],
+    is_alone: bool,
+    wanted: Vec<Wanted>,
+    options: ReadOptions,
+}
+
+impl Reader {
+    fn run(&self, sender: &SyncSender<Batch>) {
+        let read = || {
+            let mut wants = understand(&self.wanted)?;
+            let destination = Destination::Sent(sender.clone());
+            read_all(&self.file, self.is_alone, &mut wants, &self.options, destination)
+        };
+        // Who does not listen any more needs neither the rest nor the error.
+        match read() {
+            Ok(mut gathered) => gathered.send(),
+            Err(error) => drop(sender.send(Err(error))),
+        }
+    }
+}
+
+/// One file's samples as they come.
+struct Head {
+    batches: Receiver<Batch>,
+    batch: vec::IntoIter<Sample>,
+    next: Option<Result<Sample, RecordingError>>,
+}
+
+impl Head {
+    /// Puts the next sample in front; the file is at its end when there is none.
+    fn advance(&mut self) {
+        while self.batch.len() == 0 {
+            match self.batches.recv() {
+                Ok(Ok(batch)) => self.batch = batch.into_iter(),
+                Ok(Err(error)) => return self.next = Some(Err(error)),
+                Err(_) => break,
+            }
+        }
+        self.next = self.batch.next().map(Ok);
+    }
+
+    /// The reception of the sample in front; an error goes before all samples.
+    fn time(&self) -> Option<Time> {
+        self.next.as_ref().map(|next| next.as_ref().map_or(Time::MIN, |sample| sample.received))
+    }
+}
+
+/// Samples in the order of reception; ties keep the order of the files.
+pub struct Stream {
+    heads: Vec<Head>,
+}
+
+impl Iterator for Stream {
+    type Item = Result<Sample, RecordingError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let times = self.heads.iter().enumerate().filter_map(|(at, head)| Some((head.time()?, at)));
+        let (_, earliest) = times.min()?;
+        let head = self.heads.get_mut(earliest)?;
+        let next = head.next.take();
+        head.advance();
+        next
+    }
+}

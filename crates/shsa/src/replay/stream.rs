@@ -1,0 +1,96 @@
+//! Replays recordings that are too long to be kept: they are read while they are replayed.
+
+use super::drive::{PROGRESS_STEP, progress};
+use super::{Arguments, Source, finish, is_journal, report, written};
+use crate::outcome::Outcome;
+use crate::show;
+use shsa_core::engine::Input;
+use shsa_core::knowledge::{KnowledgeBase, SignalId};
+use shsa_core::observation::Observation;
+use shsa_format::drive::{Era, Given, Run};
+use shsa_format::journal::JournalWriter;
+use shsa_format::recording::{self, ReadOptions, Sample, Survey};
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::Path;
+use std::time::Instant;
+
+/// Recordings of so many bytes are not kept in memory, where they need not be.
+const LONG: u64 = 64 << 20;
+
+/// Replays long recordings; `None` when they are short, or must be kept: for faults, for a change of the model, or
+/// because they are not in the order of their reception.
+pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Option<Outcome>> {
+    let must_keep = arguments.source.changes();
+    let is_long = || arguments.recordings.iter().map(|path| size(path)).sum::<u64>() >= LONG;
+    if must_keep
+        || arguments.recordings.iter().any(|path| is_journal(path))
+        || !(arguments.stream || is_long())
+    {
+        return Ok(None);
+    }
+    let wanted = super::wanted(knowledge);
+    let options = ReadOptions {
+        time_column: arguments.source.time_column.clone(),
+        time_scale: arguments.source.time_unit,
+    };
+    let survey = recording::survey(&arguments.recordings, &wanted, &options)?;
+    let (true, Some(span)) = (survey.can_stream, survey.span) else { return Ok(None) };
+    survey.recording.warnings.iter().for_each(show::warn);
+    let [journal, mut values] = written(arguments)?;
+    let mut journal = journal.map(|file| JournalWriter::new(file, knowledge)).transpose()?;
+    let began = Instant::now();
+    let signals: Vec<SignalId> = knowledge.signals().ids().collect();
+    let samples = recording::stream(&arguments.recordings, &wanted, &options)?;
+    let observations = samples.filter_map(|sample| match sample {
+        Ok(sample) => Some(Ok(observation(&signals, sample)?)),
+        Err(error) => Some(Err(anyhow::Error::from(error))),
+    });
+    let progress = progress(survey.count);
+    let mut seen = 0;
+    let record = |given: Given<'_>| -> anyhow::Result<()> {
+        seen += u64::from(matches!(given, Given::Input(Input::Observation(_))));
+        if seen % PROGRESS_STEP == 0 {
+            progress.set_position(seen);
+        }
+        Ok(journal.as_mut().map_or(Ok(()), |journal| journal.record(given))?)
+    };
+    let publish = |knowledge: &KnowledgeBase, publication| match &mut values {
+        Some(values) => report::write_value(knowledge, &publication, values),
+        None => Ok(()),
+    };
+    let run = Run::streamed(knowledge, span, arguments.options(), observations, record, publish)?;
+    progress.finish_and_clear();
+    if let Some(mut journal) = journal {
+        journal.flush()?;
+    }
+    values.as_mut().map(BufWriter::<File>::flush).transpose()?;
+    finish(arguments, &source(knowledge, survey), &run, None, began.elapsed()).map(Some)
+}
+
+fn observation(signals: &[SignalId], sample: Sample) -> Option<Observation> {
+    let signal = *signals.get(sample.wanted)?;
+    Some(Observation { signal, stamp: sample.time, received: sample.received, value: sample.value })
+}
+
+/// What the report must know of the recording.
+fn source(knowledge: &KnowledgeBase, survey: Survey) -> Source {
+    let names = knowledge.signals().iter().map(|signal| signal.name.clone());
+    let missing = survey.recording.found.iter().map(|found| found.missing);
+    Source {
+        eras: vec![Era::only(knowledge.clone(), Vec::new())],
+        clean: None,
+        span: survey.span,
+        missing: names.zip(missing).collect(),
+        degraded: survey.recording.degraded,
+    }
+}
+
+/// The bytes of a file, or of the files in a folder.
+fn size(path: &Path) -> u64 {
+    let length = |path: &Path| fs::metadata(path).map_or(0, |found| found.len());
+    match path.read_dir() {
+        Ok(entries) => entries.flatten().map(|entry| length(&entry.path())).sum(),
+        Err(_) => length(path),
+    }
+}

@@ -1,0 +1,164 @@
+//! Instructions for each observation may fall, but not rise: `ratchet.toml` holds the ceilings.
+//!
+//! Valgrind counts, so that neither other work on the machine nor its clock matters. Counts depend on the compiler:
+//! those of another toolchain are not compared.
+
+use crate::command;
+use anyhow::{Context, Result, bail};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+
+/// Where the ceilings are.
+const FILE: &str = "ratchet.toml";
+/// The program that is counted.
+const PROGRAM: &str = "target/release/examples/instructions";
+/// A count may be so many times its ceiling, as the machine's own functions differ a little.
+const MOST: f64 = 1.05;
+/// From this share of its ceiling on, a count is worth a lower one.
+const WORTH_LOWERING: f64 = 0.95;
+
+/// The file.
+#[derive(Debug, Deserialize, PartialEq)]
+struct Ratchet {
+    /// The compiler that the counts are of, as `rustc --version` has it, and what it compiles for.
+    toolchain: String,
+    /// Instructions for an observation, by the name of a system.
+    instructions: BTreeMap<String, f64>,
+}
+
+/// Compares the counts with the ceilings.
+///
+/// # Errors
+/// When one is exceeded, or cannot be counted.
+pub(crate) fn check() -> Result<()> {
+    let text = fs::read_to_string(FILE).with_context(|| format!("reading {FILE}"))?;
+    let ratchet: Ratchet = toml::from_str(&text).with_context(|| format!("reading {FILE}"))?;
+    let toolchain = toolchain()?;
+    if toolchain != ratchet.toolchain {
+        println!(
+            "SKIPPED: the ceilings in {FILE} are of `{}`, this is `{toolchain}`: instructions are not compared; \
+             `cargo xtask ratchet write` writes those of this one",
+            ratchet.toolchain
+        );
+        return Ok(());
+    }
+    let counts = count(ratchet.instructions.keys().map(String::as_str))?;
+    let mut exceeded = Vec::new();
+    for (system, ceiling) in &ratchet.instructions {
+        let count = counts.get(system.as_str()).copied().unwrap_or(f64::INFINITY);
+        let (line, is_exceeded) = compared(system, count, *ceiling);
+        println!("{line}");
+        if is_exceeded {
+            exceeded.push(line);
+        }
+    }
+    if !exceeded.is_empty() {
+        bail!("{}\nif that is what the change is worth: `cargo xtask ratchet write`", exceeded.join("\n"));
+    }
+    Ok(())
+}
+
+/// Writes the counts of now as the ceilings.
+///
+/// # Errors
+/// When they cannot be counted or written.
+pub(crate) fn write() -> Result<()> {
+    let text = fs::read_to_string(FILE).with_context(|| format!("reading {FILE}"))?;
+    let ratchet: Ratchet = toml::from_str(&text).with_context(|| format!("reading {FILE}"))?;
+    let counts = count(ratchet.instructions.keys().map(String::as_str))?;
+    let mut text = format!(
+        "# Most instructions for an observation, counted by valgrind; `cargo xtask ratchet` compares, `cargo xtask ratchet write`\n\
+         # writes this file anew. The systems are in crates/shsa-core/tests/models.\n\
+         toolchain = \"{}\"\n\n[instructions]\n",
+        toolchain()?
+    );
+    for (system, count) in counts {
+        writeln!(text, "{system} = {count:.1}")?;
+        println!("{system}: {count:.1}");
+    }
+    fs::write(FILE, text).with_context(|| format!("writing {FILE}"))
+}
+
+/// The line about a system, and whether its ceiling is exceeded.
+fn compared(system: &str, count: f64, ceiling: f64) -> (String, bool) {
+    let share = count / ceiling;
+    let percent = (share - 1.0) * 100.0;
+    let line = format!(
+        "{system}: {count:.1} instructions for an observation, ceiling {ceiling:.1} ({percent:+.1} %)"
+    );
+    match share {
+        _ if share > MOST => (format!("{line}: MORE THAN ALLOWED"), true),
+        _ if share < WORTH_LOWERING => {
+            (format!("{line}; to lower the ceiling: `cargo xtask ratchet write`"), false)
+        }
+        _ => (line, false),
+    }
+}
+
+fn toolchain() -> Result<String> {
+    let told = command::output(&["rustc", "--version", "--verbose"])?;
+    let host = told.lines().find_map(|line| line.strip_prefix("host: ")).unwrap_or("unknown");
+    Ok(format!("{}, {host}", told.lines().next().unwrap_or("unknown")))
+}
+
+/// Instructions for an observation of each system.
+fn count<'a>(systems: impl Iterator<Item = &'a str>) -> Result<BTreeMap<&'a str, f64>> {
+    let build =
+        ["cargo", "build", "--release", "--locked", "--package", "shsa-core", "--example", "instructions"];
+    command::run(&build)?;
+    systems.map(|system| Ok((system, count_one(system)?))).collect()
+}
+
+fn count_one(system: &str) -> Result<f64> {
+    // Only what happens within the function that feeds the engine.
+    let line = [
+        "valgrind",
+        "--tool=callgrind",
+        "--callgrind-out-file=/dev/null",
+        "--toggle-collect=instructions::drive*",
+        "--log-fd=1",
+        PROGRAM,
+        system,
+    ];
+    let told = command::output(&line)?;
+    per_observation(&told).with_context(|| format!("`{}` tells no counts:\n{told}", line.join(" ")))
+}
+
+/// From the program's own line, the number of observations, and valgrind's `Collected : N`.
+fn per_observation(told: &str) -> Option<f64> {
+    let observations: f64 = told.lines().find_map(|line| line.trim().parse().ok())?;
+    let collected = told.lines().find_map(|line| line.split_once("Collected :"))?.1;
+    let instructions: f64 = collected.split_whitespace().next()?.parse().ok()?;
+    (observations > 0.0 && instructions > 0.0).then_some(instructions / observations)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_file_holds_ceilings() {
+        let text = fs::read_to_string(crate::workspace::root().join(FILE)).unwrap();
+        let ratchet: Ratchet = toml::from_str(&text).unwrap();
+        let systems: Vec<&str> = ratchet.instructions.keys().map(String::as_str).collect();
+        assert_eq!(systems, ["car", "climber", "generic", "plant", "rover"]);
+        assert!(ratchet.instructions.values().all(|ceiling| *ceiling > 10.0));
+    }
+
+    #[test]
+    fn more_is_refused_and_less_is_told() {
+        assert!(compared("car", 106.0, 100.0).1);
+        assert!(!compared("car", 104.0, 100.0).1);
+        let (line, is_exceeded) = compared("car", 90.0, 100.0);
+        assert!(line.contains("cargo xtask ratchet write") && !is_exceeded, "{line}");
+    }
+
+    #[test]
+    fn counts_are_read_from_valgrind() {
+        let told = "==7== Callgrind\n300\n==7== Events    : Ir\n==7== Collected : 90300\n";
+        assert_eq!(per_observation(told), Some(301.0));
+        assert_eq!(per_observation("==7== Collected : 0\n300\n"), None);
+    }
+}
