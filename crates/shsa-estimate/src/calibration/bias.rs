@@ -54,7 +54,7 @@ impl Work<'_> {
         let values = self.observations.iter().filter(|it| it.signal == signal).filter_map(number);
         let (lo, hi) =
             values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), it| (lo.min(it), hi.max(it)));
-        (lo <= hi).then(|| if hi > lo { TRIED * (hi - lo) } else { TRIED })
+        (lo <= hi).then_some(if hi > lo { TRIED * (hi - lo) } else { TRIED })
     }
 
     fn stepped(&self, signal: SignalId, step: f64) -> Vec<Observation> {
