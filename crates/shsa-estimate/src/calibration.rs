@@ -1,9 +1,15 @@
 //! A model calibrated: what its pairs need, the errors that explain it, and how that fares with what came later.
 
 mod edit;
+mod calm;
 mod pair;
+mod unhealthy;
+mod offset;
+mod shape;
+mod bias;
 
 pub use pair::PairFit;
+pub use unhealthy::Stretch;
 
 use crate::comparison::Watched;
 use crate::delay::{self, Curve};
@@ -12,7 +18,7 @@ use crate::rhythm::Rhythm;
 use crate::widening::{Demand, least_widening};
 use edit::Trial;
 use shsa_core::engine::{self, Engine, EventKind, Input, Output};
-use shsa_core::knowledge::{Bounds, Draft, IdVec, KnowledgeBase, RelationId, SignalId, VariableId};
+use shsa_core::knowledge::{Bounds, Draft, IdVec, KnowledgeBase, RelationId, SignalId};
 use shsa_core::monitor::WatchedWay;
 use shsa_core::observation::Observation;
 use shsa_core::plan::Graph;
@@ -20,14 +26,8 @@ use shsa_core::substitution::Way;
 use shsa_core::time::{Span, Time};
 use std::collections::BTreeSet;
 
-/// Offsets are taken out of the signals of a variable when that leaves no more than this share of what its pairs need.
-const OFFSETS_WORTH: f64 = 0.8;
-
 /// What a pair needs at least when its parameters are weighed: a share of what the largest pair of the same needs.
 const LEAST_OF_MOST: f64 = 0.05;
-
-/// Rounds in which signals vote about each other's offsets; a few dozen are enough for any dozen of witnesses.
-const ROUNDS: usize = 100;
 
 /// What is asked for.
 #[derive(Clone, Debug)]
@@ -40,6 +40,8 @@ pub struct Options {
     pub most_delay: Span,
     /// Times of reception that are not healthy, from the first up to the second, and are left out.
     pub left_out: Vec<(Time, Time)>,
+    /// Whether stretches that look unhealthy are fitted, too.
+    pub fits_all: bool,
 }
 
 impl Default for Options {
@@ -50,6 +52,7 @@ impl Default for Options {
             confidence: 0.95,
             most_delay: Span::from_millis(2_000),
             left_out: Vec::new(),
+            fits_all: false,
         }
     }
 }
@@ -90,17 +93,39 @@ pub struct Fitted {
     /// Plus-minus, in the unit of the signal or of the relation's left side; `None` when no pair asks for it, and it
     /// stays as it is.
     pub error: Option<f64>,
-    /// How much more the signal shows than the others do, in its unit; 0 where that is not worth taking out.
+    /// How much more the signal shows than the others do, or the right side of the relation than its left side, in the
+    /// same unit; 0 where that is not worth taking out.
     pub offset: f64,
+    /// Besides, this much of the value, in percent.
+    pub percent: f64,
+    /// Plus-minus on the time of the signal, beyond what the model says; zero where that does not help.
+    pub time_error: Span,
     /// How much later the signal tells than its model says; zero where that is not believed.
     pub delay: Span,
-    /// The smallest constant bias of the signal that brings it into conflict with another way in 95 % of the later
-    /// comparisons, in its unit; `None` when nothing is compared with it alone.
+    /// The smallest step of the signal that brings a pair into conflict in 95 % of the later windows, in its unit;
+    /// `None` when no pair shows it.
     pub smallest_bias: Option<f64>,
     /// The pair that sees it.
     pub seen_by: Option<usize>,
     /// The pair that asks for the most.
     pub asked_by: Option<usize>,
+}
+
+impl Fitted {
+    /// Of a signal that is not compared itself: its errors are those of the relations that read it.
+    fn only_seen(signal: SignalId, time_error: Span, bias: f64, by: usize) -> Fitted {
+        Fitted {
+            parameter: Parameter::Signal(signal),
+            error: None,
+            offset: 0.0,
+            percent: 0.0,
+            time_error,
+            delay: Span::ZERO,
+            smallest_bias: Some(bias),
+            seen_by: Some(by),
+            asked_by: None,
+        }
+    }
 }
 
 /// What a whole engine says about observations that should all be healthy.
@@ -121,7 +146,7 @@ pub struct Calibration {
     pub rhythms: Vec<Rhythm>,
     /// Every pair that the engine compares.
     pub pairs: Vec<PairFit>,
-    /// Every number that is fitted.
+    /// Every number that is fitted, and every signal of which a step is seen.
     pub fitted: Vec<Fitted>,
     /// The model with the fitted numbers.
     pub draft: Draft,
@@ -129,6 +154,8 @@ pub struct Calibration {
     pub before: Verdicts,
     /// And with the fitted one.
     pub after: Verdicts,
+    /// Stretches before the split that look like faults and were not fitted.
+    pub unhealthy: Vec<Stretch>,
 }
 
 /// Fits errors, offsets and delays to what was received before `split`, and tests them on the rest.
@@ -147,50 +174,34 @@ pub fn calibrate(
     split: Time,
     options: &Options,
 ) -> Result<Calibration, Problem> {
-    let is_left_out = |it: &Observation| {
-        options.left_out.iter().any(|(from, to)| *from <= it.received && it.received < *to)
-    };
-    let observations: Vec<Observation> = observations.iter().filter(|it| !is_left_out(it)).cloned().collect();
-    let observations = observations.as_slice();
-    let (early, late) = observations.split_at(observations.partition_point(|it| it.received < split));
     let knowledge = edit::built(draft)?;
-    let graph = Graph::new(&knowledge);
-    let ways = engine::to_watch(&knowledge, &graph, engine::WatchBudget::default());
-    let mut work =
-        Work { draft, observations, early, split, options, parameters: parameters(&knowledge, &ways), ways };
-    let mut trial = Trial::new(&work.parameters, &knowledge);
-    let plain = work.watch(&trial, observations)?;
+    let ways = engine::to_watch(&knowledge, &Graph::new(&knowledge), engine::WatchBudget::default());
+    let healthy = without(observations, &options.left_out);
+    let work = Work::new(draft, &knowledge, &ways, &healthy, split, options);
+    let trial = Trial::new(&work.parameters, &knowledge);
+    let plain = work.watch(&trial, &healthy)?;
     let count = plain.comparisons.len();
     match plain.comparisons.iter().map(|all| work.before_split(all).len()).sum::<usize>() {
         _ if count == 0 => return Err(Problem::NoPairs),
         0 => return Err(Problem::NotObserved { pairs: count }),
         _ => {}
     }
-    let pair_delays = work.delays(&plain);
-    trial.delays = signal_delays(&knowledge, &plain, &pair_delays);
-    let delayed = if trial.delays.iter().any(|delay| *delay > Span::ZERO) {
-        work.watch(&trial, observations)?
-    } else {
-        plain
-    };
-    let (trial, watched) = work.without_offsets(&knowledge, trial, delayed)?;
-    let gains = work.gains(&trial, &knowledge)?;
-    let mut pairs: Vec<PairFit> =
-        (0..count).map(|at| PairFit::new(&work, &watched, at, pair_delays[at])).collect();
-    let demand =
-        |(pair, gains): (&PairFit, &Vec<(usize, f64)>)| Demand { gains: gains.clone(), least: pair.needed };
-    let demands: Vec<Demand> = pairs.iter().zip(&gains).map(demand).collect();
-    let errors = work.solve(&demands);
-    for (at, pair) in pairs.iter_mut().enumerate() {
-        pair.test(&work, &watched.comparisons[at], demands[at].reached(&errors));
+    let unhealthy = if options.fits_all { Vec::new() } else { work.unhealthy(&plain) };
+    if unhealthy.is_empty() {
+        return work.calibration(&knowledge, trial, plain, unhealthy);
     }
-    let fitted = work.fitted(&watched, &trial, &pairs, &demands, &errors, &knowledge);
-    let rhythms = Rhythm::of_all(&knowledge, observations, &options.left_out);
-    let draft = edit::patched(draft, &fitted, &rhythms, &knowledge);
-    work.draft = &draft;
-    let after = verdicts(&edit::built(&draft)?, late);
-    let before = verdicts(&knowledge, late);
-    Ok(Calibration { rhythms, pairs, fitted, before, after, draft })
+    let spans: Vec<(Time, Time)> = unhealthy.iter().map(|it| (it.from, it.to)).collect();
+    let healthy = without(&healthy, &spans);
+    let work = Work::new(draft, &knowledge, &ways, &healthy, split, options);
+    let plain = work.watch(&trial, &healthy)?;
+    work.calibration(&knowledge, trial, plain, unhealthy)
+}
+
+/// The observations that were not received in one of these times.
+fn without(observations: &[Observation], left_out: &[(Time, Time)]) -> Vec<Observation> {
+    let is_kept =
+        |it: &&Observation| !left_out.iter().any(|(from, to)| *from <= it.received && it.received < *to);
+    observations.iter().filter(is_kept).cloned().collect()
 }
 
 /// What all steps need.
@@ -201,7 +212,7 @@ struct Work<'a> {
     early: &'a [Observation],
     split: Time,
     options: &'a Options,
-    ways: Vec<Way>,
+    ways: &'a [Way],
     parameters: Vec<Parameter>,
 }
 
@@ -214,10 +225,61 @@ fn parameters(knowledge: &KnowledgeBase, ways: &[Way]) -> Vec<Parameter> {
     all.into_iter().collect()
 }
 
-impl Work<'_> {
+impl<'a> Work<'a> {
+    fn new(
+        draft: &'a Draft,
+        knowledge: &KnowledgeBase,
+        ways: &'a [Way],
+        observations: &'a [Observation],
+        split: Time,
+        options: &'a Options,
+    ) -> Work<'a> {
+        let early = &observations[..observations.partition_point(|it| it.received < split)];
+        Work { draft, observations, early, split, options, parameters: parameters(knowledge, ways), ways }
+    }
+
+    /// Fits and tests; `plain` is what was watched without any errors.
+    fn calibration(
+        &self,
+        knowledge: &KnowledgeBase,
+        mut trial: Trial,
+        plain: Watched,
+        unhealthy: Vec<Stretch>,
+    ) -> Result<Calibration, Problem> {
+        let count = plain.comparisons.len();
+        let pair_delays = self.delays(&plain);
+        trial.delays = signal_delays(knowledge, &plain, &pair_delays);
+        let delayed = if trial.delays.iter().any(|delay| *delay > Span::ZERO) {
+            self.watch(&trial, self.observations)?
+        } else {
+            plain
+        };
+        let (trial, watched) = self.without_offsets(knowledge, trial, delayed)?;
+        let (trial, watched) = self.shaped(knowledge, trial, watched)?;
+        let gains = self.gains(&trial, knowledge)?;
+        let mut pairs: Vec<PairFit> =
+            (0..count).map(|at| PairFit::new(self, &watched, at, pair_delays[at])).collect();
+        let demand = |(pair, gains): (&PairFit, &Vec<(usize, f64)>)| Demand {
+            gains: gains.clone(),
+            least: pair.needed,
+        };
+        let demands: Vec<Demand> = pairs.iter().zip(&gains).map(demand).collect();
+        let errors = self.solve(&demands);
+        for (at, pair) in pairs.iter_mut().enumerate() {
+            pair.test(self, &watched.comparisons[at], demands[at].reached(&errors));
+        }
+        let fitted = self.fitted(&watched, &trial, &pairs, &demands, &errors, knowledge)?;
+        let rhythms = Rhythm::of_all(knowledge, self.observations, &self.options.left_out);
+        let draft = edit::patched(self.draft, &fitted, &trial.time_errors, &rhythms, knowledge);
+        let late = &self.observations[self.early.len()..];
+        let after = verdicts(&edit::built(&draft)?, late);
+        let before = verdicts(knowledge, late);
+        Ok(Calibration { rhythms, pairs, fitted, before, after, unhealthy, draft })
+    }
+
     fn watch(&self, trial: &Trial, observations: &[Observation]) -> Result<Watched, Problem> {
         let knowledge = edit::built(&trial.applied(self.draft))?;
-        Ok(Watched::over(&knowledge, &self.ways, observations))
+        Ok(Watched::over(&knowledge, self.ways, observations))
     }
 
     fn before_split<'c>(
@@ -237,43 +299,6 @@ impl Work<'_> {
                 delay::between(self.before_split(comparisons), &curves[pair.other.0 as usize], most)
             })
             .collect()
-    }
-
-    /// Takes out what the signals of a variable differ by all the time, where it is worth it.
-    fn without_offsets(
-        &self,
-        knowledge: &KnowledgeBase,
-        trial: Trial,
-        watched: Watched,
-    ) -> Result<(Trial, Watched), Problem> {
-        let needed = |watched: &Watched| -> Vec<f64> {
-            (0..watched.comparisons.len()).map(|at| PairFit::new(self, watched, at, None).needed).collect()
-        };
-        let offsets = offsets(self, knowledge, &watched);
-        let mut moved = Trial { offsets: offsets.clone(), ..trial.clone() };
-        let other = self.watch(&moved, self.observations)?;
-        let (with, without) = (needed(&watched), needed(&other));
-        let variables = watched.monitor.pairs().iter().map(|pair| watched.sides(pair).0.variable());
-        let variables: Vec<VariableId> = variables.collect();
-        let sum = |of: &[f64], variable: VariableId| -> f64 {
-            of.iter()
-                .zip(&variables)
-                .filter(|(_, own)| **own == variable)
-                .map(|(needed, _)| needed.max(0.0))
-                .sum()
-        };
-        for way in watched.monitor.ways() {
-            let Some(signal) = way.computation.way().direct() else { continue };
-            let variable = way.variable();
-            if sum(&without, variable) > OFFSETS_WORTH * sum(&with, variable) {
-                moved.offsets[signal] = 0.0;
-            }
-        }
-        if moved.offsets.iter().all(|offset| *offset == 0.0) {
-            return Ok((trial, watched));
-        }
-        let watched = self.watch(&moved, self.observations)?;
-        Ok((moved, watched))
     }
 
     /// How much wider each pair becomes for one unit of each parameter, by trying: half a width, in SI.
@@ -337,7 +362,8 @@ impl Work<'_> {
         demands: &[Demand],
         errors: &[f64],
         knowledge: &KnowledgeBase,
-    ) -> Vec<Fitted> {
+    ) -> Result<Vec<Fitted>, Problem> {
+        let seen = self.smallest_biases(watched, trial, pairs, knowledge)?;
         let one = |(number, parameter): (usize, &Parameter)| {
             let uses = |at: &usize| {
                 pairs[*at].needed > 0.0 && demands[*at].gains.iter().any(|(it, _)| *it == number)
@@ -345,37 +371,32 @@ impl Work<'_> {
             let tightness = |at: &usize| demands[*at].reached(errors) / pairs[*at].needed;
             let asking = (0..pairs.len()).filter(uses);
             let asked_by = asking.min_by(|one, other| tightness(one).total_cmp(&tightness(other)));
-            let (offset, delay, seen) = match parameter {
-                Parameter::Relation(_) => (0.0, Span::ZERO, None),
+            let (delay, time_error, seen) = match parameter {
+                Parameter::Relation(_) => (Span::ZERO, Span::ZERO, None),
                 Parameter::Signal(signal) => {
-                    let seen = self.smallest_bias(watched, *signal, pairs);
-                    let scale = edit::scale(knowledge, *signal);
-                    (trial.offsets[*signal], trial.delays[*signal], seen.map(|(bias, by)| (bias / scale, by)))
+                    (trial.delays[*signal], trial.time_errors[*signal], seen[*signal])
                 }
             };
             Fitted {
                 parameter: *parameter,
                 error: asked_by.map(|_| errors[number]),
-                offset,
+                offset: trial.offsets[number],
+                percent: trial.shares[number],
+                time_error,
                 delay,
                 smallest_bias: seen.map(|(bias, _)| bias),
                 seen_by: seen.map(|(_, by)| by),
                 asked_by,
             }
         };
-        self.parameters.iter().enumerate().map(one).collect()
-    }
-
-    /// The smallest bias, SI, and the pair that sees it: the signal against ways that do not rest on it.
-    fn smallest_bias(&self, watched: &Watched, signal: SignalId, pairs: &[PairFit]) -> Option<(f64, usize)> {
-        let is_own = |way: &WatchedWay| way.computation.way().direct() == Some(signal);
-        let compares = |at: &usize| {
-            let (one, other) = watched.sides(&watched.monitor.pairs()[*at]);
-            let sees = |own, by: &WatchedWay| is_own(own) && !by.rests_on.contains(signal);
-            sees(one, other) || sees(other, one)
-        };
-        let seen = (0..pairs.len()).filter(compares).filter_map(|at| Some((pairs[at].smallest_bias?, at)));
-        seen.min_by(|one, other| one.0.total_cmp(&other.0))
+        let fitted: Vec<Fitted> = self.parameters.iter().enumerate().map(one).collect();
+        let is_new = |signal: &SignalId| !self.parameters.contains(&Parameter::Signal(*signal));
+        let others = knowledge.signals().ids().filter(is_new).filter_map(|signal| {
+            let (bias, by) = seen[signal]?;
+            Some(Fitted::only_seen(signal, trial.time_errors[signal], bias, by))
+        });
+        let others: Vec<Fitted> = others.collect();
+        Ok(fitted.into_iter().chain(others).collect())
     }
 }
 
@@ -408,35 +429,6 @@ fn signal_delays(
         // To the millisecond: no recording says more.
         Span::from_millis((late * 1e3).round() as i64)
     })
-}
-
-/// By how much each signal lies above the mean of those that carry the same variable, in its own unit: least squares
-/// over the medians of their pairs.
-fn offsets(work: &Work<'_>, knowledge: &KnowledgeBase, watched: &Watched) -> IdVec<SignalId, f64> {
-    let direct = |way: &WatchedWay| way.computation.way().direct();
-    let pairs = watched.monitor.pairs().iter().zip(&watched.comparisons);
-    let known: Vec<(SignalId, SignalId, f64)> = pairs
-        .filter_map(|(pair, comparisons)| {
-            let (slow, other) = watched.sides(pair);
-            let early = work.before_split(comparisons);
-            let difference = median(early.iter().map(|it| it.value - it.known));
-            (!early.is_empty()).then_some((direct(slow)?, direct(other)?, difference))
-        })
-        .collect();
-    let mut offsets = IdVec::filled(knowledge.signals().len(), |_: SignalId| 0.0);
-    // All at once (Jacobi), with the present value as one more vote: the sum of each group stays 0.
-    for _ in 0..ROUNDS {
-        offsets = IdVec::filled(offsets.len(), |signal: SignalId| {
-            let by_others = known.iter().filter_map(|&(one, other, difference)| match signal {
-                _ if one == signal => Some(offsets[other] + difference),
-                _ if other == signal => Some(offsets[one] - difference),
-                _ => None,
-            });
-            let (sum, count) = by_others.fold((offsets[signal], 1), |(sum, count), it| (sum + it, count + 1));
-            sum / f64::from(count)
-        });
-    }
-    IdVec::filled(offsets.len(), |signal: SignalId| offsets[signal] / edit::scale(knowledge, signal))
 }
 
 /// What a whole engine says.

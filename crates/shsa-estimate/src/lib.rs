@@ -10,6 +10,8 @@ mod delay;
 mod widening;
 mod calibration;
 
-pub use calibration::{Calibration, Fitted, Options, PairFit, Parameter, Problem, Verdicts, calibrate};
+pub use calibration::{
+    Calibration, Fitted, Options, PairFit, Parameter, Problem, Stretch, Verdicts, calibrate,
+};
 pub use order::Support;
 pub use rhythm::Rhythm;

@@ -421,3 +421,47 @@ fn what_a_rover_cannot_tell_apart_stays_open() {
     let open = object["rivals"].as_array().unwrap().iter().any(|rival| rival["ruled_out"] == false);
     assert_eq!(open, object["decision"] == "suspected", "{object}");
 }
+
+/// A signal of a model, and the smallest bias that a plain script sees in its recording, in the signal's unit.
+type Goal = (&'static str, f64);
+
+/// Calibrated on the first half, no signal is called failed in the second, and a bias is seen that is no larger than 1.5 times
+/// what a plain script sees.
+#[track_caller]
+fn check_calibrated(case: Option<Case>, goals: &[Goal]) {
+    let Some(case) = case else { return };
+    // It ends with 1 when a signal is called failed.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_shsa"));
+    let found = report(command.arg("calibrate").arg(&case.model).arg(&case.recording)).0;
+    assert_eq!(found["after"]["failed"], 0, "{}", found["after"]);
+    for (signal, plain) in goals {
+        let fitted = found["fitted"].as_array().unwrap().iter().find(|it| it["name"] == *signal).unwrap();
+        let smallest = fitted["smallest_bias"].as_f64().unwrap();
+        assert!(smallest <= 1.5 * plain, "{signal}: {smallest} is more than 1.5 times {plain}");
+    }
+}
+
+#[test]
+fn a_calibrated_car_sees_what_a_plain_script_sees() {
+    let wheels = [("wheel_1", 0.56), ("wheel_2", 0.40), ("wheel_3", 0.62), ("wheel_4", 0.38)];
+    check_calibrated(car(), &wheels);
+    check_calibrated(car(), &[(GNSS, 0.66)]);
+}
+
+#[test]
+fn a_calibrated_flight_sees_what_a_plain_script_sees() {
+    let speeds = [("xSpeed", 0.23), ("ySpeed", 0.34), ("zSpeed", 0.94)];
+    check_calibrated(quad(), &[&speeds[..], &[("voltage", 0.83), ("battery", 3.1)]].concat());
+}
+
+#[test]
+fn a_calibrated_rover_sees_what_a_plain_script_sees() {
+    check_calibrated(husky(), &[("imu", 0.066)]);
+}
+
+#[test]
+fn calibrated_motes_see_what_a_plain_script_sees_although_events_are_among_what_is_fitted() {
+    let inside = [("mote_1_temperature", 0.46), ("mote_1_humidity", 2.1)];
+    let outside = [("mote_4_temperature", 1.15), ("mote_4_humidity", 2.3)];
+    check_calibrated(case("motes.yaml", "suthaharan"), &[inside, outside].concat());
+}

@@ -15,12 +15,17 @@ const TIMEOUT_FACTOR: f64 = 2.0;
 #[derive(Clone)]
 pub(super) struct Trial {
     pub(super) parameters: Vec<Parameter>,
-    /// How much each signal shows too much, in its unit.
-    pub(super) offsets: IdVec<SignalId, f64>,
+    /// How much each signal shows too much, and how much more the right side of a relation gives than the left, by
+    /// parameter in its unit.
+    pub(super) offsets: Vec<f64>,
     /// How much later each tells than the model says.
     pub(super) delays: IdVec<SignalId, Span>,
     /// What the model says.
     pub(super) known: IdVec<SignalId, Span>,
+    /// Plus-minus on the time of each signal; zero leaves what the model says.
+    pub(super) time_errors: IdVec<SignalId, Span>,
+    /// What part of the value each error has besides, by parameter, in percent; only without an offset.
+    pub(super) shares: Vec<f64>,
     /// The parameter that has an error of [`PROBE`].
     pub(super) probe: Option<Parameter>,
 }
@@ -30,24 +35,23 @@ impl Trial {
         let count = knowledge.signals().len();
         Trial {
             parameters: parameters.to_vec(),
-            offsets: IdVec::filled(count, |_| 0.0),
+            offsets: vec![0.0; parameters.len()],
             delays: IdVec::filled(count, |_| Span::ZERO),
             known: IdVec::filled(count, |signal| knowledge.signals()[signal].delay),
+            time_errors: IdVec::filled(count, |_| Span::ZERO),
+            shares: vec![0.0; parameters.len()],
             probe: None,
         }
     }
 
     pub(super) fn applied(&self, draft: &Draft) -> Draft {
         let mut draft = draft.clone();
-        for parameter in &self.parameters {
+        for (number, parameter) in self.parameters.iter().enumerate() {
             let error = if self.probe == Some(*parameter) { PROBE } else { 0.0 };
-            match parameter {
-                Parameter::Signal(signal) => {
-                    let offset = self.offsets[*signal];
-                    set_error(&mut draft, *parameter, around(-offset, error));
-                }
-                Parameter::Relation(_) => set_error(&mut draft, *parameter, around(0.0, error)),
-            }
+            set_error(&mut draft, *parameter, around(-self.offsets[number], error, self.shares[number]));
+        }
+        for (signal, error) in self.time_errors.enumerate().filter(|(_, error)| **error > Span::ZERO) {
+            set_time_error(&mut draft, signal, *error);
         }
         for (signal, delay) in self.delays.enumerate().filter(|(_, delay)| **delay > Span::ZERO) {
             set_delay(&mut draft, signal, self.known[signal] + *delay);
@@ -74,9 +78,10 @@ fn text(text: String) -> Text {
     Text { text, ..Text::default() }
 }
 
-fn around(middle: f64, error: f64) -> Bounds {
+fn around(middle: f64, error: f64, percent: f64) -> Bounds {
     if middle == 0.0 {
-        return Bounds::One(text(format!("{error}")));
+        let share = if percent > 0.0 { format!(" + {percent} %") } else { String::new() };
+        return Bounds::One(text(format!("{error}{share}")));
     }
     // Twelve digits: the last bits of a difference say nothing.
     let plain = |value: f64| format!("{value:.11e}").parse().unwrap_or(value).to_string();
@@ -110,12 +115,24 @@ fn set_delay(draft: &mut Draft, signal: SignalId, delay: Span) {
     draft.signals.iter_mut().skip(signal.index()).take(1).for_each(|it| it.delay = Some(written.clone()));
 }
 
+/// Sets how wrong the time of a signal may be, to either side.
+fn set_time_error(draft: &mut Draft, signal: SignalId, error: Span) {
+    let written = Bounds::One(text(format!("{} ms", error.seconds() * 1e3)));
+    draft
+        .signals
+        .iter_mut()
+        .skip(signal.index())
+        .take(1)
+        .for_each(|it| it.time_error = Some(written.clone()));
+}
+
 /// The model with what was found: errors rounded up to three digits, offsets to a thousandth of the errors.
 ///
 /// A rate is written where there was none, a time-out only where it is shorter than a gap that was seen.
 pub(super) fn patched(
     draft: &Draft,
     fitted: &[Fitted],
+    time_errors: &IdVec<SignalId, Span>,
     rhythms: &[Rhythm],
     knowledge: &KnowledgeBase,
 ) -> Draft {
@@ -123,7 +140,11 @@ pub(super) fn patched(
     for one in fitted.iter().filter(|it| it.error.is_some() || it.offset != 0.0) {
         let error = rounded_up(one.error.unwrap_or(0.0));
         let step = if error > 0.0 { 10.0_f64.powf(error.log10().floor() - 3.0) } else { 1e-12 };
-        set_error(&mut draft, one.parameter, around(-(one.offset / step).round() * step, error));
+        let middle = -(one.offset / step).round() * step;
+        set_error(&mut draft, one.parameter, around(middle, error, one.percent));
+    }
+    for (signal, error) in time_errors.enumerate().filter(|(_, error)| **error > Span::ZERO) {
+        set_time_error(&mut draft, signal, *error);
     }
     for one in fitted.iter().filter(|it| it.delay > Span::ZERO) {
         if let Parameter::Signal(signal) = one.parameter {

@@ -1,12 +1,13 @@
 //! What one pair of ways needs, and how it fares later.
 
+use super::calm::calm_width;
 use super::{Work, quantile, sorted};
 use crate::comparison::{Comparison, Watched};
 use crate::delay::Delay;
 use crate::order::{Support, median, rarely_exceeded, spread};
 use shsa_core::knowledge::{RelationId, SignalId, VariableId};
 use shsa_core::monitor::{Debounce, WatchedWay};
-use shsa_core::time::Span;
+use shsa_core::time::{Span, Time};
 
 /// Blocks that the time before the split is cut into, at most.
 const MOST_BLOCKS: i64 = 64;
@@ -14,7 +15,10 @@ const MOST_BLOCKS: i64 = 64;
 /// A block lasts at least this many windows, so that what is in two of them hangs together little.
 const WINDOWS_IN_BLOCK: i64 = 4;
 
-/// A bias counts as seen when it shows in this share of the comparisons.
+/// Tails are followed to what happens once in so many times of what is fitted, and no further.
+const MOST_TIMES_OF_RECORDING: f64 = 10.0;
+
+/// A bias counts as seen when it brings this share of the windows into conflict.
 const SEEN: f64 = 0.95;
 
 /// Two ways of knowing a variable, all values in SI.
@@ -30,6 +34,9 @@ pub struct PairFit {
     pub compared: (usize, usize),
     /// The median of the first minus the second.
     pub offset: f64,
+    /// Where the first minus the second lies in the middle between what it needs above and what it needs below, as far as
+    /// that is among the middle half of its values: a tail to one side is no offset.
+    pub middle: f64,
     /// The mean distance of their difference from its median.
     pub spread: f64,
     /// That as a share of how much the first itself varies; above about a half, nothing shows that the two tell the same.
@@ -39,6 +46,9 @@ pub struct PairFit {
     pub late: Option<(f64, f64)>,
     /// How much wider the two must be together than without any error.
     pub needed: f64,
+    /// The smallest bias that 95 % of the windows would show with just that width, in the worst quarter of the time before the
+    /// split.
+    pub(super) shows: f64,
     /// What that rests on; `None` without comparisons.
     pub support: Option<Support>,
     /// How long one of the blocks is, of which the support counts.
@@ -47,7 +57,7 @@ pub struct PairFit {
     pub given: f64,
     /// How often the two came into conflict after the split, with the fitted errors.
     pub conflicts: usize,
-    /// The smallest bias of one of them that 95 % of the later comparisons show.
+    /// The smallest bias of one of them that brings 95 % of the later windows into conflict.
     pub smallest_bias: Option<f64>,
     k: usize,
     n: usize,
@@ -71,19 +81,40 @@ impl PairFit {
             .zip(early.last())
             .map_or(Span::ZERO, |(first, last)| last.received - first.received);
         let block = Span((duration.0 / MOST_BLOCKS).max(period.times(WINDOWS_IN_BLOCK * n as i64).0).max(1));
-        let probability = (work.options.false_alarms_per_hour / 3600.0 * block.seconds()).clamp(1e-12, 0.5);
-        let maxima = block_maxima(early, block, k, n);
-        let bound = rarely_exceeded(&maxima, probability, work.options.confidence);
+        // What is rarer than once in ten such recordings, no tail tells.
+        let supported = block.seconds() / (MOST_TIMES_OF_RECORDING * duration.seconds()).max(1e-9);
+        let wanted = work.options.false_alarms_per_hour / 3600.0 * block.seconds();
+        let probability = wanted.max(supported).clamp(1e-12, 0.5);
+        let bound = |distance: Distance| {
+            rarely_exceeded(
+                &block_maxima(early, block, (k, n), distance),
+                probability,
+                work.options.confidence,
+            )
+        };
+        let (above, below) = (bound(|it| it.above), bound(|it| it.below));
+        let middle = above.zip(below).map_or(0.0, |((above, _), (below, _))| 0.5 * (above - below));
+        let ordered = sorted(differences.iter().copied());
+        let quarter = |share| quantile(&ordered, share).unwrap_or(0.0);
+        let middle = middle.clamp(quarter(0.25), quarter(0.75));
+        let bound = bound(EITHER);
+        let needed = bound.map_or(0.0, |(bound, _)| bound.max(0.0));
+        let needed = calm_width(early, one.computation.timing().window, needed);
         PairFit {
             variable: one.variable(),
             one: side(one),
             other: side(other),
             compared: (early.len(), all.len() - early.len()),
             offset: median(differences.iter().copied()),
+            middle,
             spread,
             unexplained: if of_values > 0.0 { spread / of_values } else { f64::INFINITY },
             late: delay.map(|delay| (delay.late_s, delay.left)),
-            needed: bound.map_or(0.0, |(bound, _)| bound.max(0.0)),
+            needed,
+            shows: quarters(early)
+                .filter_map(|part| shown(part, (k, n)))
+                .reduce(f64::max)
+                .map_or(0.0, |apart| needed + apart),
             support: bound.map(|(_, support)| support),
             block,
             given: 0.0,
@@ -98,15 +129,48 @@ impl PairFit {
     pub(super) fn test(&mut self, work: &Work<'_>, all: &[Comparison], given: f64) {
         let late = &all[work.before_split(all).len()..];
         self.given = given;
+        let window = (self.k, self.n);
         let in_conflict: Vec<bool> =
-            windows(late, self.k, self.n).map(|(_, needed)| needed > given).collect();
+            windows(late, window, EITHER).map(|(_, needed)| needed > given).collect();
         let begins = in_conflict.windows(2).filter(|pair| !pair[0] && pair[1]).count();
         self.conflicts = begins + usize::from(in_conflict.first() == Some(&true));
-        let shown = |distance: fn(&Comparison) -> f64| {
-            quantile(&sorted(late.iter().map(distance)), 1.0 - SEEN).map(|low| given - low)
-        };
-        self.smallest_bias =
-            shown(|it| it.above).zip(shown(|it| it.below)).map(|(one, other)| one.max(other));
+        self.smallest_bias = shown(late, window).map(|apart| given + apart);
+    }
+}
+
+/// What two ways said in a block of time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Block {
+    pub(super) from: Time,
+    /// The largest distance that a window of comparisons has.
+    pub(super) apart: f64,
+    /// The lowest and highest values of the one and of the other way.
+    pub(super) value: (f64, f64),
+    pub(super) known: (f64, f64),
+}
+
+impl PairFit {
+    /// The blocks of comparisons, of ways that differ by `middle` all the time.
+    pub(super) fn blocks(&self, comparisons: &[Comparison], middle: f64) -> Vec<Block> {
+        let moved: Vec<Comparison> = comparisons
+            .iter()
+            .map(|it| Comparison { above: it.above - middle, below: it.below + middle, ..*it })
+            .collect();
+        let Some(start) = moved.first().map(|first| first.received) else { return Vec::new() };
+        let mut blocks: Vec<Block> = Vec::new();
+        for (comparison, apart) in windows(&moved, (self.k, self.n), EITHER) {
+            let from = start + self.block.times((comparison.received - start).0 / self.block.0);
+            let (value, known) = (comparison.value, comparison.known);
+            match blocks.last_mut().filter(|last| last.from == from) {
+                Some(block) => {
+                    block.apart = block.apart.max(apart);
+                    block.value = (block.value.0.min(value), block.value.1.max(value));
+                    block.known = (block.known.0.min(known), block.known.1.max(known));
+                }
+                None => blocks.push(Block { from, apart, value: (value, value), known: (known, known) }),
+            }
+        }
+        blocks
     }
 }
 
@@ -121,21 +185,50 @@ fn usual_period(comparisons: &[Comparison]) -> Span {
     Span::from_seconds(median(gaps).max(1e-3))
 }
 
+/// How far apart two ways are, to one side or to either.
+type Distance = fn(&Comparison) -> f64;
+
+/// To either side.
+const EITHER: Distance = |it| it.above.max(it.below);
+
 /// How much wider the two must be so that fewer than `k` of the last `n` comparisons disagree: the `k`th largest distance.
-fn windows(comparisons: &[Comparison], k: usize, n: usize) -> impl Iterator<Item = (&Comparison, f64)> {
+fn windows(
+    comparisons: &[Comparison],
+    (k, n): (usize, usize),
+    distance: Distance,
+) -> impl Iterator<Item = (&Comparison, f64)> {
     comparisons.iter().enumerate().map(move |(at, last)| {
         let recent = &comparisons[(at + 1).saturating_sub(n)..=at];
-        let distances = sorted(recent.iter().map(|it| it.above.max(it.below)));
+        let distances = sorted(recent.iter().map(distance));
         let needed = distances.len().checked_sub(k).map_or(f64::NEG_INFINITY, |rank| distances[rank]);
         (last, needed)
     })
 }
 
+fn quarters(comparisons: &[Comparison]) -> std::slice::Chunks<'_, Comparison> {
+    comparisons.chunks(comparisons.len().div_ceil(4).max(1))
+}
+
+/// How much closer than touching the two ways are at most in all but 5 % of the windows, to the worse side; `None` without
+/// a window.
+fn shown(comparisons: &[Comparison], window: (usize, usize)) -> Option<f64> {
+    let low = |distance: Distance| {
+        let told = windows(comparisons, window, distance).map(|(_, it)| it).filter(|it| it.is_finite());
+        quantile(&sorted(told), 1.0 - SEEN).map(|low| -low)
+    };
+    low(|it| it.above).zip(low(|it| it.below)).map(|(one, other)| one.max(other))
+}
+
 /// The largest need in each block of time that has any.
-fn block_maxima(comparisons: &[Comparison], block: Span, k: usize, n: usize) -> Vec<f64> {
+fn block_maxima(
+    comparisons: &[Comparison],
+    block: Span,
+    window: (usize, usize),
+    distance: Distance,
+) -> Vec<f64> {
     let Some(start) = comparisons.first().map(|first| first.received) else { return Vec::new() };
     let mut maxima: Vec<(i64, f64)> = Vec::new();
-    for (comparison, needed) in windows(comparisons, k, n).filter(|(_, needed)| needed.is_finite()) {
+    for (comparison, needed) in windows(comparisons, window, distance).filter(|(_, it)| it.is_finite()) {
         let number = (comparison.received - start).0 / block.0;
         match maxima.last_mut().filter(|(last, _)| *last == number) {
             Some((_, largest)) => *largest = largest.max(needed),
@@ -148,7 +241,7 @@ fn block_maxima(comparisons: &[Comparison], block: Span, k: usize, n: usize) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shsa_core::time::{Time, Validity};
+    use shsa_core::time::Validity;
 
     #[test]
     fn a_bump_that_is_shorter_than_the_window_asks_for_nothing() {
@@ -164,9 +257,9 @@ mod tests {
         let all: Vec<Comparison> =
             (0..12).map(|at| comparison(at, if at == 5 { 9.0 } else { -1.0 / (at + 1) as f64 })).collect();
         // 2 of 4: the second largest distance, to whichever side.
-        let needed: Vec<f64> = windows(&all, 2, 4).map(|(_, needed)| needed).collect();
+        let needed: Vec<f64> = windows(&all, (2, 4), EITHER).map(|(_, needed)| needed).collect();
         assert_eq!(needed[0], f64::NEG_INFINITY);
         assert!(needed[5..9].iter().all(|needed| (0.0..1.0).contains(needed)), "{needed:?}");
-        assert_eq!(block_maxima(&all, Span(6), 2, 4), [0.5, 0.25]);
+        assert_eq!(block_maxima(&all, Span(6), (2, 4), EITHER), [0.5, 0.25]);
     }
 }

@@ -23,9 +23,9 @@ use std::str::FromStr;
 
 Everything is compared as `shsa replay` compares it. The numbers are fitted to the first part of the recording and tested
 on the rest, which they have not seen. What is fitted: the value errors of signals that are compared themselves, the errors of
-the relations that compute the others, constant offsets and delays of signals. What is not: shares such as `2 %` (the
-recording's own values decide, so a faster drive may need more), time errors, and ranges and rates of change, which are
-shown and left to you.
+the relations that compute the others, what both are off by all the time, delays of signals; and, where smaller faults are
+seen with them, errors of time and shares such as `2 %`. What is not: ranges and rates of change, which are shown and
+left to you. A short stretch in which one signal leaves all that it agrees with is taken for a fault, told, and not fitted.
 Exit status 1: with the fitted numbers, a healthy signal is still called failed in the rest.")]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
@@ -42,6 +42,9 @@ pub(crate) struct Arguments {
     /// A time that is not healthy and is left out, such as 20s..30s; may be given several times.
     #[arg(long, value_name = "FROM..TO")]
     skip: Vec<Stretch>,
+    /// Fit stretches that look like faults, too: where one of two ways leaves the other by five times as much as ever else.
+    #[arg(long)]
+    all: bool,
     /// The longest delay that is searched for.
     #[arg(long, value_name = "SPAN", default_value = "2s", value_parser = parse_span)]
     most_delay: Span,
@@ -108,12 +111,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         false_alarms_per_hour: arguments.false_alarms,
         most_delay: arguments.most_delay,
         left_out: arguments.skip.iter().map(left_out).collect(),
+        fits_all: arguments.all,
         ..Options::default()
     };
     let [patch] = written::open([arguments.patch.as_deref()], &read)?;
     let found = calibrate(live.draft(), &observations, first + split, &wanted)
         .with_context(|| format!("{} cannot be calibrated", arguments.model.display()))?;
-    let report = report::Report { draft: live.draft(), knowledge, found: &found, split, duration };
+    let report = report::Report { draft: live.draft(), knowledge, found: &found, first, split, duration };
     if let Some(mut patch) = patch {
         patch.write_all(patch::text(&report, arguments.false_alarms).as_bytes())?;
         patch.flush()?;

@@ -16,7 +16,8 @@ pub(super) fn text(report: &Report<'_>, false_alarms: f64) -> String {
         report.found.after.failed,
         report.found.after.suspected,
     );
-    for remark in report.found.pairs.iter().filter_map(|pair| report.remark(pair)) {
+    let remarks = report.found.pairs.iter().filter_map(|pair| report.remark(pair));
+    for remark in report.unhealthy().into_iter().chain(remarks) {
         text += &format!("# {remark}\n");
     }
     let (old, new) = (report.draft, &report.found.draft);

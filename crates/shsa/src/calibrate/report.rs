@@ -3,8 +3,8 @@
 use crate::show::{self, Paint, paint};
 use serde_json::{Value, json};
 use shsa_core::knowledge::{Bounds, Draft, KnowledgeBase, RelationId, SignalId};
-use shsa_core::time::Span;
-use shsa_estimate::{Calibration, Fitted, PairFit, Parameter, Support, Verdicts};
+use shsa_core::time::{Span, Time};
+use shsa_estimate::{Calibration, Fitted, PairFit, Parameter, Stretch, Support, Verdicts};
 
 /// Above this share of what the values themselves vary, nothing shows that two ways tell the same.
 const UNEXPLAINED: f64 = 0.5;
@@ -14,6 +14,7 @@ pub(super) struct Report<'a> {
     pub(super) draft: &'a Draft,
     pub(super) knowledge: &'a KnowledgeBase,
     pub(super) found: &'a Calibration,
+    pub(super) first: Time,
     pub(super) split: Span,
     pub(super) duration: Span,
 }
@@ -114,7 +115,8 @@ impl Report<'_> {
             number(self.split.seconds()),
             number((self.duration - self.split).seconds())
         );
-        let remarks: Vec<String> = self.found.pairs.iter().filter_map(|pair| self.remark(pair)).collect();
+        let remarks = self.found.pairs.iter().filter_map(|pair| self.remark(pair));
+        let remarks: Vec<String> = self.unhealthy().into_iter().chain(remarks).collect();
         let mut parts = vec![split, self.rhythms(), self.pairs(), self.numbers()];
         if !remarks.is_empty() {
             parts.push(remarks.iter().map(|remark| show::wrapped(remark, 0)).collect::<Vec<_>>().join("\n"));
@@ -200,6 +202,10 @@ impl Report<'_> {
             } else {
                 "-".to_owned()
             };
+            let time_error = match fitted.time_error {
+                Span::ZERO => "-".to_owned(),
+                error => format!("{} ms", number(error.seconds() * 1e3)),
+            };
             let bias = match (fitted.smallest_bias, fitted.parameter) {
                 (Some(bias), Parameter::Signal(signal)) => format!("{}{}", number(bias), self.unit(signal)),
                 _ => "-".to_owned(),
@@ -208,12 +214,13 @@ impl Report<'_> {
                 self.name(fitted.parameter).to_owned(),
                 bounds(before),
                 bounds(after),
+                time_error,
                 delay,
                 bias,
                 fitted.seen_by.map_or_else(|| "-".to_owned(), |pair| self.pair(&self.found.pairs[pair])),
             ]
         };
-        let head = ["error of", "now", "fitted", "delay", "smallest bias seen", "by comparing"];
+        let head = ["error of", "now", "fitted", "of time", "delay", "smallest bias seen", "by comparing"];
         show::table(&head, self.found.fitted.iter().map(row).collect())
     }
 
@@ -275,9 +282,32 @@ impl Report<'_> {
             "signals": rhythms,
             "pairs": self.found.pairs.iter().map(|pair| self.pair_json(pair)).collect::<Vec<_>>(),
             "fitted": self.found.fitted.iter().map(|fitted| self.fitted_json(fitted)).collect::<Vec<_>>(),
+            "unhealthy": self.found.unhealthy.iter().map(|it| self.stretch_json(it)).collect::<Vec<_>>(),
             "before": verdicts(self.found.before),
             "after": verdicts(self.found.after),
         })
+    }
+
+    fn stretch_json(&self, stretch: &Stretch) -> Value {
+        let at = |time: Time| (time - self.first).seconds().max(0.0);
+        let names = |signals: &[SignalId]| signals.iter().map(|it| self.signal(*it)).collect::<Vec<_>>();
+        json!({ "from_s": at(stretch.from), "to_s": at(stretch.to), "signals": names(&stretch.signals) })
+    }
+
+    /// What was not fitted although nobody said so.
+    pub(super) fn unhealthy(&self) -> Vec<String> {
+        let told = |it: &Stretch| {
+            let names: Vec<&str> = it.signals.iter().map(|signal| self.signal(*signal)).collect();
+            let at = |time: Time| number((time - self.first).seconds().max(0.0));
+            format!(
+                "not fitted: {} s to {} s, in which {} leaves what it agrees with by {:.0} times as much as ever else; --all fits that, too",
+                at(it.from),
+                at(it.to),
+                names.join(", "),
+                it.apart / it.usual
+            )
+        };
+        self.found.unhealthy.iter().map(told).collect()
     }
 
     fn pair_json(&self, pair: &PairFit) -> Value {
@@ -311,7 +341,9 @@ impl Report<'_> {
             "name": self.name(fitted.parameter),
             "kind": match fitted.parameter { Parameter::Signal(_) => "signal", Parameter::Relation(_) => "relation" },
             "error": fitted.error,
+            "percent": fitted.percent,
             "offset": fitted.offset,
+            "time_error_s": fitted.time_error.seconds(),
             "delay_s": fitted.delay.seconds(),
             "smallest_bias": fitted.smallest_bias,
             "seen_by": of_pair(fitted.seen_by),

@@ -57,7 +57,10 @@ fn near(value: &Value, expected: f64, within: f64) {
 #[test]
 fn offsets_delays_and_errors_are_found() {
     let report = folder().json("calibrate m.yaml drive.csv", 0);
-    assert_eq!(keys(&report), ["split_s", "duration_s", "signals", "pairs", "fitted", "before", "after"]);
+    assert_eq!(
+        keys(&report),
+        ["split_s", "duration_s", "signals", "pairs", "fitted", "unhealthy", "before", "after"]
+    );
     near(&fitted(&report, "c")["delay_s"], 0.4, 0.03);
     near(&fitted(&report, "a")["delay_s"], 0.0, 0.0);
     // b shows 1 m/s more than a and c: two thirds above their mean, they one third below it.
