@@ -239,13 +239,11 @@ impl Pair {
         self.window.bits != 0 || self.trend.tendency() != Tendency::Calm
     }
 
-    /// When what they say against each other began, or was enough to count.
+    /// When what they say against each other began, or together was enough to count.
     #[must_use]
     pub fn onset(&self, now: Time) -> Time {
-        match self.window.relationship(now) {
-            Relationship::Conflict => self.window.onset(),
-            _ => self.trend.raised(),
-        }
+        let single = self.window.relationship(now);
+        if single == self.relationship(now) { self.window.onset() } else { self.trend.raised() }
     }
 
     /// Whether something comes together that may become a conflict.

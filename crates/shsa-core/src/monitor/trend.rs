@@ -23,12 +23,14 @@ pub struct TrendOptions {
 
 impl Default for TrendOptions {
     fn default() -> TrendOptions {
-        TrendOptions { allowance: 0.5, span: Span::from_millis(5_000), least: 16, scatter: 0.4, skew: 0.4 }
+        TrendOptions { allowance: 0.5, span: Span::from_millis(5_000), least: 64, scatter: 0.4, skew: 0.4 }
     }
 }
 
 /// Scatter shows at once, when there are enough comparisons.
 const QUICK: Span = Span::from_millis(1_000);
+/// So many comparisons are enough for that.
+const FEW: f64 = 16.0;
 /// Means go over so many times as many comparisons as a drift takes at least.
 const MEMORY: f64 = 4.0;
 /// Means that rest on less are none.
@@ -153,10 +155,10 @@ impl Trend {
         let elapsed = (time - before.time).seconds();
         self.accumulate(share, tolerance, elapsed);
         let change = clipped - before.share;
-        let quick = self.gain(elapsed, QUICK) / MEMORY;
+        let quick = (elapsed / QUICK.seconds()).min(1.0 / FEW) / MEMORY;
         approach(&mut self.scatter, 0.5 * change * change, quick);
         approach(&mut self.recent, clipped * clipped, quick);
-        let gain = self.gain(elapsed, self.options.span) / MEMORY;
+        let gain = self.gain(elapsed) / MEMORY;
         approach(&mut self.mean, difference, gain);
         approach(&mut self.square, clipped * clipped, gain);
         let slope = (middle - before.other) / (tolerance * elapsed);
@@ -170,15 +172,15 @@ impl Trend {
     }
 
     /// The share of a mean that a comparison replaces, and of an alarm that twice the allowance adds.
-    fn gain(&self, elapsed: f64, span: Span) -> f64 {
-        (elapsed / span.seconds()).min(1.0 / f64::from(self.options.least.max(1)))
+    fn gain(&self, elapsed: f64) -> f64 {
+        (elapsed / self.options.span.seconds()).min(1.0 / f64::from(self.options.least.max(1)))
     }
 
     /// Adds what exceeds the allowance; what disagrees outright is for the single comparisons to tell.
     fn accumulate(&mut self, share: f64, tolerance: f64, elapsed: f64) {
         let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return };
         let share = common(share, share - usual / tolerance);
-        let (allowance, gain) = (self.options.allowance, self.gain(elapsed, self.options.span));
+        let (allowance, gain) = (self.options.allowance, self.gain(elapsed));
         for (sum, share) in self.sums.iter_mut().zip([share, -share]) {
             *sum = (*sum + gain * (share - allowance) / allowance).clamp(0.0, 1.0);
         }

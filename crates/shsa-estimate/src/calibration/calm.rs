@@ -6,7 +6,7 @@ use shsa_core::monitor::{Tendency, Trend, TrendOptions};
 use shsa_core::time::Span;
 
 /// What is tested later may be livelier than what was fitted.
-const RESERVE: f64 = 1.2;
+const RESERVE: f64 = 1.1;
 /// Steps of bisection: the width is found to a thousandth of the range that is searched.
 const STEPS: usize = 10;
 /// From so many times the largest difference on, nothing that comparisons say together is an alarm.
