@@ -34,6 +34,18 @@ pub struct Interval {
     hi: f64,
 }
 
+/// The larger of two bounds: without the care for not-a-number that [`f64::max`] takes, which no bound is.
+#[inline]
+fn larger(one: f64, other: f64) -> f64 {
+    if one > other { one } else { other }
+}
+
+/// The smaller of two bounds.
+#[inline]
+fn smaller(one: f64, other: f64) -> f64 {
+    if one < other { one } else { other }
+}
+
 impl Interval {
     /// No number at all.
     pub const EMPTY: Interval = Interval { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
@@ -111,21 +123,21 @@ impl Interval {
     #[inline]
     #[must_use]
     pub fn overlaps(self, other: Interval) -> bool {
-        !self.intersection(other).is_empty()
+        self.lo <= other.hi && other.lo <= self.hi && !self.is_empty() && !other.is_empty()
     }
 
     /// The numbers in both.
     #[inline]
     #[must_use]
     pub fn intersection(self, other: Interval) -> Interval {
-        Interval::new(self.lo.max(other.lo), self.hi.min(other.hi))
+        Interval::new(larger(self.lo, other.lo), smaller(self.hi, other.hi))
     }
 
     /// The smallest interval that holds both.
     #[inline]
     #[must_use]
     pub fn hull(self, other: Interval) -> Interval {
-        Interval::new(self.lo.min(other.lo), self.hi.max(other.hi))
+        Interval::new(smaller(self.lo, other.lo), larger(self.hi, other.hi))
     }
 
     /// `hi - lo`, rounded up; 0 when empty, infinite when unbounded.
@@ -140,16 +152,18 @@ impl Interval {
     /// Unbounded on both sides: 0. Unbounded on one side: the largest finite number on that side.
     #[must_use]
     pub fn midpoint(self) -> f64 {
+        let sum = self.lo + self.hi;
+        // Halving first would lose the last bit of subnormal bounds; halving last would overflow for huge ones.
+        if sum.is_finite() {
+            return sum / 2.0;
+        }
         if self.is_empty() {
             return f64::NAN;
         }
         if self == Interval::ENTIRE {
             return 0.0;
         }
-        let sum = self.lo + self.hi;
-        // Halving first would lose the last bit of subnormal bounds; halving last would overflow for huge ones.
-        let middle = if sum.is_finite() { sum / 2.0 } else { self.lo / 2.0 + self.hi / 2.0 };
-        middle.clamp(f64::MIN, f64::MAX)
+        (self.lo / 2.0 + self.hi / 2.0).clamp(f64::MIN, f64::MAX)
     }
 
     /// The largest absolute value in it (infinite when unbounded); not-a-number when empty.

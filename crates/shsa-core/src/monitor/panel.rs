@@ -197,12 +197,21 @@ fn seats(ways: &[WatchedWay], members: &[WayIndex]) -> Vec<Seat> {
 
 /// The consensus of values with these bounds and its middle; `None` where the medians leave nothing between them.
 fn consensus(lows: &mut [f64], highs: &mut [f64]) -> Option<(Interval, f64)> {
-    lows.sort_unstable_by(f64::total_cmp);
-    highs.sort_unstable_by(f64::total_cmp);
-    let lo = *lows.get(lows.len() / 2)?;
-    let hi = *highs.get(highs.len().checked_sub(1)? / 2)?;
+    let lo = ranked(lows, lows.len() / 2)?;
+    let hi = ranked(highs, highs.len().checked_sub(1)? / 2)?;
     let agreed = Interval::new(lo, hi);
     (!agreed.is_empty()).then(|| (agreed, agreed.midpoint()))
+}
+
+/// The number of a rank among finite ones, 0 for the smallest. Few are ranked without a sort, as they mostly are few.
+fn ranked(numbers: &mut [f64], rank: usize) -> Option<f64> {
+    match (&*numbers, rank) {
+        (&[one, other], 0) => Some(one.min(other)),
+        (&[one, other], 1) => Some(one.max(other)),
+        (&[one, other, third], 1) => Some(one.min(other).max(one.max(other).min(third))),
+        _ if rank < numbers.len() => Some(*numbers.select_nth_unstable_by(rank, f64::total_cmp).1),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
