@@ -12,7 +12,7 @@ mod evidence;
 use super::explain::{Comparison, Component, Part, explain, probabilities};
 use crate::interval::Interval;
 use crate::knowledge::{CauseId, IdVec, KnowledgeBase, Lineage, RelationId, SignalId, SignalSet};
-use crate::monitor::{Monitor, Pair, Relationship, WatchedWay};
+use crate::monitor::{Inheritance, Monitor, Pair, Relationship, WatchedWay};
 use crate::time::{Span, Time};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
@@ -136,7 +136,7 @@ impl Judge {
         }
     }
 
-    /// Goes on with the verdicts before a change of the knowledge base. `compared` are the signals of all comparisons that
+    /// Goes on with the verdicts before a change of the knowledge base. `inheritance` says which comparisons
     /// go on: a verdict that no such comparison could ever clear is dropped, and so is that on a signal which means
     /// something else now. That on a relation goes on while there are comparisons that rest on it. Gives whose verdicts
     /// were dropped, and whether each is described anew.
@@ -145,7 +145,7 @@ impl Judge {
         old: &Judge,
         monitor: &Monitor,
         lineage: &Lineage,
-        compared: &SignalSet,
+        inheritance: &Inheritance,
     ) -> Vec<(Component, bool)> {
         self.next_review = old.next_review;
         let mut dropped = Vec::new();
@@ -166,10 +166,12 @@ impl Judge {
             let Some(namesake) = lineage.namesake(id) else { continue };
             match lineage.signal(id) {
                 Some(signal)
-                    if standing.verdict.is_none() || standing.convicted || compared.contains(signal) =>
+                    if standing.verdict.is_none()
+                        || standing.convicted
+                        || inheritance.compared.contains(signal) =>
                 {
                     self.put(Component::Signal(signal), *standing);
-                    if standing.convicted {
+                    if standing.convicted && !inheritance.is_whole {
                         // What contradicted it may be gone.
                         self.next_review = Some(Time::MIN);
                     }

@@ -43,7 +43,7 @@ impl Engine {
         let source = |(signal, since): &(SignalId, Time)| Some((lineage.source(*signal)?, *since));
         self.returning = old.returning.iter().filter_map(source).collect();
         let inheritance = self.monitor.inherit(old.monitor, lineage, now);
-        let dropped = self.judge.inherit(&old.judge, &self.monitor, lineage, &inheritance.compared);
+        let dropped = self.judge.inherit(&old.judge, &self.monitor, lineage, &inheritance);
         for (component, is_described_anew) in dropped {
             let event = explain::judged_anew(&self.knowledge, component, is_described_anew, now);
             self.outputs.push_back(Output::Event(event));

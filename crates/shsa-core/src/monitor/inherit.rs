@@ -13,6 +13,8 @@ pub struct Inheritance {
     ways: Vec<Option<WayIndex>>,
     /// The signals of all comparisons that go on.
     pub compared: SignalSet,
+    /// Whether every comparison goes on.
+    pub is_whole: bool,
 }
 
 impl Inheritance {
@@ -40,7 +42,7 @@ impl Monitor {
         }
         let ways = self.inherit_ways(old.ways, lineage);
         self.panel.inherit(&old.panel, &ways, now);
-        let mut inheritance = Inheritance { ways, compared: SignalSet::new() };
+        let mut inheritance = Inheritance { ways, compared: SignalSet::new(), is_whole: true };
         self.inherit_pairs(&old.pairs, &mut inheritance);
         inheritance
     }
@@ -69,11 +71,14 @@ impl Monitor {
         for before in old {
             let both = inheritance.way(before.way).zip(inheritance.way(before.other));
             let place = both.and_then(|both| places.get(&both));
-            let Some(pair) = place.and_then(|&at| self.pairs.get_mut(at)) else { continue };
-            if pair.window.inherit(&before.window) {
-                pair.trend = before.trend;
-                pair.disagreement = before.disagreement;
-                inheritance.compared.extend(&pair.signals);
+            let pair = place.and_then(|&at| self.pairs.get_mut(at));
+            match pair.and_then(|pair| pair.window.inherit(&before.window).then_some(pair)) {
+                Some(pair) => {
+                    pair.trend = before.trend;
+                    pair.disagreement = before.disagreement;
+                    inheritance.compared.extend(&pair.signals);
+                }
+                None => inheritance.is_whole = false,
             }
         }
         self.index.renew(&self.pairs);
