@@ -45,6 +45,14 @@ fn husky() -> Option<Case> {
     case("husky.yaml", "husky")
 }
 
+fn turtlebot() -> Option<Case> {
+    case("turtlebot.yaml", "turtlebot3")
+}
+
+fn cell() -> Option<Case> {
+    case("cell.yaml", "battery")
+}
+
 /// What a replay told about one signal or need.
 #[derive(Debug)]
 struct Event {
@@ -142,6 +150,16 @@ fn a_clean_flight_gives_no_alarm() {
 #[test]
 fn a_clean_rover_gives_no_alarm() {
     check_silent(husky());
+}
+
+#[test]
+fn a_clean_turtlebot_gives_no_alarm() {
+    check_silent(turtlebot());
+}
+
+#[test]
+fn a_clean_cell_gives_no_alarm() {
+    check_silent(cell());
 }
 
 /// A labelled event: the readings in which something was introduced at a mote, the motes of its room, the others.
@@ -349,6 +367,35 @@ fn faults_of_a_rover_are_named_or_suspected() {
         ("drift=2e-5", "gps_latitude"),
     ] {
         check_honest(&case, kind, signal, 100.0);
+    }
+}
+
+#[test]
+fn faults_of_a_turtlebot_are_named_or_suspected() {
+    let Some(case) = turtlebot() else { return };
+    for (kind, signal) in [
+        ("bias=0.3", "imu"),
+        ("stuck", "imu"),
+        ("bias=0.3", "odom_yaw_rate"),
+        ("bias=0.2", "odom_speed"),
+        ("drop", "left_wheel"),
+        ("stuck", "left_wheel"),
+    ] {
+        check_honest(&case, kind, signal, 40.0);
+    }
+}
+
+#[test]
+fn faults_of_a_cell_are_suspected() {
+    let Some(case) = cell() else { return };
+    for (kind, signal) in [
+        ("bias=0.3", "voltage"),
+        ("drop", "voltage"),
+        ("bias=3", "current"),
+        ("bias=-3", "power"),
+        ("bias=8", "capacity"),
+    ] {
+        check_honest(&case, kind, signal, 35_000.0);
     }
 }
 

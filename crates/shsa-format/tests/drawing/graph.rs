@@ -34,7 +34,7 @@ fn check(name: &str, knowledge: &KnowledgeBase, marks: &Marks) -> crate::xml::El
 
 #[test]
 fn the_models_of_this_project() {
-    for name in ["rover", "car", "husky", "quad", "motes"] {
+    for name in ["rover", "car", "husky", "quad", "motes", "turtlebot", "cell"] {
         let knowledge = model(&format!("{name}.yaml"));
         check(&format!("{name}.svg"), &knowledge, &Marks::default());
     }
@@ -245,7 +245,7 @@ fn without_quoted(line: &str) -> String {
 
 #[test]
 fn graphs_for_graphviz_are_whole() {
-    for name in ["rover", "car", "husky", "quad", "motes"] {
+    for name in ["rover", "car", "husky", "quad", "motes", "turtlebot", "cell"] {
         let knowledge = model(&format!("{name}.yaml"));
         check_dot(&dot(&knowledge, &Marks::default()), &knowledge);
     }
