@@ -7,6 +7,9 @@ use shsa_core::time::{Span, Time};
 use shsa_format::fault::{Fault, FaultKind};
 use shsa_format::recording::Sample;
 
+/// What a drift reaches at its end where amounts are multiples of the smallest detectable bias: it is to be found before.
+pub(super) const DRIFT_REACHES: f64 = 3.0;
+
 /// A kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
 pub(super) enum Kind {
@@ -64,9 +67,10 @@ impl Kind {
     }
 
     /// The multiples that make sense, of those that are wanted: one without a number for a kind without an amount.
-    fn multiples(self, wanted: &[f64]) -> Vec<Option<f64>> {
+    fn multiples(self, wanted: &[f64], is_detectable: bool) -> Vec<Option<f64>> {
         match self {
             Kind::Stuck | Kind::Drop => vec![None],
+            Kind::Drift if is_detectable => vec![Some(DRIFT_REACHES)],
             Kind::Noise | Kind::Delay => wanted.iter().filter(|by| **by > 0.0).copied().map(Some).collect(),
             _ => wanted.iter().copied().map(Some).collect(),
         }
@@ -115,6 +119,16 @@ pub(super) struct Wish<'a> {
     pub(super) onsets: usize,
     pub(super) seeds: u64,
     pub(super) duration: Option<Span>,
+    /// Multiples are of these, and not of declared errors.
+    pub(super) detectable: Option<&'a Detectable>,
+}
+
+/// What is seen of each signal with a calibrated model.
+pub(super) struct Detectable {
+    /// Where the part begins that the model was not fitted to; no fault begins before.
+    pub(super) from: Span,
+    /// The smallest detectable bias of each signal by index, in its unit.
+    pub(super) biases: Vec<Option<f64>>,
 }
 
 /// All that is tried.
@@ -154,8 +168,9 @@ impl Grid {
         let received = |sample: Option<&Sample>| sample.map_or(Time(0), |sample| sample.received);
         let first = received(samples.first());
         let length = received(samples.last()) - first;
+        let earliest = wish.detectable.map_or(Span::ZERO, |it| it.from);
         let duration = wish.duration.unwrap_or(Span(length.0 / 4));
-        if duration <= Span::ZERO || duration >= length {
+        if duration <= Span::ZERO || duration >= length - earliest {
             bail!(
                 "the recording lasts {} s: faults of {} s leave no time before them",
                 length.seconds(),
@@ -164,19 +179,23 @@ impl Grid {
         }
         let mut whats = Vec::new();
         for &kind in wish.kinds {
-            whats.extend(kind.multiples(wish.multiples).into_iter().map(|multiple| What { kind, multiple }));
+            whats.extend(
+                kind.multiples(wish.multiples, wish.detectable.is_some())
+                    .into_iter()
+                    .map(|multiple| What { kind, multiple }),
+            );
         }
         let mut grid = Grid {
             whats,
             signals: Vec::new(),
             cells: Vec::new(),
             trials: Vec::new(),
-            onsets: onsets(length - duration, wish.onsets),
+            onsets: onsets(length - duration - earliest, wish.onsets).map(|onset| earliest + onset).collect(),
             duration,
             left_out: Vec::new(),
         };
         for &signal in wish.signals {
-            grid.add(&knowledge.signals()[signal], signal, samples, wish.seeds);
+            grid.add(&knowledge.signals()[signal], signal, samples, wish);
         }
         if grid.trials.is_empty() {
             bail!("nothing to try: {}", grid.left_out.join("; "));
@@ -184,13 +203,19 @@ impl Grid {
         Ok(grid)
     }
 
-    fn add(&mut self, signal: &Signal, id: SignalId, samples: &[Sample], seeds: u64) {
+    fn add(&mut self, signal: &Signal, id: SignalId, samples: &[Sample], wish: &Wish<'_>) {
         let own: Vec<&Sample> = samples.iter().filter(|sample| sample.wanted == id.index()).collect();
-        let Some(size) = Size::of(signal, &own) else {
+        let Some(mut size) = Size::of(signal, &own) else {
             self.left_out.push(format!("{}: not in the recording", signal.name));
             return;
         };
-        if size.error <= 0.0 {
+        if let Some(detectable) = wish.detectable {
+            size.error = detectable.biases.get(id.index()).copied().flatten().unwrap_or(0.0);
+        }
+        if size.error <= 0.0 && wish.detectable.is_some() {
+            let reason = "faults with an amount, as no comparison in the recording sees a step of it";
+            self.left_out.push(format!("{}: {reason}", signal.name));
+        } else if size.error <= 0.0 {
             let reason =
                 "faults with an amount, as no value error is declared that it could be a multiple of";
             self.left_out.push(format!("{}: {reason}", signal.name));
@@ -207,7 +232,7 @@ impl Grid {
                 let to = from + self.duration;
                 let fault = Fault { kind, signal: signal.name.clone(), from, to: Some(to) };
                 let end = samples.first().map_or(Time(0), |sample| sample.received) + to;
-                let seeds = 1..=if what.kind.is_random() { seeds } else { 1 };
+                let seeds = 1..=if what.kind.is_random() { wish.seeds } else { 1 };
                 let trial = |seed| Trial { cell, fault: fault.clone(), end, seed };
                 self.trials.extend(seeds.map(trial));
             }
@@ -216,9 +241,9 @@ impl Grid {
 }
 
 /// Evenly over the room, the last one at its end.
-fn onsets(room: Span, count: usize) -> Vec<Span> {
-    let share = |number: usize| Span::from_seconds(room.seconds() * number as f64 / count as f64);
-    (1..=count).map(share).collect()
+fn onsets(room: Span, count: usize) -> impl Iterator<Item = Span> {
+    let share = move |number: usize| Span::from_seconds(room.seconds() * number as f64 / count as f64);
+    (1..=count).map(share)
 }
 
 impl Size {

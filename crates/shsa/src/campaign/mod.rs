@@ -14,6 +14,8 @@ mod tally;
 mod compare;
 mod text;
 mod page;
+mod detectable;
+mod markdown;
 
 use crate::outcome::Outcome;
 use crate::plan::find_signal;
@@ -53,6 +55,11 @@ pub(crate) struct Arguments {
     /// Amounts, as multiples of the declared error.
     #[arg(long, value_name = "X,..", value_delimiter = ',', default_value = "2,4,8", value_parser = multiple)]
     amounts: Vec<f64>,
+    /// Amounts are F times (2 when not given) the smallest bias of each signal that `shsa calibrate` says is seen. The model is
+    /// calibrated on the first half of the recording, faults begin in the second; a drift reaches 3 times that bias.
+    #[arg(long, value_name = "F", num_args = 0..=1, default_missing_value = "2", require_equals = true,
+        value_parser = multiple, conflicts_with = "amounts")]
+    detectable: Option<f64>,
     /// Signals to break; all of the model when not given.
     #[arg(long, value_name = "SIGNAL,..", value_delimiter = ',')]
     signals: Vec<String>,
@@ -80,6 +87,9 @@ pub(crate) struct Arguments {
     /// Write one HTML page with heat maps.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// Write the figures by kind, and every miss with the replay that shows it, as Markdown.
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
     /// An earlier campaign, written with --json, to compare with.
     #[arg(long, value_name = "FILE")]
     compare: Option<PathBuf>,
@@ -92,22 +102,28 @@ fn multiple(text: &str) -> Result<f64, String> {
 
 /// Runs the grid and reports; the answer is no when it is worse than the campaign that it is compared with.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let knowledge = show::load_model(&arguments.model)?;
+    let live = show::load_live(&arguments.model)?;
     let before = arguments.compare.as_deref().map(compare::read).transpose()?;
-    let signals = signals(arguments, &knowledge)?;
-    let recording = read(arguments, &knowledge)?;
+    let signals = signals(arguments, live.knowledge())?;
+    let recording = read(arguments, live.knowledge())?;
+    let calibrated = arguments.detectable.map(|_| detectable::calibrated(&live, &recording)).transpose()?;
+    let (knowledge, detectable) = match &calibrated {
+        Some((knowledge, detectable)) => (knowledge, Some(detectable)),
+        None => (live.knowledge(), None),
+    };
     let seeds = arguments.seeds.get() as u64;
     let wish = Wish {
         kinds: &distinct(&arguments.kinds, &Kind::ALL),
-        multiples: &distinct(&arguments.amounts, &[]),
+        multiples: &arguments.detectable.map_or_else(|| distinct(&arguments.amounts, &[]), |by| vec![by]),
         signals: &signals,
         onsets: arguments.onsets.get(),
         seeds,
         duration: arguments.duration,
+        detectable,
     };
-    let grid = Grid::new(&knowledge, &recording.samples, &wish)?;
+    let grid = Grid::new(knowledge, &recording.samples, &wish)?;
     grid.left_out.iter().for_each(|reason| show::warn(format_args!("left out: {reason}")));
-    let ground = Ground::new(&knowledge, &recording.samples).ok_or_else(|| anyhow!("nothing recorded"))?;
+    let ground = Ground::new(knowledge, &recording.samples).ok_or_else(|| anyhow!("nothing recorded"))?;
     if let Some(before) = &before {
         compare::check_settings(before, &tally::settings(&ground, &grid, seeds))?;
     }
@@ -115,7 +131,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let read: Vec<&PathBuf> =
         arguments.recordings.iter().chain([&arguments.model]).chain(&arguments.compare).collect();
     let json = arguments.json.as_deref().filter(|_| !is_printed);
-    let [json_file, html_file] = written::open([json, arguments.html.as_deref()], &read)?;
+    let [json_file, html_file, markdown_file] =
+        written::open([json, arguments.html.as_deref(), arguments.markdown.as_deref()], &read)?;
     let results = measure(&ground, &grid, arguments.threads)?;
     let campaign = Campaign { ground: &ground, grid: &grid, seeds, results };
     let mut object = campaign.to_json();
@@ -130,6 +147,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(mut file) = html_file {
         let title = arguments.model.file_name().unwrap_or_default().to_string_lossy();
         file.write_all(page::page(&campaign, &title, comparison.as_ref()).as_bytes())?;
+        file.flush()?;
+    }
+    if let Some(mut file) = markdown_file {
+        file.write_all(markdown::section(&campaign, arguments, detectable).as_bytes())?;
         file.flush()?;
     }
     let mut output = stdout().lock();

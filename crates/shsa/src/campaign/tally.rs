@@ -7,12 +7,13 @@ use shsa_core::knowledge::{KnowledgeBase, NeedId};
 use shsa_core::time::Span;
 
 /// What the words of the figures mean.
-pub(super) const LEGEND: [(&str, &str); 11] = [
+pub(super) const LEGEND: [(&str, &str); 12] = [
     (
         "amount",
         "2× is twice the error that the model declares for a value of median size of the signal; a drift reaches it \
          at the fault's end, a scale gives it to that value, a spoof sends the last value before the fault with it \
-         on top; for a delay twice its error of time and the mean time between its values",
+         on top; for a delay twice its error of time and the mean time between its values; with --detectable it is \
+         twice the smallest detectable bias instead, and three times that for a drift",
     ),
     ("runs", "one for each onset, and for each seed where the fault is random; a run ends with its fault"),
     (
@@ -24,8 +25,9 @@ pub(super) const LEGEND: [(&str, &str); 11] = [
         "an alarm was given during the fault, about whichever signal: suspected, failed or silent; an alarm that the \
          recording without a fault gives at the same moment does not count",
     ),
-    ("isolated", "the faulty signal was named during the fault, failed or silent, and no other was"),
+    ("isolated", "the faulty signal was named during the fault, failed or silent, and nothing else was"),
     ("wrong blame", "another signal was named"),
+    ("shared blame", "a relation, or what signals share, was called failed; in the JSON and in Markdown"),
     ("not told", "runs that are not detected; a small fault may be within what the model tolerates"),
     (
         "false alarms",
@@ -72,6 +74,7 @@ pub(super) struct Tally {
     pub(super) detected: usize,
     pub(super) isolated: usize,
     pub(super) wrong_blame: usize,
+    pub(super) shared_blame: usize,
     pub(super) false_alarms: usize,
     /// Runs in which any need was unmet.
     pub(super) unmet: usize,
@@ -97,8 +100,9 @@ impl Tally {
     fn add(&mut self, measured: &Measured) {
         self.runs += 1;
         self.detected += usize::from(measured.latency.is_some());
-        self.isolated += usize::from(measured.named && !measured.blamed_other);
+        self.isolated += usize::from(measured.is_isolated());
         self.wrong_blame += usize::from(measured.blamed_other);
+        self.shared_blame += usize::from(measured.blamed_shared);
         self.false_alarms += measured.early;
         self.unmet += usize::from(measured.needs.iter().any(|served| served.unmet));
         self.latencies.extend(measured.latency);
@@ -209,6 +213,7 @@ impl Campaign<'_> {
             "isolated": tally.isolated,
             "isolation_rate": tally.share(tally.isolated),
             "wrong_blame": tally.wrong_blame,
+            "shared_blame": tally.shared_blame,
             "not_told": tally.runs - tally.detected,
             "false_alarms": tally.false_alarms,
             "latency_median_s": tally.median().map(Span::seconds),

@@ -46,8 +46,17 @@ pub(super) struct Measured {
     pub(super) named: bool,
     /// Whether another one was named.
     pub(super) blamed_other: bool,
+    /// Whether what is no signal was called failed: a relation, or what signals share.
+    pub(super) blamed_shared: bool,
     /// In the order of the needs.
     pub(super) needs: Vec<Served>,
+}
+
+impl Measured {
+    /// Whether the faulty signal was named, and nothing else.
+    pub(super) fn is_isolated(&self) -> bool {
+        self.named && !self.blamed_other && !self.blamed_shared
+    }
 }
 
 impl<'a> Ground<'a> {
@@ -160,7 +169,14 @@ impl<'a> Watch<'a> {
     fn new(ground: &'a Ground<'a>, signal: SignalId, fault: (Time, Time)) -> Watch<'a> {
         let count = ground.values.len();
         let needs = vec![Served { error: 0.0, unmet: false }; count];
-        let measured = Measured { early: 0, latency: None, named: false, blamed_other: false, needs };
+        let measured = Measured {
+            early: 0,
+            latency: None,
+            named: false,
+            blamed_other: false,
+            blamed_shared: false,
+            needs,
+        };
         Watch { ground, signal, fault, measured, gaps: vec![(ground.first, Span::ZERO); count] }
     }
 
@@ -182,9 +198,10 @@ impl<'a> Watch<'a> {
         }
         self.measured.latency.get_or_insert(time - self.fault.0);
         if kind != EventKind::Suspected {
-            match signal == Some(self.signal) {
-                true => self.measured.named = true,
-                false => self.measured.blamed_other = true,
+            match signal {
+                Some(signal) if signal == self.signal => self.measured.named = true,
+                Some(_) => self.measured.blamed_other = true,
+                None => self.measured.blamed_shared = true,
             }
         }
     }

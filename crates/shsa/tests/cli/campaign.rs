@@ -213,3 +213,64 @@ fn bad_wishes_are_refused_before_anything_is_written() {
     assert_eq!(folder.read("stored.json"), stored);
     assert!(!folder.names().contains(&"page.html".to_owned()));
 }
+
+/// Ten minutes of three thermometers in one room, healthy, with noise that repeats.
+fn room() -> String {
+    let mut text = "t [s],/a,/b,/c\n".to_owned();
+    let mut state = 1_u64;
+    let mut noise = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        0.2 * ((state >> 33) as f64 / f64::from(u32::MAX >> 1) - 0.5)
+    };
+    for second in 0..600 {
+        let true_value = 20.0 + 3.0 * (f64::from(second) / 20.0).sin();
+        let values = [(); 3].map(|()| true_value + noise());
+        writeln!(text, "{second},{:.4},{:.4},{:.4}", values[0], values[1], values[2]).unwrap();
+    }
+    text
+}
+
+const ROOM: &str = "\
+shsa: 1
+variables:
+  warmth: { unit: K }
+signals:
+  /a: { variable: warmth, unit: K, rate: 1 Hz, value_error: 5 }
+  /b: { variable: warmth, unit: K, rate: 1 Hz, value_error: 5 }
+  /c: { variable: warmth, unit: K, rate: 1 Hz, value_error: 5 }
+needs:
+  warmth: { max_age: 5 s }
+";
+
+#[test]
+fn detectable_amounts_follow_calibrate_and_begin_in_the_second_half() {
+    let folder = Folder::with(&[("room.yaml", ROOM.as_bytes()), ("room.csv", room().as_bytes())]);
+    let ended = folder.ends("calibrate room.yaml room.csv --json", 0);
+    let calibrated: Value = serde_json::from_str(&ended.stdout).unwrap();
+    let grid = "room.csv --detectable=3 --kinds bias,drift,drop --onsets 2 --duration 100s";
+    let ended = folder.ends(&format!("campaign room.yaml {grid} --markdown room.md --json -"), 0);
+    let campaign: Value = serde_json::from_str(&ended.stdout).unwrap();
+    for onset in campaign["settings"]["onsets_s"].as_array().unwrap() {
+        assert!(onset.as_f64().unwrap() > 599.0 / 2.0, "{onset}");
+    }
+    assert_eq!(cells(&campaign).len(), 3 * 3);
+    for cell in cells(&campaign).iter().filter(|cell| cell["kind"] != "drop") {
+        let fitted = calibrated["fitted"].as_array().unwrap().iter().find(|it| it["name"] == cell["signal"]);
+        let bias = fitted.unwrap()["smallest_bias"].as_f64().unwrap();
+        assert!(bias < 2.0, "{bias} although the noise is 0.1");
+        // Both are three times the bias here; the drift gets there in the 100 s of the fault.
+        let amount = if cell["kind"] == "drift" { 3.0 * bias / 100.0 } else { 3.0 * bias };
+        assert!((cell["amount"].as_f64().unwrap() - amount).abs() < 1e-9 * amount, "{cell}: {bias}");
+        assert_eq!(cell["detected"], 2, "{cell}");
+        assert_eq!(cell["wrong_blame"], 0, "{cell}");
+    }
+    let markdown = folder.read("room.md");
+    assert!(markdown.contains("shsa campaign room.yaml room.csv --detectable=3"), "{markdown}");
+    assert!(markdown.contains("| bias 3× | 6 | 6 | 6 of 6 | 0 | 0 |"), "{markdown}");
+}
+
+#[test]
+fn declared_and_detectable_amounts_exclude_each_other() {
+    let ended = folder().ends("campaign tank.yaml clean.csv --detectable --amounts 2", 2);
+    assert!(ended.stderr.contains("--amounts"), "{}", ended.stderr);
+}
