@@ -1,40 +1,249 @@
-//! What has arrived and not yet been read: bounded, the newest wins, losses are counted.
+//! What has arrived and not yet been read: bounded for each topic, the newest wins, losses are counted.
 
-use crate::Message;
-use std::collections::VecDeque;
+use crate::{Clock, Message};
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap, VecDeque};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
-/// A bounded queue of messages in the order of arrival.
-#[derive(Debug)]
+/// Queues of messages, one a topic, read in the order of arrival; clones are the same inbox.
+///
+/// A bridge's threads push, one reader pops. A topic whose queue is full loses its oldest message, so a flood of one
+/// topic delays another by at most one queue.
+#[derive(Clone, Debug)]
 pub struct Inbox {
-    waiting: VecDeque<Message>,
+    shared: Arc<Shared>,
+    clock: Clock,
+}
+
+#[derive(Debug)]
+struct Shared {
+    queues: Mutex<Queues>,
+    arrival: Condvar,
+}
+
+#[derive(Debug)]
+struct Queues {
+    ids: BTreeMap<Arc<str>, usize>,
+    topics: Vec<Queue>,
+    /// The topics that have messages, by the arrival of what was their oldest when they were entered here.
+    order: BinaryHeap<Reverse<(u64, usize)>>,
     capacity: usize,
+    arrived: u64,
+    /// Whether somebody wants the reader to look up although no message has come.
+    woken: bool,
+}
+
+#[derive(Debug)]
+struct Queue {
+    topic: Arc<str>,
+    /// The count of arrivals before each message.
+    waiting: VecDeque<(u64, Message)>,
     dropped: u64,
 }
 
+/// Messages of one topic that had to make room for newer ones.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Losses {
+    /// The name under which they were published.
+    pub topic: Arc<str>,
+    /// How many since the beginning.
+    pub dropped: u64,
+}
+
 impl Inbox {
-    /// For at most `capacity` messages; at least one.
+    /// For at most `capacity` messages a topic, at least one; reception is stamped by `clock`.
     #[must_use]
-    pub fn new(capacity: usize) -> Inbox {
-        Inbox { waiting: VecDeque::new(), capacity: capacity.max(1), dropped: 0 }
+    pub fn new(capacity: usize, clock: Clock) -> Inbox {
+        let queues = Queues {
+            ids: BTreeMap::new(),
+            topics: Vec::new(),
+            order: BinaryHeap::new(),
+            capacity: capacity.max(1),
+            arrived: 0,
+            woken: false,
+        };
+        let shared = Shared { queues: Mutex::new(queues), arrival: Condvar::new() };
+        Inbox { shared: Arc::new(shared), clock }
     }
 
-    /// Appends a message; when the queue is full, the oldest makes room and is counted as dropped.
-    pub fn push(&mut self, message: Message) {
-        if self.waiting.len() == self.capacity {
-            self.waiting.pop_front();
-            self.dropped += 1;
-        }
-        self.waiting.push_back(message);
+    /// The clock by which reception is stamped.
+    #[must_use]
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// Appends a message; when its topic's queue is full, the oldest makes room and is counted as dropped.
+    pub fn push(&self, message: Message) {
+        self.lock().push(message);
+        self.shared.arrival.notify_one();
     }
 
     /// Takes the oldest message; `None` when none waits.
-    pub fn pop(&mut self) -> Option<Message> {
-        self.waiting.pop_front()
+    #[must_use]
+    pub fn pop(&self) -> Option<Message> {
+        self.lock().pop()
     }
 
-    /// How many messages had to make room for newer ones.
+    /// Waits until a message is there, [`Inbox::wake`] was called, or the time is over.
+    pub fn wait(&self, at_most: Duration) {
+        let idle = |queues: &mut Queues| queues.order.is_empty() && !queues.woken;
+        let waited = self.shared.arrival.wait_timeout_while(self.lock(), at_most, idle);
+        waited.unwrap_or_else(PoisonError::into_inner).0.woken = false;
+    }
+
+    /// Ends the reader's wait, the present one or else the next.
+    pub fn wake(&self) {
+        self.lock().woken = true;
+        self.shared.arrival.notify_one();
+    }
+
+    /// How many messages wait.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.lock().topics.iter().map(|queue| queue.waiting.len()).sum()
+    }
+
+    /// Whether none waits.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.lock().order.is_empty()
+    }
+
+    /// How many messages of all topics had to make room for newer ones.
     #[must_use]
     pub fn dropped(&self) -> u64 {
-        self.dropped
+        self.lock().topics.iter().map(|queue| queue.dropped).sum()
+    }
+
+    /// The topics that have lost messages, in the order of their first arrival.
+    #[must_use]
+    pub fn losses(&self) -> Vec<Losses> {
+        let losses = |queue: &Queue| Losses { topic: queue.topic.clone(), dropped: queue.dropped };
+        self.lock().topics.iter().filter(|queue| queue.dropped > 0).map(losses).collect()
+    }
+
+    /// A thread that panicked while it held the lock has left whole messages behind: the others go on.
+    fn lock(&self) -> MutexGuard<'_, Queues> {
+        self.shared.queues.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Queues {
+    fn push(&mut self, message: Message) {
+        let id = self.id(&message.topic);
+        let arrival = self.arrived;
+        self.arrived += 1;
+        let queue = &mut self.topics[id];
+        if queue.waiting.is_empty() {
+            self.order.push(Reverse((arrival, id)));
+        } else if queue.waiting.len() == self.capacity {
+            queue.waiting.pop_front();
+            queue.dropped += 1;
+        }
+        queue.waiting.push_back((arrival, message));
+    }
+
+    fn pop(&mut self) -> Option<Message> {
+        loop {
+            let Reverse((entered, id)) = self.order.pop()?;
+            let waiting = &mut self.topics[id].waiting;
+            let (arrival, message) = waiting.pop_front()?;
+            if arrival != entered {
+                // What had been the oldest has made room meanwhile: another topic may be first now.
+                waiting.push_front((arrival, message));
+                self.order.push(Reverse((arrival, id)));
+                continue;
+            }
+            if let Some((next, _)) = waiting.front() {
+                self.order.push(Reverse((*next, id)));
+            }
+            return Some(message);
+        }
+    }
+
+    fn id(&mut self, topic: &Arc<str>) -> usize {
+        if let Some(id) = self.ids.get(topic) {
+            return *id;
+        }
+        self.topics.push(Queue { topic: topic.clone(), waiting: VecDeque::new(), dropped: 0 });
+        self.ids.insert(topic.clone(), self.topics.len() - 1);
+        self.topics.len() - 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Payload;
+    use shsa_core::observation::RawValue;
+    use std::time::Instant;
+
+    fn message(topic: &str, number: f64) -> Message {
+        Message {
+            topic: topic.into(),
+            stamp: None,
+            received: shsa_core::time::Time(0),
+            publisher: None,
+            message_type: None,
+            payload: Payload::Value(RawValue::Number(number)),
+        }
+    }
+
+    /// What waits, in order.
+    fn read(inbox: &Inbox) -> String {
+        let mut text = Vec::new();
+        while let Some(message) = inbox.pop() {
+            let Payload::Value(RawValue::Number(number)) = message.payload else { panic!("only numbers") };
+            text.push(format!("{}={number}", message.topic));
+        }
+        text.join(" ")
+    }
+
+    #[test]
+    fn topics_are_read_in_the_order_of_arrival() {
+        let inbox = Inbox::new(8, Clock::manual());
+        for (topic, number) in [("b", 1.0), ("a", 2.0), ("b", 3.0), ("c", 4.0), ("a", 5.0)] {
+            inbox.push(message(topic, number));
+        }
+        assert_eq!(inbox.len(), 5);
+        assert_eq!(read(&inbox), "b=1 a=2 b=3 c=4 a=5");
+        assert!(inbox.is_empty());
+    }
+
+    #[test]
+    fn a_flood_of_one_topic_costs_only_that_topic() {
+        let inbox = Inbox::new(3, Clock::manual());
+        inbox.push(message("calm", 1.0));
+        (0..100).for_each(|n| inbox.push(message("flood", f64::from(n))));
+        inbox.push(message("calm", 2.0));
+        assert_eq!(inbox.losses(), [Losses { topic: "flood".into(), dropped: 97 }]);
+        assert_eq!(read(&inbox), "calm=1 flood=97 flood=98 flood=99 calm=2");
+    }
+
+    #[test]
+    fn whose_oldest_has_made_room_stands_where_the_next_one_arrived() {
+        let inbox = Inbox::new(2, Clock::manual());
+        for (topic, number) in [("a", 1.0), ("b", 2.0), ("a", 3.0), ("a", 4.0)] {
+            inbox.push(message(topic, number));
+        }
+        assert_eq!(read(&inbox), "b=2 a=3 a=4");
+        assert_eq!(inbox.dropped(), 1);
+    }
+
+    #[test]
+    fn a_wait_ends_with_a_message_and_with_a_wake() {
+        let inbox = Inbox::new(2, Clock::manual());
+        inbox.wait(Duration::from_millis(1));
+        let far = Duration::from_secs(60);
+        let start = Instant::now();
+        let other = inbox.clone();
+        let sender = std::thread::spawn(move || other.push(message("a", 1.0)));
+        inbox.wait(far);
+        sender.join().unwrap();
+        assert_eq!(read(&inbox), "a=1");
+        inbox.wake();
+        inbox.wait(far);
+        assert!(start.elapsed() < far);
     }
 }

@@ -2,14 +2,24 @@
 //!
 //! One module and one feature a middleware; each is a [`Bridge`]. A bridge never delivers what it has published
 //! itself: a substitute goes out under the name of the signal that it replaces, and must not come back as
-//! evidence about that signal. Everyone else tells the two apart by [`Message::publisher`].
+//! evidence about that signal. Everyone else tells the two apart by [`Message::publisher`] or by the [`Provenance`].
+//!
+//! What arrives waits in an [`Inbox`], bounded for each topic by itself: a flood of one topic costs that topic its oldest
+//! messages, and no other topic anything.
 
+mod clock;
+mod error;
 mod inbox;
+mod provenance;
 #[cfg(feature = "memory")]
 pub mod memory;
 
-pub use inbox::Inbox;
+pub use clock::Clock;
+pub use error::BridgeError;
+pub use inbox::{Inbox, Losses};
+pub use provenance::{Provenance, Quality};
 
+use bytes::Bytes;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use std::fmt;
@@ -25,50 +35,126 @@ impl fmt::Display for PublisherId {
     }
 }
 
-/// One value on its way.
+/// What a message carries.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Payload {
+    /// A value as it is: within one process nothing is encoded.
+    Value(RawValue),
+    /// As it came over the wire.
+    Bytes(Bytes),
+}
+
+/// What has arrived.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Message {
     /// The name under which it was published.
     pub topic: Arc<str>,
-    /// Its time stamp, as the publisher gave it.
-    pub stamp: Time,
-    /// When it was received.
+    /// The publisher's time stamp where the transport carries one beside the payload; by the wall clock.
+    pub stamp: Option<Time>,
+    /// When it was received, by the inbox's [`Clock`].
     pub received: Time,
-    /// Who published it.
-    pub publisher: PublisherId,
-    /// A number, an interval or a list, in the unit of the topic.
-    pub value: RawValue,
+    /// Who published it, where the transport tells.
+    pub publisher: Option<PublisherId>,
+    /// The type of the payload where the transport tells, such as `sensor_msgs/msg/LaserScan`.
+    pub message_type: Option<Arc<str>>,
+    /// The value, or the bytes that hold it.
+    pub payload: Payload,
+}
+
+impl Message {
+    /// The value, where nothing has to be decoded.
+    #[must_use]
+    pub fn value(&self) -> Option<&RawValue> {
+        match &self.payload {
+            Payload::Value(value) => Some(value),
+            Payload::Bytes(_) => None,
+        }
+    }
+
+    /// Its time stamp, else when it was received.
+    #[must_use]
+    pub fn stamped(&self) -> Time {
+        self.stamp.unwrap_or(self.received)
+    }
+}
+
+/// What is to be sent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outgoing<'a> {
+    /// The name to publish under.
+    pub topic: &'a str,
+    /// When the value was true, by the wall clock; for transports that carry a stamp beside the payload.
+    pub stamp: Time,
+    /// A transport that carries bytes only writes a value as text: a number, or a list of numbers in JSON.
+    pub payload: Payload,
+    /// Where the value comes from, for transports that carry more than the payload (Zenoh's attachment, MQTT 5's user
+    /// properties).
+    pub provenance: Option<&'a Provenance>,
+    /// Whether who subscribes later gets it, too: MQTT's retained messages. Other transports do not keep messages.
+    pub retain: bool,
+}
+
+impl<'a> Outgoing<'a> {
+    /// A message that says nothing of its provenance and is not kept.
+    #[must_use]
+    pub fn new(topic: &'a str, stamp: Time, payload: Payload) -> Outgoing<'a> {
+        Outgoing { topic, stamp, payload, provenance: None, retain: false }
+    }
+}
+
+/// Whether a bridge is connected.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Link {
+    /// It is.
+    Up,
+    /// It is not, for this reason; it keeps trying.
+    Down(String),
 }
 
 /// A connection to a middleware.
 ///
-/// Subscriptions are exact names. What arrives waits in a bounded [`Inbox`], where the newest wins, so a slow
-/// reader neither blocks the middleware nor grows without bound.
-pub trait Bridge {
-    /// Why the middleware could not do what it was asked for.
-    type Error: std::error::Error + Send + Sync + 'static;
-
+/// Subscriptions are exact names. A lost connection is no error: the bridge reconnects by itself, subscribes again, and
+/// tells by [`Bridge::link`] how it stands.
+pub trait Bridge: Send {
     /// The identity that this bridge publishes under.
     fn publisher(&self) -> PublisherId;
 
-    /// Receives from now on what others publish under `topic`; asking twice is the same as asking once.
+    /// Where messages wait.
+    fn inbox(&self) -> &Inbox;
+
+    /// Receives from now on what others publish under `topic`; asking twice is the same as asking once. `message_type`
+    /// is for transports whose names depend on it, where it is known.
     ///
     /// # Errors
-    /// When the middleware refuses or is lost.
-    fn subscribe(&mut self, topic: &str) -> Result<(), Self::Error>;
+    /// When the middleware refuses the name.
+    fn subscribe(&mut self, topic: &str, message_type: Option<&str>) -> Result<(), BridgeError>;
 
-    /// The oldest message that waits, in the order of arrival; `None` when none waits. Does not block.
+    /// Receives from now on everything that is published.
     ///
     /// # Errors
-    /// When the connection is lost.
-    fn receive(&mut self) -> Result<Option<Message>, Self::Error>;
+    /// When the middleware refuses.
+    fn subscribe_all(&mut self) -> Result<(), BridgeError>;
 
-    /// Sends a value to all others that have subscribed to `topic`.
+    /// Says ahead that messages of this type will be published under `topic`: some transports need the type for the
+    /// name, or list publishers. Without it, a publisher is set up with its first message.
     ///
     /// # Errors
-    /// When the connection is lost.
-    fn publish(&mut self, topic: &str, stamp: Time, value: RawValue) -> Result<(), Self::Error>;
+    /// When the middleware refuses the name or the type.
+    fn advertise(&mut self, _topic: &str, _message_type: &str) -> Result<(), BridgeError> {
+        Ok(())
+    }
 
-    /// How many messages had to make room for newer ones.
-    fn dropped(&self) -> u64;
+    /// Sends to all others that have subscribed to the topic.
+    ///
+    /// # Errors
+    /// When the middleware refuses the message, or it could neither be sent nor kept for sending.
+    fn publish(&mut self, message: Outgoing<'_>) -> Result<(), BridgeError>;
+
+    /// Whether it is connected.
+    fn link(&self) -> Link;
+
+    /// The oldest message that waits; `None` when none does. Does not block.
+    fn receive(&mut self) -> Option<Message> {
+        self.inbox().pop()
+    }
 }

@@ -63,7 +63,8 @@ impl Healer for EngineNode {
 
     fn observe(&mut self, message: &Message) {
         let Some(&signal) = self.signals.get(&*message.topic) else { return };
-        let (stamp, received, value) = (message.stamp, message.received, message.value.clone());
+        let Some(value) = message.value().cloned() else { return };
+        let (stamp, received) = (message.stamped(), message.received);
         self.engine.handle(Input::Observation(Observation { signal, stamp, received, value }));
     }
 

@@ -68,9 +68,9 @@ impl Healer for PlainNode {
     }
 
     fn observe(&mut self, message: &Message) {
-        let dmin = nearest_seen(&message.topic, &message.value);
+        let dmin = message.value().and_then(|value| nearest_seen(&message.topic, value));
         self.ready
-            .extend(dmin.map(|dmin| Gift::Dmin { stamp: message.stamp, value: RawValue::Number(dmin) }));
+            .extend(dmin.map(|dmin| Gift::Dmin { stamp: message.stamped(), value: RawValue::Number(dmin) }));
     }
 
     fn tick(&mut self, _now: Time) {}

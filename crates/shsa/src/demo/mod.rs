@@ -28,8 +28,8 @@ use room::{Point, Pose, Room};
 use score::Score;
 use screen::{Screen, View, lower_bound};
 use sensors::{Sample, Sensor};
-use shsa_bridge::Bridge;
 use shsa_bridge::memory::{MemoryBridge, MemoryBus};
+use shsa_bridge::{Bridge, Clock, Outgoing, Payload};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use std::io::Write;
@@ -83,7 +83,7 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Outcome> {
     let System::Rover = args.name;
     let live = !args.fast && !args.json;
     let screen = Screen::new(live, args.json);
-    let mut demo = Demo::new(args.seed, healer(args.without_shsa)?, screen);
+    let mut demo = Demo::new(args.seed, healer(args.without_shsa)?, screen)?;
     demo.introduce(args)?;
     let start = Instant::now();
     while demo.now < END {
@@ -137,17 +137,17 @@ struct Demo {
 }
 
 impl Demo {
-    fn new(seed: u64, healer: Box<dyn Healer>, screen: Screen) -> Demo {
-        let bus = MemoryBus::new();
+    fn new(seed: u64, healer: Box<dyn Healer>, screen: Screen) -> anyhow::Result<Demo> {
+        let bus = MemoryBus::new(Clock::manual());
         let [sensor_port, mut healer_port, mut avoidance_port, mut screen_port] =
             [(); 4].map(|()| bus.join(INBOX));
         let sensors = sensors::all(seed);
         let heard = sensors.iter().map(|sensor| sensor.topic).chain([NEED]);
-        heard.for_each(|topic| subscribe(&mut screen_port, topic));
-        healer.topics().iter().for_each(|topic| subscribe(&mut healer_port, topic));
-        subscribe(&mut avoidance_port, NEED);
+        heard.into_iter().try_for_each(|topic| screen_port.subscribe(topic, None))?;
+        healer.topics().iter().try_for_each(|topic| healer_port.subscribe(topic, None))?;
+        avoidance_port.subscribe(NEED, None)?;
         let (room, faults) = (Room::furnished(), faults::schedule());
-        Demo {
+        Ok(Demo {
             now: Time(0),
             robot: Robot::at(start(seed, &room)),
             room,
@@ -163,7 +163,7 @@ impl Demo {
             avoidance_port,
             screen,
             screen_port,
-        }
+        })
     }
 
     fn introduce(&mut self, args: &DemoArgs) -> anyhow::Result<()> {
@@ -178,13 +178,13 @@ impl Demo {
     /// One step of simulated time.
     fn step(&mut self) -> anyhow::Result<()> {
         self.now = self.now + STEP;
-        self.bus.set_time(self.now);
+        self.bus.clock().set(self.now);
         self.score.truth(self.now, sensors::true_dmin(&self.room, &self.robot));
         self.announce_faults()?;
-        self.sense();
+        self.sense()?;
         self.heal()?;
         self.drive()?;
-        while let Ok(Some(message)) = self.screen_port.receive() {
+        while let Some(message) = self.screen_port.receive() {
             self.screen.hear(message);
         }
         Ok(())
@@ -208,7 +208,7 @@ impl Demo {
     }
 
     /// Sensors measure; what has arrived goes to the bus, in the order of arrival.
-    fn sense(&mut self) {
+    fn sense(&mut self) -> anyhow::Result<()> {
         for sensor in &mut self.sensors {
             let sample = sensor.sample(self.now, &self.room, &self.robot);
             let through =
@@ -218,18 +218,19 @@ impl Demo {
         self.flying.sort_by_key(|sample| sample.arrival);
         let arrived = self.flying.partition_point(|sample| sample.arrival <= self.now);
         for sample in self.flying.drain(..arrived) {
-            let Ok(()) = self.sensor_port.publish(sample.topic, sample.stamp, sample.value);
+            publish(&mut self.sensor_port, sample.topic, sample.stamp, sample.value)?;
         }
+        Ok(())
     }
 
     fn heal(&mut self) -> anyhow::Result<()> {
-        while let Ok(Some(message)) = self.healer_port.receive() {
+        while let Some(message) = self.healer_port.receive() {
             self.healer.observe(&message);
         }
         self.healer.tick(self.now);
         while let Some(outcome) = self.healer.poll() {
             match outcome {
-                Gift::Dmin { stamp, value } => self.publish(stamp, value),
+                Gift::Dmin { stamp, value } => self.publish(stamp, value)?,
                 Gift::Decision(decision) => {
                     self.score.decided(&decision);
                     self.screen.decided(&decision)?;
@@ -239,17 +240,17 @@ impl Demo {
         Ok(())
     }
 
-    fn publish(&mut self, stamp: Time, value: RawValue) {
+    fn publish(&mut self, stamp: Time, value: RawValue) -> anyhow::Result<()> {
         if let Some(middle) = middle(&value) {
             self.score.published(stamp, middle);
         }
-        let Ok(()) = self.healer_port.publish(NEED, stamp, value);
+        publish(&mut self.healer_port, NEED, stamp, value)
     }
 
     fn drive(&mut self) -> anyhow::Result<()> {
-        while let Ok(Some(message)) = self.avoidance_port.receive() {
-            if let Some(dmin) = lower_bound(&message.value) {
-                self.avoidance.observe(message.stamp, dmin);
+        while let Some(message) = self.avoidance_port.receive() {
+            if let Some(dmin) = message.value().and_then(lower_bound) {
+                self.avoidance.observe(message.stamped(), dmin);
             }
         }
         let before = self.avoidance.mode;
@@ -297,8 +298,8 @@ impl Demo {
     }
 }
 
-fn subscribe(port: &mut MemoryBridge, topic: &str) {
-    let Ok(()) = port.subscribe(topic);
+fn publish(port: &mut MemoryBridge, topic: &str, stamp: Time, value: RawValue) -> anyhow::Result<()> {
+    Ok(port.publish(Outgoing::new(topic, stamp, Payload::Value(value)))?)
 }
 
 /// Somewhere with room around, looking anywhere.
@@ -328,7 +329,7 @@ mod tests {
 
     /// The summary of a run, as JSON.
     fn summary(seed: u64, without_shsa: bool) -> serde_json::Value {
-        let mut demo = Demo::new(seed, healer(without_shsa).unwrap(), Screen::new(false, true));
+        let mut demo = Demo::new(seed, healer(without_shsa).unwrap(), Screen::new(false, true)).unwrap();
         while demo.now < END {
             demo.step().unwrap();
         }

@@ -166,7 +166,7 @@ impl Screen {
     fn map(&self, view: &View<'_>) -> Vec<Vec<Cell>> {
         let mut cells = map::furniture(view.room);
         map::draw_trail(&mut cells, self.trail.iter());
-        if let Some(RawValue::Vector(scan)) = self.fresh(LIDAR, view.now).map(|message| &message.value) {
+        if let Some(RawValue::Vector(scan)) = self.fresh(LIDAR, view.now).and_then(Message::value) {
             map::draw_echoes(&mut cells, view.robot, directions(BEAMS).zip(scan.iter().copied()));
         }
         map::draw_robot(&mut cells, view.robot, mode_words(view.mode).1);
@@ -196,7 +196,7 @@ impl Screen {
         for (name, topic) in [("lidar", LIDAR), ("sonar", SONAR), ("depth", DEPTH)] {
             lines.push(self.sensor(name, topic, view.now));
         }
-        let published = self.fresh(NEED, view.now).and_then(|message| lower_bound(&message.value));
+        let published = self.fresh(NEED, view.now).and_then(|message| message.value().and_then(lower_bound));
         lines.push(bar("used", published, Ink::Strong));
         lines.push(faint(&format!("  stops below {:.2} m", stop_distance(view.robot.speed))));
         lines.push(Vec::new());
@@ -212,7 +212,9 @@ impl Screen {
     }
 
     fn sensor(&self, name: &str, topic: &str, now: Time) -> Vec<(String, Ink)> {
-        let dmin = self.fresh(topic, now).and_then(|message| nearest_seen(topic, &message.value));
+        let dmin = self
+            .fresh(topic, now)
+            .and_then(|message| message.value().and_then(|value| nearest_seen(topic, value)));
         bar(name, dmin, state_words(self.state(topic)).1)
     }
 

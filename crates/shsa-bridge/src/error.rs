@@ -1,0 +1,17 @@
+//! What a middleware could not do.
+
+use thiserror::Error;
+
+/// Why a bridge could not do what it was asked for.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum BridgeError {
+    /// The address, the configuration or the credentials' file cannot be used as they are.
+    #[error("{0}")]
+    Configuration(String),
+    /// The other side said no: credentials, certificate, access rights, a name that it does not allow.
+    #[error("refused: {0}")]
+    Refused(String),
+    /// The other side cannot be reached, or the connection is gone and cannot be had again.
+    #[error("connection lost: {0}")]
+    Lost(String),
+}

@@ -1,0 +1,60 @@
+//! Where a published value comes from, in the words of OPC UA.
+//!
+//! The names and numbers of the status codes are those of OPC 10000-4 (Services), 7.39, and 10000-8 (Data Access), 6.3.
+
+use std::fmt;
+
+/// How far a value can be trusted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Quality {
+    /// From the need's own source, which is trusted.
+    Good,
+    /// Computed by a substitute, within its stated interval.
+    Substitute,
+    /// Nothing serves the need now; this was the last value, still fresh enough for it.
+    LastUsable,
+    /// Nothing serves the need.
+    Bad,
+}
+
+impl Quality {
+    /// Every quality, the best first.
+    pub const ALL: [Quality; 4] = [Quality::Good, Quality::Substitute, Quality::LastUsable, Quality::Bad];
+
+    /// The name of its status code.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Quality::Good => "Good",
+            Quality::Substitute => "UncertainSubstituteValue",
+            Quality::LastUsable => "UncertainLastUsableValue",
+            Quality::Bad => "Bad",
+        }
+    }
+
+    /// The number of its status code.
+    #[must_use]
+    pub fn code(self) -> u32 {
+        match self {
+            Quality::Good => 0x0000_0000,
+            Quality::Substitute => 0x4091_0000,
+            Quality::LastUsable => 0x4090_0000,
+            Quality::Bad => 0x8000_0000,
+        }
+    }
+}
+
+impl fmt::Display for Quality {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What a value's reader may want to know beside it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Provenance {
+    /// How far it can be trusted.
+    pub quality: Quality,
+    /// What it is computed from: signals and relations, as events name them.
+    pub source: String,
+}
