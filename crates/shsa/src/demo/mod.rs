@@ -13,38 +13,28 @@ mod room;
 mod score;
 mod screen;
 mod sensors;
+mod world;
 
 use crate::outcome::Outcome;
-use avoidance::{Avoidance, Mode};
+use avoidance::Mode;
 use clap::{Args, ValueEnum};
 use engine_node::EngineNode;
-use faults::Fault;
 use healer::{Gift, Healer, NEED, PlainNode};
 use map::Ink;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use robot::Robot;
-use room::{Point, Pose, Room};
 use score::Score;
-use screen::{Screen, View, lower_bound};
-use sensors::{Sample, Sensor};
+use screen::{Screen, View};
 use shsa_bridge::memory::{MemoryBridge, MemoryBus};
 use shsa_bridge::{Bridge, Clock, Outgoing, Payload};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use std::io::Write;
 use std::time::{Duration, Instant};
+use world::{INBOX, Moved, STEP, World};
 
-/// How long the simulated time goes on at once.
-const STEP: Span = Span::from_millis(5);
-/// How often the controller decides.
-const CONTROL: Span = Span::from_millis(20);
 /// How often the picture is drawn.
 const FRAME: Span = Span::from_millis(50);
 /// When it is over.
 const END: Time = Time(60_000_000_000);
-/// Messages that may wait for a member of the bus.
-const INBOX: usize = 64;
 
 /// What there is to see.
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -116,21 +106,13 @@ fn wait_until(start: Instant, now: Time) {
     std::thread::sleep(simulated.saturating_sub(start.elapsed()));
 }
 
-/// Everything that moves.
+/// A world, a healer, and somebody who looks on.
 struct Demo {
     now: Time,
-    room: Room,
-    robot: Robot,
-    sensors: Vec<Sensor>,
-    faults: Vec<Fault>,
-    /// Samples on their way to the bus.
-    flying: Vec<Sample>,
     bus: MemoryBus,
-    sensor_port: MemoryBridge,
+    world: World,
     healer: Box<dyn Healer>,
     healer_port: MemoryBridge,
-    avoidance: Avoidance,
-    avoidance_port: MemoryBridge,
     screen: Screen,
     screen_port: MemoryBridge,
     score: Score,
@@ -139,28 +121,17 @@ struct Demo {
 impl Demo {
     fn new(seed: u64, healer: Box<dyn Healer>, screen: Screen) -> anyhow::Result<Demo> {
         let bus = MemoryBus::new(Clock::manual());
-        let [sensor_port, mut healer_port, mut avoidance_port, mut screen_port] =
-            [(); 4].map(|()| bus.join(INBOX));
-        let sensors = sensors::all(seed);
-        let heard = sensors.iter().map(|sensor| sensor.topic).chain([NEED]);
-        heard.into_iter().try_for_each(|topic| screen_port.subscribe(topic, None))?;
+        let world = World::new(seed, &bus)?;
+        let [mut healer_port, mut screen_port] = [(); 2].map(|()| bus.join(INBOX));
+        world.topics().chain([NEED]).try_for_each(|topic| screen_port.subscribe(topic, None))?;
         healer.topics().iter().try_for_each(|topic| healer_port.subscribe(topic, None))?;
-        avoidance_port.subscribe(NEED, None)?;
-        let (room, faults) = (Room::furnished(), faults::schedule());
         Ok(Demo {
             now: Time(0),
-            robot: Robot::at(start(seed, &room)),
-            room,
-            sensors,
-            score: Score::new(&faults),
-            faults,
-            flying: Vec::new(),
             bus,
-            sensor_port,
+            score: Score::new(&world.faults),
+            world,
             healer,
             healer_port,
-            avoidance: Avoidance::new(seed),
-            avoidance_port,
             screen,
             screen_port,
         })
@@ -179,11 +150,13 @@ impl Demo {
     fn step(&mut self) -> anyhow::Result<()> {
         self.now = self.now + STEP;
         self.bus.clock().set(self.now);
-        self.score.truth(self.now, sensors::true_dmin(&self.room, &self.robot));
+        self.score.truth(self.now, sensors::true_dmin(&self.world.room, &self.world.robot));
         self.announce_faults()?;
-        self.sense()?;
+        self.world.sense(self.now)?;
         self.heal()?;
-        self.drive()?;
+        let moved = self.world.drive(self.now);
+        self.score.moved(moved.driven, self.world.robot.clearance(&self.world.room));
+        self.report(&moved)?;
         while let Some(message) = self.screen_port.receive() {
             self.screen.hear(message);
         }
@@ -196,29 +169,13 @@ impl Demo {
     }
 
     fn announce_faults(&mut self) -> anyhow::Result<()> {
-        for fault in &self.faults {
+        for fault in &self.world.faults {
             if fault.from == self.now {
                 self.screen.event(self.now, "fault", Ink::Bad, &fault.describe())?;
             } else if fault.to == self.now && self.now < END {
                 let text = format!("{} works again", fault.topic);
                 self.screen.event(self.now, "fault ends", Ink::Good, &text)?;
             }
-        }
-        Ok(())
-    }
-
-    /// Sensors measure; what has arrived goes to the bus, in the order of arrival.
-    fn sense(&mut self) -> anyhow::Result<()> {
-        for sensor in &mut self.sensors {
-            let sample = sensor.sample(self.now, &self.room, &self.robot);
-            let through =
-                sample.and_then(|sample| self.faults.iter().try_fold(sample, |s, fault| fault.apply(s)));
-            self.flying.extend(through);
-        }
-        self.flying.sort_by_key(|sample| sample.arrival);
-        let arrived = self.flying.partition_point(|sample| sample.arrival <= self.now);
-        for sample in self.flying.drain(..arrived) {
-            publish(&mut self.sensor_port, sample.topic, sample.stamp, sample.value)?;
         }
         Ok(())
     }
@@ -244,73 +201,39 @@ impl Demo {
         if let Some(middle) = middle(&value) {
             self.score.published(stamp, middle);
         }
-        publish(&mut self.healer_port, NEED, stamp, value)
-    }
-
-    fn drive(&mut self) -> anyhow::Result<()> {
-        while let Some(message) = self.avoidance_port.receive() {
-            if let Some(dmin) = message.value().and_then(lower_bound) {
-                self.avoidance.observe(message.stamped(), dmin);
-            }
-        }
-        let before = self.avoidance.mode;
-        let command = self.avoidance.command(self.now, self.robot.speed, self.is_due(CONTROL));
-        let from = self.robot.pose.at;
-        let collided = self.robot.step(command, &self.room, STEP.seconds());
-        let driven = self.robot.pose.at.distance(from);
-        self.score.moved(driven, self.robot.clearance(&self.room));
-        self.report(before, collided)
+        Ok(self.healer_port.publish(Outgoing::new(NEED, stamp, Payload::Value(value)))?)
     }
 
     /// What the robot has just done, if it is worth a line.
-    fn report(&mut self, before: Mode, collided: bool) -> anyhow::Result<()> {
-        let after = self.avoidance.mode;
-        if collided {
-            self.avoidance.bumped(self.now);
+    fn report(&mut self, moved: &Moved) -> anyhow::Result<()> {
+        let (before, after) = (moved.before, self.world.avoidance.mode);
+        if moved.collided {
             self.score.collision();
             self.screen.event(self.now, "COLLISION", Ink::Bad, "the robot has run into an obstacle")?;
         } else if before == Mode::Brake && after == Mode::Turn {
             self.score.stops += 1;
-            let text = format!("{:.2} m before an obstacle", self.robot.clearance(&self.room));
+            let clearance = self.world.robot.clearance(&self.world.room);
+            let text = format!("{clearance:.2} m before an obstacle");
             self.screen.event(self.now, "stopped", Ink::Faint, &text)?;
         } else if before != after && after == Mode::Blind {
-            self.screen.event(
-                self.now,
-                "stopped",
-                Ink::Bad,
-                "no fresh dmin: standing still is all that is safe",
-            )?;
+            let text = "no fresh dmin: standing still is all that is safe";
+            self.screen.event(self.now, "stopped", Ink::Bad, text)?;
         }
         Ok(())
     }
 
     fn draw(&mut self) -> anyhow::Result<()> {
+        let World { room, robot, avoidance, .. } = &self.world;
         self.screen.frame(&View {
             now: self.now,
-            room: &self.room,
-            robot: &self.robot,
-            mode: self.avoidance.mode,
-            true_dmin: sensors::true_dmin(&self.room, &self.robot),
+            room,
+            robot,
+            mode: avoidance.mode,
+            true_dmin: sensors::true_dmin(room, robot),
             collisions: self.score.overall.collisions,
             source: self.healer.source(),
         })?;
         Ok(())
-    }
-}
-
-fn publish(port: &mut MemoryBridge, topic: &str, stamp: Time, value: RawValue) -> anyhow::Result<()> {
-    Ok(port.publish(Outgoing::new(topic, stamp, Payload::Value(value)))?)
-}
-
-/// Somewhere with room around, looking anywhere.
-fn start(seed: u64, room: &Room) -> Pose {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(9);
-    loop {
-        let at = Point { x: random.random_range(0.0..room.width), y: random.random_range(0.0..room.height) };
-        if !room.is_solid(at) && room.clearance(at) > 0.6 {
-            return Pose { at, heading: random.random_range(-3.1..3.1) };
-        }
     }
 }
 

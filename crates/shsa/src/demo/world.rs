@@ -1,0 +1,123 @@
+//! The machine and its surroundings: `room -> sensors -> faults -> bus`, and `bus -> avoidance -> robot -> room`.
+//!
+//! It knows of the healer only what comes over the bus, under the name of the need.
+
+use super::avoidance::{Avoidance, Mode};
+use super::faults::{self, Fault};
+use super::healer::NEED;
+use super::robot::Robot;
+use super::room::{Point, Pose, Room};
+use super::screen::lower_bound;
+use super::sensors::{self, Sample, Sensor};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use shsa_bridge::memory::{MemoryBridge, MemoryBus};
+use shsa_bridge::{Bridge, Outgoing, Payload};
+use shsa_core::time::{Span, Time};
+
+/// How long the simulated time goes on at once.
+pub(super) const STEP: Span = Span::from_millis(5);
+/// How often the controller decides.
+const CONTROL: Span = Span::from_millis(20);
+/// Messages that may wait for a member of the bus.
+pub(super) const INBOX: usize = 64;
+
+/// A robot in a room.
+pub(super) struct World {
+    pub(super) room: Room,
+    pub(super) robot: Robot,
+    pub(super) avoidance: Avoidance,
+    pub(super) faults: Vec<Fault>,
+    sensors: Vec<Sensor>,
+    /// Samples on their way to the bus.
+    flying: Vec<Sample>,
+    sensor_port: MemoryBridge,
+    avoidance_port: MemoryBridge,
+}
+
+/// What one step of the robot came to.
+pub(super) struct Moved {
+    /// What the controller did before.
+    pub(super) before: Mode,
+    /// Whether the robot has run into something.
+    pub(super) collided: bool,
+    /// How far it has gone, metres.
+    pub(super) driven: f64,
+}
+
+impl World {
+    /// With another start, other noise and other turns for each seed.
+    ///
+    /// # Errors
+    /// Those of the bus.
+    pub(super) fn new(seed: u64, bus: &MemoryBus) -> anyhow::Result<World> {
+        let mut avoidance_port = bus.join(INBOX);
+        avoidance_port.subscribe(NEED, None)?;
+        let room = Room::furnished();
+        Ok(World {
+            robot: Robot::at(start(seed, &room)),
+            room,
+            avoidance: Avoidance::new(seed),
+            faults: faults::schedule(),
+            sensors: sensors::all(seed),
+            flying: Vec::new(),
+            sensor_port: bus.join(INBOX),
+            avoidance_port,
+        })
+    }
+
+    /// The topics of its sensors.
+    pub(super) fn topics(&self) -> impl Iterator<Item = &'static str> + '_ {
+        self.sensors.iter().map(|sensor| sensor.topic)
+    }
+
+    /// Sensors measure; what has arrived goes to the bus, in the order of arrival.
+    ///
+    /// # Errors
+    /// Those of the bus.
+    pub(super) fn sense(&mut self, now: Time) -> anyhow::Result<()> {
+        for sensor in &mut self.sensors {
+            let sample = sensor.sample(now, &self.room, &self.robot);
+            let through =
+                sample.and_then(|sample| self.faults.iter().try_fold(sample, |s, fault| fault.apply(s)));
+            self.flying.extend(through);
+        }
+        self.flying.sort_by_key(|sample| sample.arrival);
+        let arrived = self.flying.partition_point(|sample| sample.arrival <= now);
+        for sample in self.flying.drain(..arrived) {
+            let message = Outgoing::new(sample.topic, sample.stamp, Payload::Value(sample.value));
+            self.sensor_port.publish(message)?;
+        }
+        Ok(())
+    }
+
+    /// The controller looks at the newest values of the need, and the robot moves.
+    pub(super) fn drive(&mut self, now: Time) -> Moved {
+        while let Some(message) = self.avoidance_port.receive() {
+            if let Some(dmin) = message.value().and_then(lower_bound) {
+                self.avoidance.observe(message.stamped(), dmin);
+            }
+        }
+        let before = self.avoidance.mode;
+        let command = self.avoidance.command(now, self.robot.speed, now.0 % CONTROL.0 == 0);
+        let from = self.robot.pose.at;
+        let collided = self.robot.step(command, &self.room, STEP.seconds());
+        let driven = self.robot.pose.at.distance(from);
+        if collided {
+            self.avoidance.bumped(now);
+        }
+        Moved { before, collided, driven }
+    }
+}
+
+/// Somewhere with room around, looking anywhere.
+fn start(seed: u64, room: &Room) -> Pose {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(9);
+    loop {
+        let at = Point { x: random.random_range(0.0..room.width), y: random.random_range(0.0..room.height) };
+        if !room.is_solid(at) && room.clearance(at) > 0.6 {
+            return Pose { at, heading: random.random_range(-3.1..3.1) };
+        }
+    }
+}
