@@ -43,7 +43,12 @@ impl MemoryBus {
     /// A new member; at most `capacity` messages a topic wait for it.
     #[must_use]
     pub fn join(&self, capacity: usize) -> MemoryBridge {
-        let inbox = Inbox::new(capacity, self.clock.clone());
+        self.join_with(Inbox::new(capacity, self.clock.clone()))
+    }
+
+    /// A new member; what arrives for it waits in `inbox`, which has the clock of the bus.
+    #[must_use]
+    pub fn join_with(&self, inbox: Inbox) -> MemoryBridge {
         let mut members = self.lock();
         members.push(Member { topics: Some(BTreeSet::new()), inbox: inbox.clone() });
         MemoryBridge { bus: self.clone(), inbox, member: members.len() - 1 }

@@ -2,6 +2,7 @@
 
 mod analyze;
 mod bench;
+mod bus;
 mod calibrate;
 mod campaign;
 mod check;
@@ -17,8 +18,10 @@ mod parts;
 mod plan;
 mod replay;
 mod requirements;
+mod run;
 mod show;
 mod story;
+mod tell;
 mod watch;
 
 use clap::{Parser, Subcommand};
@@ -52,6 +55,8 @@ enum Command {
     Monitor(monitor::Arguments),
     /// Run the whole loop over recordings, with faults injected if you like.
     Replay(replay::Arguments),
+    /// Heal a running system: watch its bus, and go on providing what is needed.
+    Run(run::Arguments),
     /// Tell why a signal was suspected: who disagreed, who else it could have been, what would have cleared it.
     Explain(explain::Arguments),
     /// Learn errors, delays and offsets from healthy recordings, and test them on what came later.
@@ -82,6 +87,7 @@ fn main() -> ExitCode {
         Command::Analyze(arguments) => analyze::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
+        Command::Run(arguments) => run::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Campaign(arguments) => campaign::run(&arguments),

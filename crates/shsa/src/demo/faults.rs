@@ -2,7 +2,7 @@
 
 use super::sensors::{LIDAR, Sample};
 use shsa_core::observation::RawValue;
-use shsa_core::time::Time;
+use shsa_core::time::{Span, Time};
 
 /// How a signal goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +22,10 @@ pub(super) struct Fault {
     pub(super) to: Time,
 }
 
-/// The lidar breaks down and recovers; later somebody lies in its name until the end.
+/// After this all faults come again.
+pub(super) const CYCLE: Span = Span::from_millis(60_000);
+
+/// The lidar breaks down and recovers; later somebody lies in its name until the cycle ends.
 pub(super) fn schedule() -> Vec<Fault> {
     let lidar = |kind, from: f64, to: f64| Fault {
         topic: LIDAR,
@@ -35,7 +38,7 @@ pub(super) fn schedule() -> Vec<Fault> {
 
 impl Fault {
     pub(super) fn is_active(&self, now: Time) -> bool {
-        (self.from..self.to).contains(&now)
+        (self.from..self.to).contains(&Time(now.0 % CYCLE.0))
     }
 
     /// The fault as it is written on the command line.

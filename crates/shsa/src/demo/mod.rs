@@ -28,6 +28,8 @@ use shsa_bridge::{Bridge, Clock, Outgoing, Payload};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use std::io::Write;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use world::{INBOX, Moved, STEP, World};
 
@@ -94,6 +96,29 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Outcome> {
     }
     let crashed = demo.score.overall.collisions > 0 && !args.without_shsa;
     Ok(if crashed { Outcome::No } else { Outcome::Done })
+}
+
+/// Lets the simulated machine live on a bus in real time, from a thread of its own, until `stop` is raised. Its faults come
+/// again and again, as in the demonstration.
+///
+/// # Errors
+/// When no thread can be had.
+pub(crate) fn simulate(bus: &MemoryBus, stop: &Arc<AtomicBool>) -> anyhow::Result<()> {
+    let (bus, stop) = (bus.clone(), stop.clone());
+    let mut world = World::new(1, &bus)?;
+    std::thread::Builder::new().name("simulator".into()).spawn(move || {
+        let began = Instant::now();
+        let mut now = Time(0);
+        while !stop.load(Ordering::Acquire) {
+            now = now + STEP;
+            if world.sense(now).is_err() {
+                return;
+            }
+            world.drive(now);
+            wait_until(began, now);
+        }
+    })?;
+    Ok(())
 }
 
 fn healer(without_shsa: bool) -> anyhow::Result<Box<dyn Healer>> {

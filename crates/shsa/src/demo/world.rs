@@ -28,6 +28,8 @@ pub(super) struct World {
     pub(super) robot: Robot,
     pub(super) avoidance: Avoidance,
     pub(super) faults: Vec<Fault>,
+    /// What the bus's clock shows when the world begins.
+    origin: Time,
     sensors: Vec<Sensor>,
     /// Samples on their way to the bus.
     flying: Vec<Sample>,
@@ -46,7 +48,7 @@ pub(super) struct Moved {
 }
 
 impl World {
-    /// With another start, other noise and other turns for each seed.
+    /// With another start, other noise and other turns for each seed. It begins now, by the clock of the bus.
     ///
     /// # Errors
     /// Those of the bus.
@@ -59,6 +61,7 @@ impl World {
             room,
             avoidance: Avoidance::new(seed),
             faults: faults::schedule(),
+            origin: bus.clock().now(),
             sensors: sensors::all(seed),
             flying: Vec::new(),
             sensor_port: bus.join(INBOX),
@@ -85,7 +88,8 @@ impl World {
         self.flying.sort_by_key(|sample| sample.arrival);
         let arrived = self.flying.partition_point(|sample| sample.arrival <= now);
         for sample in self.flying.drain(..arrived) {
-            let message = Outgoing::new(sample.topic, sample.stamp, Payload::Value(sample.value));
+            let stamp = self.origin + (sample.stamp - Time(0));
+            let message = Outgoing::new(sample.topic, stamp, Payload::Value(sample.value));
             self.sensor_port.publish(message)?;
         }
         Ok(())
@@ -95,7 +99,7 @@ impl World {
     pub(super) fn drive(&mut self, now: Time) -> Moved {
         while let Some(message) = self.avoidance_port.receive() {
             if let Some(dmin) = message.value().and_then(lower_bound) {
-                self.avoidance.observe(message.stamped(), dmin);
+                self.avoidance.observe(Time(0) + (message.stamped() - self.origin), dmin);
             }
         }
         let before = self.avoidance.mode;

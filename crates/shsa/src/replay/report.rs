@@ -2,11 +2,12 @@
 
 use super::Source;
 use crate::show::{self, Paint};
+use crate::tell;
 use serde_json::{Map, Value, json};
-use shsa_core::engine::{Event, EventKind, Publication, PublishedValue};
+use shsa_core::engine::{Event, Publication, PublishedValue};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, Need, NeedId, SignalId, VariableId};
-use shsa_core::monitor::{Figures, Symptom, WatchedWay, WayIndex};
+use shsa_core::monitor::{Figures, WatchedWay, WayIndex};
 use shsa_core::time::{Span, Time};
 use shsa_format::drive::Run;
 use std::io::{Write, stdout};
@@ -89,25 +90,9 @@ impl<'a> Report<'a> {
     }
 
     fn event_json(&self, known: &KnowledgeBase, event: &Event) -> Value {
-        let mut value = json!({
-            "time_s": (event.time - self.run.first).seconds(),
-            "kind": event.kind.name(),
-            "signal": event.signal.map(|signal| &known.signals()[signal].name),
-            "variable": event.variable.map(|variable| &known.variables()[variable].name),
-            "symptom": event.symptom.map(Symptom::name),
-            "because": event.because,
-            "substitution": event.substitution,
-        });
-        let accused = [
-            ("relation", event.relation.map(|relation| json!(known.relations()[relation].name))),
-            ("cause", event.cause.map(|cause| json!(known.causes()[cause].name))),
-            ("probability", event.probability.map(|probability| json!(probability))),
-        ];
-        if let Some(object) = value.as_object_mut() {
-            let known = accused.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
-            object.extend(known);
-        }
-        value
+        let time = ("time_s".to_owned(), json!((event.time - self.run.first).seconds()));
+        let fields = std::iter::once(time).chain(tell::event_fields(known, event));
+        Value::Object(fields.collect())
     }
 
     fn need_json(&self, report: &NeedReport) -> (String, Value) {
@@ -212,17 +197,7 @@ impl<'a> Report<'a> {
 
     fn event_text(&self, known: &KnowledgeBase, event: &Event) -> String {
         let time = format!("{:>9.3} s", (event.time - self.run.first).seconds());
-        let relation =
-            event.relation.map(|relation| format!("relation {}", known.relations()[relation].name));
-        let subject = match (event.signal, &relation, event.variable) {
-            (Some(signal), ..) => known.signals()[signal].name.as_str(),
-            (None, Some(relation), _) => relation,
-            (None, None, Some(variable)) => known.variables()[variable].name.as_str(),
-            (None, None, None) => "",
-        };
-        let kind = paint_kind(event.kind);
-        let source = event.substitution.as_ref().map_or(String::new(), |source| format!(" <- {source}"));
-        format!("{time}  {kind} {subject}{source}\n{}", show::wrapped(&event.because, 13))
+        tell::event_text(&time, known, event)
     }
 
     fn needs_text(&self) -> String {
@@ -321,15 +296,6 @@ fn unit(knowledge: &KnowledgeBase, variable: VariableId) -> String {
 
 fn difference_from_si(knowledge: &KnowledgeBase, variable: VariableId, value: f64) -> f64 {
     knowledge.variables()[variable].unit.as_ref().map_or(value, |unit| value / unit.scale)
-}
-
-fn paint_kind(kind: EventKind) -> String {
-    let name = format!("{:<11}", kind.name());
-    match kind {
-        EventKind::Failed | EventKind::Unhealable | EventKind::Refused => show::paint(Paint::Red, &name),
-        EventKind::Suspected | EventKind::Silent => show::paint(Paint::Yellow, &name),
-        EventKind::Substituted | EventKind::Restored => show::paint(Paint::Green, &name),
-    }
 }
 
 fn need_report(run: &Run, clean: Option<&Run>, id: NeedId, need: &Need) -> NeedReport {

@@ -1,0 +1,228 @@
+//! One knowledge base at work on a bus: messages become observations, publications become messages.
+
+use super::outlet::Outlet;
+use crate::show;
+use anyhow::{Context, anyhow};
+use serde_json::{Value, json};
+use shsa_bridge::{Bridge, Clock, Message, Payload, Quality};
+use shsa_core::engine::{self, Engine, Event, Input, NeedStatus, Output, Publication};
+use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
+use shsa_core::monitor::Symptom;
+use shsa_core::observation::Observation;
+use shsa_core::time::Time;
+use shsa_format::model::live::{Live, Written};
+use shsa_format::recording::Source;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// What a healer has done since it was last asked.
+pub(super) enum Deed {
+    /// It has decided something.
+    Decided(Event),
+    /// It has served a need.
+    Served(Publication),
+}
+
+/// Where a signal is found on the bus.
+#[derive(Clone, Debug)]
+struct Wire {
+    signal: SignalId,
+}
+
+/// One knowledge base at work.
+pub(super) struct Healer {
+    name: String,
+    path: PathBuf,
+    live: Live,
+    engine: Engine,
+    /// What the ids of the next output belong to.
+    told: KnowledgeBase,
+    wires: BTreeMap<Arc<str>, Vec<Wire>>,
+    outlets: IdVec<NeedId, Outlet>,
+}
+
+impl Healer {
+    /// Subscribes to the signals of a model.
+    ///
+    /// # Errors
+    /// When a signal's source cannot be found on a bus, or the bus refuses.
+    pub(super) fn new(
+        path: &Path,
+        live: Live,
+        options: engine::Options,
+        bridge: &mut dyn Bridge,
+    ) -> anyhow::Result<Healer> {
+        let knowledge = live.knowledge().clone();
+        let mut healer = Healer {
+            name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            path: path.to_owned(),
+            live,
+            engine: Engine::new(knowledge.clone(), options),
+            told: knowledge,
+            wires: BTreeMap::new(),
+            outlets: IdVec::new(),
+        };
+        healer.connect(bridge)?;
+        Ok(healer)
+    }
+
+    fn connect(&mut self, bridge: &mut dyn Bridge) -> anyhow::Result<()> {
+        let knowledge = self.engine.knowledge();
+        self.wires = wires(knowledge)?;
+        for topic in self.wires.keys() {
+            bridge.subscribe(topic, None).with_context(|| format!("subscribing to {topic}"))?;
+        }
+        self.outlets = IdVec::filled(knowledge.needs().len(), |need| Outlet::new(knowledge, need));
+        Ok(())
+    }
+
+    /// What it is called: its file without folders and extension.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Every need with the way it goes out.
+    pub(super) fn outlets(&self) -> impl Iterator<Item = (NeedId, &Outlet)> + Clone {
+        self.outlets.enumerate()
+    }
+
+    /// How everything stands.
+    pub(super) fn state(&self, now: Time, clock: &Clock) -> Value {
+        let needs = self.outlets().map(|(id, outlet)| {
+            let NeedStatus { published, longest_gap, .. } = self.engine.need_status(id);
+            let mut status = outlet.status(now, clock);
+            if let Some(status) = status.as_object_mut() {
+                status.insert("published".to_owned(), json!(published));
+                status.insert("longest_gap_s".to_owned(), json!(longest_gap.seconds()));
+            }
+            (outlet.variable().to_owned(), status)
+        });
+        let signals = self.engine.knowledge().signals().enumerate();
+        let signals = signals.map(|(id, signal)| (signal.name.clone(), self.signal(id)));
+        json!({ "needs": Value::Object(needs.collect()), "signals": Value::Object(signals.collect()) })
+    }
+
+    fn signal(&self, id: SignalId) -> Value {
+        let counts = self.engine.monitor().ports()[id].counts();
+        json!({
+            "verdict": show::verdict(self.engine.absence(id), self.engine.verdict(id)),
+            "symptom": self.engine.fault(id).map(Symptom::name),
+            "accepted": counts.accepted,
+            "dropped": counts.dropped + counts.duplicates,
+            "late": counts.late,
+            "out_of_order": counts.out_of_order,
+            "invalid": counts.invalid,
+            "out_of_range": counts.out_of_range,
+            "too_fast": counts.too_fast,
+        })
+    }
+
+    pub(super) fn engine(&self) -> &Engine {
+        &self.engine
+    }
+
+    /// What the ids of its deeds belong to.
+    pub(super) fn told(&self) -> &KnowledgeBase {
+        &self.told
+    }
+
+    /// Hears a message, if it is about one of its signals.
+    pub(super) fn hear(&mut self, message: &Message, clock: &Clock) {
+        let Some(wires) = self.wires.get(&message.topic) else { return };
+        for wire in wires {
+            let Payload::Value(value) = &message.payload else { continue };
+            let stamp = message.stamp.map_or(message.received, |stamp| clock.steady(stamp));
+            let observation =
+                Observation { signal: wire.signal, stamp, received: message.received, value: value.clone() };
+            self.engine.handle(Input::Observation(observation));
+        }
+    }
+
+    /// Lets time pass, and takes together what has come.
+    pub(super) fn pass(&mut self, now: Time) {
+        if self.engine.next_deadline().is_some_and(|due| due <= now) {
+            self.engine.handle(Input::Tick(now));
+        }
+    }
+
+    /// Lets the model that its file holds now take over.
+    ///
+    /// # Errors
+    /// What is wrong with it; nothing has changed then.
+    pub(super) fn reload(&mut self, now: Time) -> Result<(), String> {
+        let text = fs::read_to_string(&self.path);
+        let text = text.map_err(|error| format!("{}: {error}", self.path.display()))?;
+        self.change(&self.path.display().to_string(), &text, now)
+    }
+
+    /// Lets a change of the model, or a whole new one, take over.
+    ///
+    /// # Errors
+    /// What is wrong with it; nothing has changed then.
+    pub(super) fn change(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
+        let mut live = self.live.clone();
+        live.change(Written { name, text }).map_err(|report| report.render(false))?;
+        wires(live.knowledge()).map_err(|error| format!("{error:#}"))?;
+        self.engine.reload(live.knowledge().clone(), now);
+        self.live = live;
+        Ok(())
+    }
+
+    /// What it has done, one by one.
+    ///
+    /// # Errors
+    /// When the bus refuses a topic of a model that has just taken over.
+    pub(super) fn poll(&mut self, bridge: &mut dyn Bridge) -> anyhow::Result<Option<Deed>> {
+        while let Some(output) = self.engine.poll() {
+            match output {
+                Output::Event(event) => {
+                    self.follow(&event);
+                    return Ok(Some(Deed::Decided(event)));
+                }
+                Output::Publication(publication) => return Ok(Some(Deed::Served(publication))),
+                Output::Reloaded(_) => {
+                    self.told = self.engine.knowledge().clone();
+                    self.connect(bridge)?;
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// An event about a variable may mean that its needs are served from elsewhere.
+    fn follow(&mut self, event: &Event) {
+        let needs = self.told.needs().enumerate();
+        for (id, _) in needs.filter(|(_, need)| Some(need.variable) == event.variable) {
+            let status = self.engine.need_status(id);
+            self.outlets[id].follow(event.kind, status.source);
+        }
+    }
+
+    /// Sends a value of a need.
+    ///
+    /// # Errors
+    /// Those of the bus.
+    pub(super) fn serve(&mut self, publication: &Publication, bridge: &mut dyn Bridge) -> anyhow::Result<()> {
+        let quality = match publication.quality {
+            engine::Quality::Good => Quality::Good,
+            engine::Quality::Substitute => Quality::Substitute,
+        };
+        let outlet = &mut self.outlets[publication.need];
+        let clock = bridge.inbox().clock().clone();
+        outlet.send(publication, quality, &clock, bridge)
+    }
+}
+
+/// Where the signals of a model are found on the bus, topic by topic.
+fn wires(knowledge: &KnowledgeBase) -> anyhow::Result<BTreeMap<Arc<str>, Vec<Wire>>> {
+    let mut wires: BTreeMap<Arc<str>, Vec<Wire>> = BTreeMap::new();
+    for (id, signal) in knowledge.signals().enumerate() {
+        let text = if signal.source.is_empty() { &signal.name } else { &signal.source };
+        let source: Source = text.parse().map_err(|why| anyhow!("the source of {}: {why}", signal.name))?;
+        let topic = source.file.as_deref().unwrap_or(&source.field);
+        wires.entry(topic.into()).or_default().push(Wire { signal: id });
+    }
+    Ok(wires)
+}

@@ -1,0 +1,120 @@
+//! Who is told what was decided: the terminal, the bus, whoever listens over HTTP; and the last decisions, for who asks later.
+
+use crate::tell;
+use serde_json::{Value, json};
+use shsa_bridge::{Bridge, Clock, Outgoing, Payload};
+use shsa_core::engine::Event;
+use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::time::Time;
+use std::collections::VecDeque;
+use std::io::{Write, stdout};
+use tokio::sync::broadcast;
+
+/// Decisions that are kept for who asks later.
+const KEPT: usize = 1_000;
+/// Decisions that may wait for a slow listener; then it misses some, and is told how many.
+const WAITING: usize = 256;
+
+/// How decisions are shown on standard output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Style {
+    /// For people.
+    Text,
+    /// One JSON object a line.
+    Json,
+}
+
+/// Tells decisions.
+#[derive(Debug)]
+pub(super) struct Herald {
+    topic: String,
+    style: Style,
+    began: Time,
+    next: u64,
+    kept: VecDeque<(u64, Value)>,
+    listeners: broadcast::Sender<String>,
+}
+
+impl Herald {
+    /// On the bus, decisions go out under `topic`; times on the terminal count from `began`.
+    pub(super) fn new(topic: String, style: Style, began: Time) -> Herald {
+        let (listeners, _) = broadcast::channel(WAITING);
+        Herald { topic, style, began, next: 0, kept: VecDeque::with_capacity(KEPT), listeners }
+    }
+
+    /// For who wants to hear every decision from now on, as JSON.
+    pub(super) fn listeners(&self) -> broadcast::Sender<String> {
+        self.listeners.clone()
+    }
+
+    /// The decisions from a number on that are still kept.
+    pub(super) fn since(&self, number: u64) -> Vec<Value> {
+        self.kept.iter().filter(|(at, _)| *at >= number).map(|(_, event)| event.clone()).collect()
+    }
+
+    /// Tells a decision of the engine.
+    ///
+    /// # Errors
+    /// When standard output is closed.
+    pub(super) fn decided(
+        &mut self,
+        known: &KnowledgeBase,
+        event: &Event,
+        bridge: &mut dyn Bridge,
+    ) -> anyhow::Result<()> {
+        let clock = bridge.inbox().clock().clone();
+        let text = || tell::event_text(&self.since_beginning(event.time), known, event);
+        let text = (self.style == Style::Text).then(text);
+        let fields = tell::event_fields(known, event);
+        self.send(event.time, fields.into_iter().collect(), text, &clock, bridge)
+    }
+
+    /// Tells what has happened to the run itself: a lost connection, messages that had to make room, an order.
+    ///
+    /// # Errors
+    /// When standard output is closed.
+    pub(super) fn noted(
+        &mut self,
+        now: Time,
+        kind: &str,
+        because: &str,
+        bridge: &mut dyn Bridge,
+    ) -> anyhow::Result<()> {
+        let clock = bridge.inbox().clock().clone();
+        let text = (self.style == Style::Text)
+            .then(|| format!("{}  {kind:<11} {because}", self.since_beginning(now)));
+        self.send(now, json!({ "kind": kind, "because": because }), text, &clock, bridge)
+    }
+
+    fn since_beginning(&self, time: Time) -> String {
+        format!("{:>9.3} s", (time - self.began).seconds())
+    }
+
+    fn send(
+        &mut self,
+        time: Time,
+        fields: Value,
+        text: Option<String>,
+        clock: &Clock,
+        bridge: &mut dyn Bridge,
+    ) -> anyhow::Result<()> {
+        let stamp = clock.by_wall(time);
+        let mut event = json!({ "number": self.next, "time_ns": stamp.0 });
+        if let (Some(event), Value::Object(fields)) = (event.as_object_mut(), fields) {
+            event.extend(fields);
+        }
+        let line = event.to_string();
+        writeln!(stdout().lock(), "{}", text.as_deref().unwrap_or(&line))?;
+        let payload = Payload::Bytes(line.clone().into());
+        // The decision stands whether or not the bus can be told now.
+        let _ = bridge.publish(Outgoing::new(&self.topic, stamp, payload));
+        // Nobody may be listening.
+        let _ = self.listeners.send(line);
+        if self.kept.len() == KEPT {
+            self.kept.pop_front();
+        }
+        self.kept.push_back((self.next, event));
+        self.next += 1;
+        Ok(())
+    }
+}

@@ -1,0 +1,156 @@
+//! `shsa run`: heals a running system.
+//!
+//! ```text
+//! bus -> inbox -> session (healers: engine and outlets) -> bus
+//!                    | requests          | decisions
+//!                 control             herald -> terminal, bus, HTTP
+//! ```
+//!
+//! One thread does everything that decides; the bus and HTTP have threads of their own that only hand things in.
+
+mod control;
+mod figures;
+mod healer;
+mod herald;
+mod metrics;
+mod outlet;
+mod session;
+
+use crate::bus::{Address, BusArguments};
+use crate::outcome::Outcome;
+use crate::watch::Watching;
+use crate::{demo, show};
+use anyhow::Context;
+use control::{Desk, Guard, Token, http};
+use figures::Figures;
+use healer::Healer;
+use herald::{Herald, Style};
+use session::{House, Session};
+use shsa_bridge::memory::MemoryBus;
+use shsa_bridge::{Clock, Inbox};
+use shsa_core::engine::Options;
+use shsa_core::time::Span;
+use shsa_format::model::live::{Live, Written};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+/// The model of the embedded simulator.
+const ROVER: (&str, &str) = ("models/rover.yaml", include_str!("../../../../models/rover.yaml"));
+
+/// Arguments of `shsa run`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example: shsa run            (a simulated robot in this process; see http://127.0.0.1:7410/state)
+
+State, decisions and figures are served over HTTP, on this machine only unless --http says otherwise:
+GET /health, /state, /events, /events/stream, /metrics; POST /orders with `Authorization: Bearer TOKEN`.
+On the bus: shsa/NAME/events, and shsa/NAME/need/VARIABLE with the quality of each need."
+)]
+pub(crate) struct Arguments {
+    /// The knowledge bases, YAML or JSON; none: the model of the simulated robot.
+    models: Vec<PathBuf>,
+    #[command(flatten)]
+    bus: BusArguments,
+    #[command(flatten)]
+    watching: Watching,
+    /// What this instance is called on the bus.
+    #[arg(long, default_value = "shsa", value_name = "NAME")]
+    name: String,
+    /// Where the control interface listens: ADDRESS:PORT, or `off`.
+    #[arg(long, default_value = "127.0.0.1:7410", value_name = "ADDRESS", value_parser = http_address)]
+    http: HttpAddress,
+    /// A file whose first line is the token that orders need; else it is taken from SHSA_TOKEN. Without one,
+    /// nothing can be changed.
+    #[arg(long, value_name = "FILE")]
+    token_file: Option<PathBuf>,
+    /// End by itself after this time, as `90 s`.
+    #[arg(long = "for", value_name = "TIME", value_parser = shsa_format::recording::parse_span)]
+    duration: Option<Span>,
+    /// Print decisions as JSON lines instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Where to listen; `None` for nowhere.
+type HttpAddress = Option<SocketAddr>;
+
+fn http_address(text: &str) -> Result<HttpAddress, String> {
+    match text {
+        "off" => Ok(None),
+        text => {
+            text.parse().map(Some).map_err(|_| "write ADDRESS:PORT, as 127.0.0.1:7410, or off".to_owned())
+        }
+    }
+}
+
+/// Runs until it is interrupted, or its time is over.
+///
+/// # Errors
+/// When a model is wrong, the bus or the address for HTTP cannot be had, or standard output is closed.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let models = models(&arguments.models)?;
+    let token = Token::find(arguments.token_file.as_deref())?;
+    let clock = Clock::running();
+    let inbox = Inbox::new(arguments.bus.queue, clock.clone());
+    let memory = MemoryBus::new(clock.clone());
+    let mut bridge = arguments.bus.open(&arguments.name, inbox.clone(), &memory)?;
+    let options = Options { watch: arguments.watching.budget(), ..Options::default() };
+    let healers = models.into_iter().map(|(path, live)| Healer::new(&path, live, options, bridge.as_mut()));
+    let healers = healers.collect::<anyhow::Result<Vec<_>>>()?;
+
+    let style = if arguments.json { Style::Json } else { Style::Text };
+    let herald = Herald::new(format!("shsa/{}/events", arguments.name), style, clock.now());
+    let (desk, requests) = Desk::new(inbox.clone());
+    if let Some(address) = arguments.http {
+        let address = http::serve(address, desk, Guard::new(token), herald.listeners())?;
+        show::tell(&format!("state, events and metrics: http://{address}/state"));
+    }
+    let stop = stop_on_signals(inbox)?;
+    if arguments.bus.bus == Address::Memory {
+        show::tell("no bus was given: a simulated robot drives about in this process (see --bus)");
+        demo::simulate(&memory, &stop)?;
+    }
+    let until = arguments.duration.map(|duration| clock.now() + duration);
+    let session = Session {
+        name: arguments.name.clone(),
+        bridge,
+        healers,
+        herald,
+        figures: Figures::new()?,
+        requests,
+        stop,
+        until,
+        house: House::new(),
+    };
+    session.run()
+}
+
+/// Loads the models, or the one of the simulated robot.
+fn models(paths: &[PathBuf]) -> anyhow::Result<Vec<(PathBuf, Live)>> {
+    if !paths.is_empty() {
+        return paths.iter().map(|path| Ok((path.clone(), show::load_live(path)?))).collect();
+    }
+    let (name, text) = ROVER;
+    let (live, _) =
+        Live::load(Written { name, text }).map_err(|report| anyhow::anyhow!(report.render(false)))?;
+    Ok(vec![(Path::new(name).to_owned(), live)])
+}
+
+/// A flag that is raised when the process is asked to end; the wait for the inbox ends then.
+fn stop_on_signals(inbox: Inbox) -> anyhow::Result<Arc<AtomicBool>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let mut signals = Signals::new([SIGINT, SIGTERM]).context("listening for signals")?;
+    let raised = stop.clone();
+    thread::Builder::new().name("signals".into()).spawn(move || {
+        for _ in signals.forever() {
+            raised.store(true, Ordering::Release);
+            inbox.wake();
+        }
+    })?;
+    Ok(stop)
+}

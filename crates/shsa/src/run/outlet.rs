@@ -1,0 +1,111 @@
+//! How a need goes out: its value under its name, and beside it where the value comes from.
+
+use serde_json::{Value, json};
+use shsa_bridge::{Bridge, Clock, Outgoing, Payload, Provenance, Quality};
+use shsa_core::engine::{EventKind, Publication, PublishedValue};
+use shsa_core::interval::Interval;
+use shsa_core::knowledge::{KnowledgeBase, NeedId};
+use shsa_core::observation::RawValue;
+use shsa_core::time::{Span, Time};
+use shsa_core::unit::Unit;
+
+/// One need on the bus.
+#[derive(Debug)]
+pub(super) struct Outlet {
+    topic: String,
+    variable: String,
+    unit: Option<Unit>,
+    max_age: Span,
+    provenance: Provenance,
+    /// Whether somebody serves it.
+    served: bool,
+    /// When the last value went out.
+    last: Option<Time>,
+}
+
+impl Outlet {
+    pub(super) fn new(knowledge: &KnowledgeBase, need: NeedId) -> Outlet {
+        let need = &knowledge.needs()[need];
+        let variable = &knowledge.variables()[need.variable];
+        Outlet {
+            topic: need.signal.clone(),
+            variable: variable.name.clone(),
+            unit: variable.unit.clone(),
+            max_age: need.max_age,
+            provenance: Provenance { quality: Quality::Bad, source: String::new() },
+            served: true,
+            last: None,
+        }
+    }
+
+    /// The name under which it is published.
+    pub(super) fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// The variable that is needed.
+    pub(super) fn variable(&self) -> &str {
+        &self.variable
+    }
+
+    /// Something was decided about the need, and this serves it now.
+    pub(super) fn follow(&mut self, kind: EventKind, source: Option<String>) {
+        self.served = kind != EventKind::Unhealable;
+        self.provenance.source = source.unwrap_or_default();
+    }
+
+    /// Sends a value.
+    ///
+    /// # Errors
+    /// Those of the bus.
+    pub(super) fn send(
+        &mut self,
+        publication: &Publication,
+        quality: Quality,
+        clock: &Clock,
+        bridge: &mut dyn Bridge,
+    ) -> anyhow::Result<()> {
+        self.provenance.quality = quality;
+        self.last = Some(publication.time);
+        let stamp = clock.by_wall(Time(publication.validity.from.0.midpoint(publication.validity.to.0)));
+        let payload = Payload::Value(self.raw(&publication.value));
+        let message =
+            Outgoing { provenance: Some(&self.provenance), ..Outgoing::new(&self.topic, stamp, payload) };
+        Ok(bridge.publish(message)?)
+    }
+
+    /// A value in the unit of the variable.
+    fn raw(&self, value: &PublishedValue) -> RawValue {
+        let shown = |value: f64| self.unit.as_ref().map_or(value, |unit| unit.from_si(value));
+        match value {
+            PublishedValue::Scalar(value) => {
+                RawValue::Interval { lo: shown(value.lo()), hi: shown(value.hi()) }
+            }
+            PublishedValue::Vector(elements) => RawValue::Vector(
+                elements.iter().map(|element: &Interval| shown(element.midpoint())).collect(),
+            ),
+        }
+    }
+
+    /// How far what was published last can be trusted now.
+    pub(super) fn quality(&self, now: Time) -> Quality {
+        match self.last {
+            Some(last) if now - last <= self.max_age && self.served => self.provenance.quality,
+            Some(last) if now - last <= self.max_age => Quality::LastUsable,
+            _ => Quality::Bad,
+        }
+    }
+
+    /// The words of the status topic.
+    pub(super) fn status(&self, now: Time, clock: &Clock) -> Value {
+        let quality = self.quality(now);
+        json!({
+            "variable": self.variable,
+            "signal": self.topic,
+            "quality": quality.name(),
+            "status": quality.code(),
+            "source": (quality != Quality::Bad).then_some(&self.provenance.source),
+            "last_ns": self.last.map(|last| clock.by_wall(last).0),
+        })
+    }
+}

@@ -1,0 +1,306 @@
+//! The one loop of a run: messages in, values and decisions out, requests answered in between.
+
+use super::control::{Call, Order, Reply, Request};
+use super::figures::Figures;
+use super::healer::{Deed, Healer};
+use super::herald::Herald;
+use super::metrics;
+use crate::outcome::Outcome;
+use serde_json::{Value, json};
+use shsa_bridge::{Bridge, Clock, Link, Losses, Outgoing, Payload, Quality};
+use shsa_core::time::{Span, Time};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Receiver;
+use std::time::Duration;
+
+/// Messages that are heard before the time, requests and the house get their turn.
+const BATCH: usize = 256;
+/// How often the house is kept: link, losses, clock, status.
+const HOUSEKEEPING: Span = Span::from_millis(1_000);
+/// A wall clock that moves by more against ours was stepped, nanoseconds: 50 ms.
+const CLOCK_STEP: i64 = 50_000_000;
+
+/// A run under way.
+pub(super) struct Session {
+    pub(super) name: String,
+    pub(super) bridge: Box<dyn Bridge>,
+    pub(super) healers: Vec<Healer>,
+    pub(super) herald: Herald,
+    pub(super) figures: Figures,
+    pub(super) requests: Receiver<Call>,
+    pub(super) stop: Arc<AtomicBool>,
+    /// When it ends by itself.
+    pub(super) until: Option<Time>,
+    /// What is known of the house.
+    pub(super) house: House,
+}
+
+/// What was told last about the run itself, so that only what changes is told.
+#[derive(Debug)]
+pub(super) struct House {
+    next: Time,
+    link: Link,
+    losses: BTreeMap<Arc<str>, u64>,
+    /// The quality of each need that was told on the bus last, model by model.
+    qualities: Vec<Vec<Quality>>,
+}
+
+impl House {
+    pub(super) fn new() -> House {
+        House { next: Time::MIN, link: Link::Up, losses: BTreeMap::new(), qualities: Vec::new() }
+    }
+}
+
+impl Session {
+    /// Goes on until it is stopped; the answer is no when a need is unserved then.
+    ///
+    /// # Errors
+    /// When standard output is closed, or the bus cannot be used any more.
+    pub(super) fn run(mut self) -> anyhow::Result<Outcome> {
+        while !self.is_over() {
+            self.hear()?;
+            self.pass()?;
+            self.answer()?;
+            self.keep_house()?;
+            self.rest();
+        }
+        let now = self.now();
+        let outlets = self.healers.iter().flat_map(Healer::outlets);
+        let all_served =
+            outlets.map(|(_, outlet)| outlet.quality(now)).all(|quality| quality != Quality::Bad);
+        Ok(if all_served { Outcome::Done } else { Outcome::No })
+    }
+
+    fn is_over(&self) -> bool {
+        self.stop.load(Ordering::Acquire) || self.until.is_some_and(|until| self.now() >= until)
+    }
+
+    fn clock(&self) -> Clock {
+        self.bridge.inbox().clock().clone()
+    }
+
+    fn now(&self) -> Time {
+        self.bridge.inbox().clock().now()
+    }
+
+    fn hear(&mut self) -> anyhow::Result<()> {
+        let clock = self.clock();
+        for _ in 0..BATCH {
+            let Some(message) = self.bridge.receive() else { return Ok(()) };
+            let began = clock.now();
+            for healer in &mut self.healers {
+                healer.hear(&message, &clock);
+            }
+            self.deliver()?;
+            self.figures.heard(clock.now() - began);
+        }
+        Ok(())
+    }
+
+    fn pass(&mut self) -> anyhow::Result<()> {
+        let now = self.now();
+        for healer in &mut self.healers {
+            healer.pass(now);
+        }
+        self.deliver()
+    }
+
+    /// Publishes and tells what the healers have done.
+    fn deliver(&mut self) -> anyhow::Result<()> {
+        let Session { bridge, healers, herald, figures, .. } = self;
+        for healer in healers {
+            while let Some(deed) = healer.poll(bridge.as_mut())? {
+                match deed {
+                    Deed::Decided(event) => {
+                        figures.decided(event.kind);
+                        herald.decided(healer.told(), &event, bridge.as_mut())?;
+                    }
+                    Deed::Served(publication) => {
+                        healer.serve(&publication, bridge.as_mut())?;
+                        figures.served(bridge.inbox().clock().now() - publication.time);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn answer(&mut self) -> anyhow::Result<()> {
+        while let Ok(Call { request, reply }) = self.requests.try_recv() {
+            reply(match request {
+                Request::State => Reply::Json(self.state()),
+                Request::Health => Reply::Json(self.health()),
+                Request::Events(since) => Reply::Json(Value::Array(self.herald.since(since))),
+                Request::Metrics => Reply::Text(self.metrics()?),
+                Request::Order(order) => self.order(&order)?,
+            });
+        }
+        Ok(())
+    }
+
+    fn metrics(&self) -> anyhow::Result<String> {
+        metrics::text(&self.figures, &self.healers, self.bridge.as_ref(), self.now())
+    }
+
+    /// Carries an order out and tells it, or says why not.
+    fn order(&mut self, order: &Order) -> anyhow::Result<Reply> {
+        let now = self.now();
+        let done = match order {
+            Order::Reload => self.reload(),
+            Order::Change { model, text } => self.change(model.as_deref(), text),
+        };
+        let reply = match done {
+            Ok(done) => {
+                self.herald.noted(now, "ordered", &done, self.bridge.as_mut())?;
+                Reply::Json(json!({ "done": done }))
+            }
+            Err(why) => Reply::Refused(why),
+        };
+        self.deliver()?;
+        Ok(reply)
+    }
+
+    /// Reads the files of all models again; the first that is wrong stops it, and those before it have changed.
+    fn reload(&mut self) -> Result<String, String> {
+        let now = self.now();
+        self.healers.iter_mut().try_for_each(|healer| healer.reload(now))?;
+        Ok("the models were read again by order of the operator".into())
+    }
+
+    fn change(&mut self, model: Option<&str>, text: &str) -> Result<String, String> {
+        let now = self.now();
+        let healer = find(&mut self.healers, model)?;
+        healer.change("order", text, now)?;
+        Ok(format!("the model {} was changed by order of the operator", healer.name()))
+    }
+
+    fn keep_house(&mut self) -> anyhow::Result<()> {
+        let now = self.now();
+        self.tell_qualities(now)?;
+        if now < self.house.next {
+            return Ok(());
+        }
+        self.house.next = now + HOUSEKEEPING;
+        self.follow_clock(now)?;
+        self.tell_link(now)?;
+        self.tell_losses(now)?;
+        self.house.qualities.clear();
+        Ok(())
+    }
+
+    fn follow_clock(&mut self, now: Time) -> anyhow::Result<()> {
+        let Some(step) = self.clock().follow(CLOCK_STEP) else { return Ok(()) };
+        let because =
+            format!("the wall clock was stepped by {:.3} s; stamps are corrected", step as f64 / 1e9);
+        self.herald.noted(now, "clock", &because, self.bridge.as_mut())
+    }
+
+    fn tell_link(&mut self, now: Time) -> anyhow::Result<()> {
+        let link = self.bridge.link();
+        if link == self.house.link {
+            return Ok(());
+        }
+        let (kind, because) = match &link {
+            Link::Up => ("connected", "the bus is there again".to_owned()),
+            Link::Down(why) => {
+                self.figures.disconnections += 1;
+                ("disconnected", format!("the bus is gone: {why}; trying again"))
+            }
+        };
+        self.house.link = link;
+        self.herald.noted(now, kind, &because, self.bridge.as_mut())
+    }
+
+    fn tell_losses(&mut self, now: Time) -> anyhow::Result<()> {
+        for Losses { topic, dropped } in self.bridge.inbox().losses() {
+            let told = self.house.losses.insert(topic.clone(), dropped).unwrap_or(0);
+            if dropped > told {
+                let lost = dropped - told;
+                let because =
+                    format!("{topic} comes faster than it is read: {lost} messages made room for newer ones");
+                self.herald.noted(now, "overload", &because, self.bridge.as_mut())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Tells on the bus how each need is served, when that has changed, and now and then although it has not.
+    fn tell_qualities(&mut self, now: Time) -> anyhow::Result<()> {
+        let Session { name, bridge, healers, house, .. } = self;
+        let clock = bridge.inbox().clock().clone();
+        house.qualities.resize(healers.len(), Vec::new());
+        for (healer, told) in healers.iter().zip(&mut house.qualities) {
+            let qualities = healer.outlets().map(|(_, outlet)| outlet.quality(now));
+            if qualities.clone().eq(told.iter().copied()) {
+                continue;
+            }
+            for (at, (_, outlet)) in healer.outlets().enumerate() {
+                if told.get(at) == Some(&outlet.quality(now)) {
+                    continue;
+                }
+                let topic = format!("shsa/{name}/need/{}", outlet.variable());
+                let payload = Payload::Bytes(outlet.status(now, &clock).to_string().into());
+                let message = Outgoing { retain: true, ..Outgoing::new(&topic, clock.by_wall(now), payload) };
+                bridge.publish(message)?;
+            }
+            *told = qualities.collect();
+        }
+        Ok(())
+    }
+
+    /// Sleeps until something arrives or is due.
+    fn rest(&self) {
+        let dues = self.healers.iter().filter_map(|healer| healer.engine().next_deadline());
+        let due = dues.chain(self.until).fold(self.house.next, Time::min);
+        let left = u64::try_from((due - self.now()).0).unwrap_or(0);
+        if left > 0 {
+            self.bridge.inbox().wait(Duration::from_nanos(left));
+        }
+    }
+
+    fn health(&self) -> Value {
+        let now = self.now();
+        let outlets = || self.healers.iter().flat_map(Healer::outlets);
+        let needs =
+            outlets().map(|(_, outlet)| (outlet.topic().to_owned(), json!(outlet.quality(now).name())));
+        let all_served = outlets().all(|(_, outlet)| outlet.quality(now) != Quality::Bad);
+        let connected = self.bridge.link() == Link::Up;
+        json!({ "ok": all_served && connected, "connected": connected, "needs": Value::Object(needs.collect()) })
+    }
+
+    fn state(&self) -> Value {
+        let (now, clock) = (self.now(), self.clock());
+        let models = self.healers.iter().map(|healer| (healer.name().to_owned(), healer.state(now, &clock)));
+        let losses = self.bridge.inbox().losses();
+        let losses = losses.iter().map(|loss| (loss.topic.to_string(), json!(loss.dropped)));
+        json!({
+            "name": self.name,
+            "version": env!("CARGO_PKG_VERSION"),
+            "time_ns": clock.by_wall(now).0,
+            "link": match self.bridge.link() {
+                Link::Up => json!({ "up": true }),
+                Link::Down(why) => json!({ "up": false, "because": why }),
+            },
+            "models": Value::Object(models.collect()),
+            "dropped": Value::Object(losses.collect()),
+            "figures": self.figures.json(),
+        })
+    }
+}
+
+/// The healer of this model, or the only one.
+fn find<'h>(healers: &'h mut [Healer], model: Option<&str>) -> Result<&'h mut Healer, String> {
+    let names: Vec<&str> = healers.iter().map(Healer::name).collect();
+    let known = names.join(", ");
+    let at = match model {
+        Some(model) => names
+            .iter()
+            .position(|name| *name == model)
+            .ok_or_else(|| format!("no model '{model}'; there are: {known}"))?,
+        None if names.len() == 1 => 0,
+        None => return Err(format!("say which model: {known}")),
+    };
+    healers.get_mut(at).ok_or_else(|| "no model".to_owned())
+}
