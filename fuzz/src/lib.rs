@@ -8,6 +8,7 @@ pub mod intervals;
 pub mod formulas;
 pub mod models;
 pub mod recordings;
+pub mod payloads;
 pub mod engine;
 pub mod driver;
 
@@ -27,5 +28,6 @@ pub const TARGETS: &[Target] = &[
     Target { name: "formulas", run: formulas::run, seeds: formulas::seeds },
     Target { name: "models", run: models::run, seeds: models::seeds },
     Target { name: "recordings", run: recordings::run, seeds: recordings::seeds },
+    Target { name: "payloads", run: payloads::run, seeds: payloads::seeds },
     Target { name: "engine", run: engine::run, seeds: engine::seeds },
 ];

@@ -11,6 +11,7 @@ mod clock;
 mod error;
 mod inbox;
 mod provenance;
+pub mod payload;
 #[cfg(feature = "memory")]
 pub mod memory;
 

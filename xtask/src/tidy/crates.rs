@@ -12,7 +12,7 @@ const ARROWS: [(&str, &[&str]); 8] = [
     ("shsa-bridge", &["shsa-core"]),
     ("shsa-web", &["shsa-core"]),
     ("shsa", &["shsa-core", "shsa-estimate", "shsa-format", "shsa-bridge", "shsa-web"]),
-    ("shsa-fuzz", &["shsa-core", "shsa-format"]),
+    ("shsa-fuzz", &["shsa-core", "shsa-format", "shsa-bridge"]),
     ("xtask", &[]),
 ];
 

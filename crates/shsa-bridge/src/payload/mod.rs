@@ -1,0 +1,22 @@
+//! What messages carry: fields of plain numbers and JSON read by path, and values written the way consumers read them.
+//!
+//! `payload -> places of the wanted fields, in one walk -> Reading or Unreadable, each with its reason`
+//!
+//! A payload is a stranger's: any bytes are survived, the size and the depth are bounded, and what cannot be read says why
+//! in a few words. Scalars are read without allocation.
+
+mod json;
+mod path;
+mod stamp;
+mod unreadable;
+mod wanted;
+mod reader;
+mod writer;
+
+pub use path::{Condition, Path, Step, is_text};
+pub use reader::{Field, Reader, Reading, SIZE_LIMIT, StampField};
+pub use unreadable::Unreadable;
+pub use writer::{Form, Writer};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,183 @@
+//! Where within a payload a field is: `twist.linear.x`, `/twist/linear/x`, `position[1]`, `position[name=left_wheel]`.
+
+use crate::BridgeError;
+
+/// The most steps of a path; deeper payloads are not read.
+const STEPS_MAX: usize = 32;
+
+/// One step into a payload.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// The member of this name; in a list the element of this number, if it is one.
+    Key(String),
+    /// The element of a list, counted from 0.
+    Index(usize),
+}
+
+/// What must hold of a payload, or which element of a list is meant: `[NAME=TEXT]`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Condition {
+    /// Where the text is found, from the root of the payload.
+    pub steps: Vec<Step>,
+    /// The text asked for; numbers are compared as numbers.
+    pub text: String,
+}
+
+/// The way to a field, from the root of the payload.
+///
+/// | text | means |
+/// |---|---|
+/// | nothing, or `data` | the payload itself; its member `data` if it has one |
+/// | `twist.linear.x` | members by name |
+/// | `/twist/linear/x`, `/list/0` | the same as a JSON pointer (RFC 6901), for names with dots, brackets or blanks |
+/// | `position[1]`, `position.1` | the second element |
+/// | `position[name=left]` | where `name` is a list: the element of `position` at which `name` has this text |
+/// | `value[id=3]` | where `id` is a number or a text: only of payloads in which it is this one |
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Path {
+    /// From the root on; none: the payload itself.
+    pub steps: Vec<Step>,
+    /// What must hold, all of it.
+    pub conditions: Vec<Condition>,
+}
+
+impl Path {
+    /// Reads a path.
+    ///
+    /// # Errors
+    /// [`BridgeError::Configuration`] says which part does not follow the grammar.
+    pub fn parse(text: &str) -> Result<Path, BridgeError> {
+        let (base, conditions) = split_conditions(text.trim());
+        let steps = if base == "data" { Vec::new() } else { steps(base)? };
+        let conditions = conditions
+            .into_iter()
+            .map(|(name, text)| Ok(Condition { steps: steps_of_condition(name)?, text: text.to_owned() }));
+        Ok(Path { steps, conditions: conditions.collect::<Result<_, BridgeError>>()? })
+    }
+}
+
+fn steps_of_condition(name: &str) -> Result<Vec<Step>, BridgeError> {
+    if name.is_empty() {
+        Err(wrong("a condition names no field; write it like [name=left]"))
+    } else {
+        steps(name)
+    }
+}
+
+fn wrong(what: &str) -> BridgeError {
+    BridgeError::Configuration(what.to_owned())
+}
+
+/// Takes `[NAME=TEXT]` off the end, in their order.
+fn split_conditions(mut text: &str) -> (&str, Vec<(&str, &str)>) {
+    let mut conditions = Vec::new();
+    while let Some((rest, condition)) = text.strip_suffix(']').and_then(|open| open.rsplit_once('[')) {
+        let Some((name, asked)) = condition.split_once('=') else { break };
+        conditions.push((name.trim(), asked.trim()));
+        text = rest.trim_end();
+    }
+    conditions.reverse();
+    (text, conditions)
+}
+
+fn steps(text: &str) -> Result<Vec<Step>, BridgeError> {
+    let mut steps = Vec::new();
+    if let Some(pointer) = text.strip_prefix('/') {
+        let names = pointer.split('/').map(|name| name.replace("~1", "/").replace("~0", "~"));
+        steps.extend(names.map(Step::Key));
+    } else if !text.is_empty() {
+        text.split('.').try_for_each(|part| push_part(part, text, &mut steps))?;
+    }
+    if steps.len() > STEPS_MAX {
+        return Err(wrong(&format!("a path has {} steps, more than {STEPS_MAX}", steps.len())));
+    }
+    Ok(steps)
+}
+
+/// `position[1][2]`: the name, then the numbers.
+fn push_part(part: &str, path: &str, steps: &mut Vec<Step>) -> Result<(), BridgeError> {
+    let (name, mut indexes) = part.split_once('[').unwrap_or((part, ""));
+    if !name.trim().is_empty() {
+        steps.push(Step::Key(name.trim().to_owned()));
+    } else if indexes.is_empty() {
+        return Err(wrong(&format!("`{path}` names nothing between two dots")));
+    }
+    while !indexes.is_empty() {
+        let (index, rest) = indexes.split_once(']').unwrap_or((indexes, "?"));
+        let index = index.trim().parse().map_err(|_| not_an_index(index, name, path))?;
+        steps.push(Step::Index(index));
+        indexes = match rest.strip_prefix('[') {
+            None if rest.is_empty() => rest,
+            None => return Err(not_an_index(rest, name, path)),
+            Some(rest) => rest,
+        };
+    }
+    Ok(())
+}
+
+fn not_an_index(text: &str, name: &str, path: &str) -> BridgeError {
+    wrong(&format!(
+        "`[{text}` in `{path}` is no index, write it like {name}[0]; or begin with a slash, then brackets belong to the name"
+    ))
+}
+
+/// Whether a text of a payload is the one that a condition asks for: the same, or the same number.
+#[must_use]
+pub fn is_text(found: &str, asked: &str) -> bool {
+    let number = |text: &str| text.parse::<f64>().ok();
+    found == asked || number(found).is_some_and(|value| number(asked) == Some(value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(text: &str, expected: &str) {
+        let show = |steps: &[Step]| -> String {
+            let step = |step: &Step| match step {
+                Step::Key(key) => format!("<{key}>"),
+                Step::Index(index) => format!("#{index}"),
+            };
+            steps.iter().map(step).collect()
+        };
+        let shown = match Path::parse(text) {
+            Err(problem) => format!("error: {problem}"),
+            Ok(path) => {
+                let condition = |c: &Condition| format!(" where {}={}", show(&c.steps), c.text);
+                show(&path.steps) + &path.conditions.iter().map(condition).collect::<String>()
+            }
+        };
+        assert_eq!(shown, expected);
+    }
+
+    #[test]
+    fn the_grammar() {
+        check("", "");
+        check("data", "");
+        check("a", "<a>");
+        check("a.b.c", "<a><b><c>");
+        check("/a/b~1c/0", "<a><b/c><0>");
+        check("/speed [m~1s]", "<speed [m/s]>");
+        check("list[1]", "<list>#1");
+        check("[0].x[1][2]", "#0<x>#1#2");
+        check("position[name=left_wheel]", "<position> where <name>=left_wheel");
+        check("value[id=3][header.frame=a b]", "<value> where <id>=3 where <header><frame>=a b");
+        check("[id=3]", " where <id>=3");
+    }
+
+    #[test]
+    fn what_breaks_the_grammar_is_said() {
+        check("a..b", "error: `a..b` names nothing between two dots");
+        let advice = "or begin with a slash, then brackets belong to the name";
+        check("a[b]", &format!("error: `[b` in `a[b]` is no index, write it like a[0]; {advice}"));
+        check("a[1]b", &format!("error: `[b` in `a[1]b` is no index, write it like a[0]; {advice}"));
+        check("a[1", &format!("error: `[?` in `a[1` is no index, write it like a[0]; {advice}"));
+        check("a[=3]", "error: a condition names no field; write it like [name=left]");
+        check(
+            &"a.".repeat(40),
+            "error: `a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.` names nothing between two dots",
+        );
+        check(&["a"; 40].join("."), "error: a path has 40 steps, more than 32");
+    }
+}

@@ -1,0 +1,432 @@
+//! Fields of a message as values: one walk over the payload for all that is wanted of its topic.
+
+use super::Unreadable;
+use super::json::{self, Kind, Place};
+use super::path::{Path, Step, is_text};
+use super::stamp;
+use super::wanted::{Node, ROOT, Wanted};
+use crate::{BridgeError, Message, Payload};
+use shsa_core::observation::RawValue;
+use shsa_core::time::{Span, Time};
+
+/// The usual limit of a payload, bytes: a camera's picture is refused, a laser's scan as text is read.
+pub const SIZE_LIMIT: usize = 4 << 20;
+
+/// A field that is wanted of a topic's messages.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Field {
+    /// Where it is, as [`Path`] reads it.
+    pub path: String,
+    /// Where its time stamp is; `None`: the payload carries none.
+    pub stamp: Option<StampField>,
+}
+
+/// Where in a payload the time stamp is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StampField {
+    /// Where, as [`Path`] reads it.
+    pub path: String,
+    /// How long one step of a number is. `None`: decimal numbers count seconds, and whole ones what their size says:
+    /// nanoseconds from 1e17 on, micro- from 1e14, milliseconds from 1e11.
+    pub step: Option<Span>,
+}
+
+/// A field's value, and when it was true.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reading {
+    /// In the signal's unit; may be not-a-number or infinite, which is an invalid value.
+    pub value: RawValue,
+    /// The stamp in the payload, by the source's clock; `None` where there is none asked for.
+    pub stamp: Option<Time>,
+}
+
+/// Reads the same fields of one message after the other.
+///
+/// | found | read as |
+/// |---|---|
+/// | a number, also within quotes; `NaN`, `Infinity` | a number |
+/// | `true`, `on`, `false`, `off`, in letters of any size, with or without quotes | 1 and 0 |
+/// | a list of these; `null` in it | a vector; not-a-number |
+/// | an object with `lo` and `hi` | an interval |
+/// | another object with `value`, and at the root with `data` | what it holds |
+///
+/// An object that has `stamp_ns` beside `value` or `lo` (the envelope of [`Writer`](super::Writer)) is stamped by it
+/// where no other stamp is asked for.
+#[derive(Clone, Debug)]
+pub struct Reader {
+    wanted: Wanted,
+    asked: Vec<Asked>,
+    size_limit: usize,
+}
+
+/// One field, with the nodes at which its parts are found.
+#[derive(Clone, Debug)]
+struct Asked {
+    path: String,
+    node: Node,
+    conditions: Vec<(Node, String)>,
+    stamp: Option<(Node, StampField)>,
+}
+
+/// Parts of a stamp: seconds and nanoseconds as ROS 2 and ROS 1 call them.
+const PAIRS: [(&str, &str); 2] = [("sec", "nanosec"), ("secs", "nsecs")];
+
+impl Reader {
+    /// For these fields of payloads of at most `size_limit` bytes ([`SIZE_LIMIT`] is usual).
+    ///
+    /// # Errors
+    /// [`BridgeError::Configuration`] for a path that does not follow the grammar.
+    pub fn new(fields: &[Field], size_limit: usize) -> Result<Reader, BridgeError> {
+        let mut wanted = Wanted::new();
+        let asked = fields.iter().map(|field| Asked::of(field, &mut wanted)).collect::<Result<_, _>>()?;
+        Ok(Reader { wanted, asked, size_limit })
+    }
+
+    /// Reads a message and tells each field by its index. A field whose condition this message does not meet is not told.
+    ///
+    /// `O(bytes)`, once for all fields.
+    pub fn read(&mut self, message: &Message, mut each: impl FnMut(usize, Result<Reading, Unreadable>)) {
+        match &message.payload {
+            Payload::Value(value) => self.asked.iter().enumerate().for_each(|(index, asked)| {
+                each(index, asked.of_value(value));
+            }),
+            Payload::Bytes(bytes) => self.read_bytes(bytes, each),
+        }
+    }
+
+    /// As [`Reader::read`] for a payload alone.
+    pub fn read_bytes(&mut self, bytes: &[u8], mut each: impl FnMut(usize, Result<Reading, Unreadable>)) {
+        match self.locate(bytes) {
+            Ok(text) => {
+                for (index, asked) in self.asked.iter().enumerate() {
+                    let found = Found { text, wanted: &self.wanted, asked };
+                    if let Some(reading) = found.reading() {
+                        each(index, reading);
+                    }
+                }
+            }
+            Err(unreadable) => {
+                (0..self.asked.len()).for_each(|index| each(index, Err(unreadable.clone())));
+            }
+        }
+    }
+
+    /// Finds the places of all that is wanted; gives the payload as text.
+    pub(super) fn locate<'a>(&mut self, bytes: &'a [u8]) -> Result<&'a str, Unreadable> {
+        let limit = self.size_limit;
+        if bytes.len() > limit {
+            return Err(Unreadable::TooLarge { bytes: bytes.len(), limit });
+        }
+        let text =
+            std::str::from_utf8(bytes).map_err(|error| Unreadable::NoText { at: error.valid_up_to() })?;
+        let trimmed = text.trim_ascii();
+        match trimmed.as_bytes().first() {
+            None => return Err(Unreadable::Empty),
+            Some(b'{' | b'[' | b'"') => self
+                .wanted
+                .find(text)
+                .map_err(|broken| Unreadable::NoJson { at: broken.at, expected: broken.expected })?,
+            Some(_) => {
+                let from = text.len() - text.trim_ascii_start().len();
+                let kind = if trimmed == "null" { Kind::Null } else { Kind::Text };
+                self.wanted.set_root(kind, from..from + trimmed.len());
+            }
+        }
+        Ok(text)
+    }
+
+    /// What was found of a field in the text that was located last.
+    pub(super) fn found<'a>(&'a self, index: usize, text: &'a str) -> Option<Found<'a>> {
+        Some(Found { text, wanted: &self.wanted, asked: self.asked.get(index)? })
+    }
+}
+
+impl Asked {
+    fn of(field: &Field, wanted: &mut Wanted) -> Result<Asked, BridgeError> {
+        let path = Path::parse(&field.path)?;
+        let node = wanted.add(ROOT, &path.steps);
+        let names = ["lo", "hi", "value", "stamp_ns"];
+        let at_root = (node == ROOT).then_some("data");
+        add_members(wanted, node, names.into_iter().chain(at_root));
+        if let Some(data) = wanted.member(ROOT, "data").filter(|_| node == ROOT) {
+            add_members(wanted, data, names.into_iter());
+        }
+        let conditions = path.conditions.into_iter().map(|c| (wanted.add(ROOT, &c.steps), c.text)).collect();
+        let stamp = field.stamp.as_ref().map(|field| stamp_node(field, wanted)).transpose()?;
+        Ok(Asked { path: field.path.clone(), node, conditions, stamp })
+    }
+
+    /// Of a value that came without encoding.
+    fn of_value(&self, value: &RawValue) -> Result<Reading, Unreadable> {
+        if self.node == ROOT && self.conditions.is_empty() {
+            Ok(Reading { value: value.clone(), stamp: None })
+        } else {
+            Err(Unreadable::Absent { field: quoted(&self.path) })
+        }
+    }
+}
+
+fn add_members<'a>(wanted: &mut Wanted, of: Node, names: impl Iterator<Item = &'a str>) {
+    for name in names {
+        wanted.add(of, &[Step::Key(name.to_owned())]);
+    }
+}
+
+fn stamp_node(field: &StampField, wanted: &mut Wanted) -> Result<(Node, StampField), BridgeError> {
+    let path = Path::parse(&field.path)?;
+    if !path.conditions.is_empty() {
+        return Err(BridgeError::Configuration(format!("the stamp's path `{}` has a condition", field.path)));
+    }
+    let node = wanted.add(ROOT, &path.steps);
+    add_members(wanted, node, PAIRS.iter().flat_map(|(seconds, nanoseconds)| [*seconds, *nanoseconds]));
+    Ok((node, field.clone()))
+}
+
+fn quoted(path: &str) -> String {
+    if path.is_empty() { "the payload".to_owned() } else { format!("`{path}`") }
+}
+
+/// A field in the payload that was located last.
+pub(super) struct Found<'a> {
+    pub(super) text: &'a str,
+    wanted: &'a Wanted,
+    asked: &'a Asked,
+}
+
+/// A field's stamp in its payload.
+pub(super) enum StampPlace {
+    /// One number or text.
+    One(Place, stamp::Form),
+    /// Seconds and nanoseconds.
+    Pair(Place, Place),
+}
+
+impl Found<'_> {
+    /// `None`: a condition is not met.
+    fn reading(&self) -> Option<Result<Reading, Unreadable>> {
+        let at = match self.value_place() {
+            Ok(None) => return None,
+            Ok(Some(at)) => at,
+            Err(unreadable) => return Some(Err(unreadable)),
+        };
+        let reading = self.value(at.node, at.place).and_then(|value| {
+            let stamp = self.stamp(at.node)?.map(|(time, _)| time);
+            Ok(Reading { value, stamp })
+        });
+        Some(reading)
+    }
+
+    /// Where the value stands; `None` when a condition is not met.
+    pub(super) fn value_place(&self) -> Result<Option<ValuePlace>, Unreadable> {
+        let Some(element) = self.chosen() else { return Ok(None) };
+        let absent = || self.absent();
+        let place = self.wanted.place(self.asked.node).ok_or_else(absent)?;
+        let Some(index) = element else { return Ok(Some(self.within(self.asked.node, place))) };
+        if place.kind != Kind::List {
+            return Err(self.wrong(place, "list"));
+        }
+        let mut found = None;
+        json::elements(self.text, place, |at, element| {
+            found = (at == index).then_some(element);
+            found.is_none()
+        });
+        found.map(|place| Some(ValuePlace { node: None, place })).ok_or_else(absent)
+    }
+
+    /// The value within an object: its `value`, at the root `data`.
+    fn within(&self, mut node: Node, mut place: Place) -> ValuePlace {
+        let mut names = ["data", "value", "value"].into_iter();
+        while place.kind == Kind::Object && self.interval(node).is_none() {
+            let Some(name) = names.next() else { break };
+            let member = self.wanted.member(node, name);
+            let Some(found) = member.and_then(|member| Some((member, self.wanted.place(member)?))) else {
+                continue;
+            };
+            (node, place) = found;
+        }
+        ValuePlace { node: Some(node), place }
+    }
+
+    /// The element that the conditions choose, if they choose one; `None`: a condition is not met.
+    fn chosen(&self) -> Option<Option<usize>> {
+        let mut chosen = None;
+        for (node, asked) in &self.asked.conditions {
+            let place = self.wanted.place(*node)?;
+            if place.kind != Kind::List {
+                self.is_scalar_text(place, asked).then_some(())?;
+                continue;
+            }
+            let mut at = None;
+            json::elements(self.text, place, |index, element| {
+                at = self.is_scalar_text(element, asked).then_some(index);
+                at.is_none()
+            });
+            chosen = Some(at?);
+        }
+        Some(chosen)
+    }
+
+    fn is_scalar_text(&self, place: Place, asked: &str) -> bool {
+        !matches!(place.kind, Kind::List | Kind::Object)
+            && is_text(&json::unescaped(place.of(self.text)), asked)
+    }
+
+    fn value(&self, node: Option<Node>, place: Place) -> Result<RawValue, Unreadable> {
+        match place.kind {
+            Kind::List => self.vector(place),
+            Kind::Object => {
+                let bounds = node.and_then(|node| self.interval(node));
+                let (lo, hi) = bounds.ok_or_else(|| self.wrong(place, "number; name one of its members"))?;
+                let number =
+                    |place: Place| scalar(place, self.text).ok_or_else(|| self.wrong(place, "number"));
+                Ok(RawValue::Interval { lo: number(lo)?, hi: number(hi)? })
+            }
+            _ => scalar(place, self.text).map(RawValue::Number).ok_or_else(|| self.wrong(place, "number")),
+        }
+    }
+
+    fn vector(&self, list: Place) -> Result<RawValue, Unreadable> {
+        let mut values = Vec::new();
+        let mut wrong = None;
+        json::elements(self.text, list, |index, place| {
+            let value = if place.kind == Kind::Null { Some(f64::NAN) } else { scalar(place, self.text) };
+            match value {
+                Some(value) => values.push(value),
+                None => wrong = Some((index, place)),
+            }
+            wrong.is_none()
+        });
+        match wrong {
+            None => Ok(RawValue::Vector(values)),
+            Some((index, place)) => Err(Unreadable::Kind {
+                field: format!("element {index} of {}", quoted(&self.asked.path)),
+                found: shown(place, self.text),
+                wanted: "number",
+            }),
+        }
+    }
+
+    /// The places of `lo` and `hi` of an object, where they are not null.
+    pub(super) fn interval(&self, node: Node) -> Option<(Place, Place)> {
+        let bound = |name| {
+            let place = self.member(node, name)?;
+            (place.kind != Kind::Null).then_some(place)
+        };
+        Some((bound("lo")?, bound("hi")?))
+    }
+
+    /// The place of a member of an object.
+    pub(super) fn member(&self, node: Node, name: &str) -> Option<Place> {
+        self.wanted.member(node, name).and_then(|member| self.wanted.place(member))
+    }
+
+    /// The stamp and where it stands; `None` where none is asked for.
+    pub(super) fn stamp(&self, value: Option<Node>) -> Result<Option<(Time, StampPlace)>, Unreadable> {
+        let Some((node, field)) = &self.asked.stamp else { return Ok(self.envelope_stamp(value)) };
+        let name = || format!("the stamp {}", quoted(&field.path));
+        let place = self.wanted.place(*node).ok_or_else(|| Unreadable::Absent { field: name() })?;
+        let stamp = match place.kind {
+            Kind::Object => self.pair(*node),
+            _ => one_stamp(place, field.step, self.text),
+        };
+        let wrong = || Unreadable::Kind {
+            field: name(),
+            found: shown(place, self.text),
+            wanted: "time in a known form",
+        };
+        stamp.map(Some).ok_or_else(wrong)
+    }
+
+    /// The `stamp_ns` of the object that holds the value or the bounds: of the field itself, or of its `data`.
+    fn envelope_stamp(&self, value: Option<Node>) -> Option<(Time, StampPlace)> {
+        let data = self.wanted.member(ROOT, "data").filter(|_| self.asked.node == ROOT);
+        let envelope = [Some(self.asked.node), data].into_iter().flatten();
+        let is_envelope = |node: &Node| value == Some(*node) || self.wanted.member(*node, "value") == value;
+        let place = envelope.filter(is_envelope).find_map(|node| self.member(node, "stamp_ns"))?;
+        one_stamp(place, Some(Span(1)), self.text)
+    }
+
+    fn pair(&self, node: Node) -> Option<(Time, StampPlace)> {
+        PAIRS.iter().find_map(|(seconds, nanoseconds)| {
+            let (seconds, nanoseconds) = (self.member(node, seconds)?, self.member(node, nanoseconds)?);
+            let whole = |place: Place| place.of(self.text).parse::<i64>().ok();
+            let time = whole(seconds)?.checked_mul(1_000_000_000)?.checked_add(whole(nanoseconds)?)?;
+            Some((Time(time), StampPlace::Pair(seconds, nanoseconds)))
+        })
+    }
+
+    fn absent(&self) -> Unreadable {
+        match self.wanted.place(ROOT) {
+            Some(place) if !matches!(place.kind, Kind::Object | Kind::List) => Unreadable::Kind {
+                field: "the payload".to_owned(),
+                found: shown(place, self.text),
+                wanted: "object",
+            },
+            _ => Unreadable::Absent { field: quoted(&self.asked.path) },
+        }
+    }
+
+    fn wrong(&self, place: Place, wanted: &'static str) -> Unreadable {
+        Unreadable::Kind { field: quoted(&self.asked.path), found: shown(place, self.text), wanted }
+    }
+}
+
+/// Where a value stands.
+#[derive(Clone, Copy)]
+pub(super) struct ValuePlace {
+    /// `None`: an element that a condition has chosen.
+    pub(super) node: Option<Node>,
+    pub(super) place: Place,
+}
+
+fn one_stamp(place: Place, step: Option<Span>, text: &str) -> Option<(Time, StampPlace)> {
+    let (time, form) = match place.kind {
+        Kind::Number => stamp::number(place.of(text), step),
+        Kind::Text => stamp::text(&json::unescaped(place.of(text)), step),
+        _ => None,
+    }?;
+    Some((time, StampPlace::One(place, form)))
+}
+
+/// A number, or a word that stands for one.
+fn scalar(place: Place, text: &str) -> Option<f64> {
+    match place.kind {
+        Kind::Number | Kind::Text => word(place.of(text)),
+        Kind::True => Some(1.0),
+        Kind::False => Some(0.0),
+        Kind::Null | Kind::List | Kind::Object => None,
+    }
+}
+
+/// A number as text, `NaN` and infinities among them, or a word for on or off.
+fn word(text: &str) -> Option<f64> {
+    let text = text.trim_ascii();
+    let is = |words: [&str; 2]| words.iter().any(|word| word.eq_ignore_ascii_case(text));
+    match text.parse() {
+        Ok(number) => Some(number),
+        Err(_) if is(["true", "on"]) => Some(1.0),
+        Err(_) if is(["false", "off"]) => Some(0.0),
+        Err(_) => None,
+    }
+}
+
+/// What stands there, in words; at most a few letters of a text.
+fn shown(place: Place, text: &str) -> String {
+    let kind = match place.kind {
+        Kind::Null => "null",
+        Kind::False | Kind::True => "a truth value",
+        Kind::Number => "a number",
+        Kind::List => "a list",
+        Kind::Object => "an object",
+        Kind::Text => {
+            let text = json::unescaped(place.of(text));
+            let visible = |c: char| if c.is_control() { '\u{fffd}' } else { c };
+            let mut start: String = text.chars().take(24).map(visible).collect();
+            if start.len() < text.len() && text.chars().nth(24).is_some() {
+                start.push_str("..");
+            }
+            return format!("the text '{start}'");
+        }
+    };
+    kind.to_owned()
+}

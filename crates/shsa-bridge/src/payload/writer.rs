@@ -1,0 +1,238 @@
+//! How a need's value is written for its consumers: as a number, in an envelope, or in the shape of the signal that it
+//! replaces.
+
+use super::json::{self, Kind, Place};
+use super::reader::{Field, Found, Reader, StampPlace, ValuePlace};
+use super::{Unreadable, stamp};
+use crate::{BridgeError, Provenance};
+use bytes::Bytes;
+use shsa_core::observation::RawValue;
+use shsa_core::time::Time;
+use std::fmt::Write as _;
+use std::ops::Range;
+
+/// The shape in which values are written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// The number alone, of an interval its middle; a list in JSON.
+    Plain,
+    /// One JSON object:
+    /// `{"value":..,"lo":..,"hi":..,"stamp_ns":..,"quality":"Good","status":0,"source":".."}`. `quality` and `status` are
+    /// the name and the number of an OPC UA status code; `lo` and `hi` are null where no bounds are known.
+    Json,
+    /// The [last good payload](Writer::learn) of the replaced signal with this field and its stamp replaced; everything
+    /// else stays as it was, to the byte. The other members of the object are as old as that payload.
+    Like(Field),
+}
+
+/// Writes the values of one need.
+#[derive(Clone, Debug)]
+pub struct Writer {
+    form: Form,
+    /// Finds the places to be replaced.
+    reader: Reader,
+    pattern: Option<Bytes>,
+}
+
+impl Writer {
+    /// `size_limit`: larger payloads are no pattern, bytes.
+    ///
+    /// # Errors
+    /// [`BridgeError::Configuration`] for a path that does not follow the grammar.
+    pub fn new(form: Form, size_limit: usize) -> Result<Writer, BridgeError> {
+        let fields = if let Form::Like(field) = &form { std::slice::from_ref(field) } else { &[] };
+        Ok(Writer { reader: Reader::new(fields, size_limit)?, form, pattern: None })
+    }
+
+    /// Keeps a payload of the signal while it is trusted, as the pattern of what will replace it. Copies nothing; other
+    /// forms need none and keep none.
+    pub fn learn(&mut self, payload: &Bytes) {
+        if matches!(self.form, Form::Like(_)) {
+            self.pattern = Some(payload.clone());
+        }
+    }
+
+    /// What it was taught last.
+    #[must_use]
+    pub fn pattern(&self) -> Option<&Bytes> {
+        self.pattern.as_ref()
+    }
+
+    /// The payload that says this value. `Ok(None)`: this form cannot say that there is no value, so nothing should be
+    /// sent.
+    ///
+    /// # Errors
+    /// In the shape of a signal of which no payload is known yet, or whose last one does not have the field, or has a list
+    /// where the value is a number.
+    pub fn write(
+        &mut self,
+        value: Option<&RawValue>,
+        stamp: Time,
+        provenance: &Provenance,
+    ) -> Result<Option<Bytes>, Unreadable> {
+        match (&self.form, value) {
+            (Form::Json, _) => Ok(Some(envelope(value, stamp, provenance).into())),
+            (_, None) => Ok(None),
+            (Form::Plain, Some(value)) => Ok(Some(plain(value).into())),
+            (Form::Like(_), Some(value)) => self.like(value, stamp).map(Some),
+        }
+    }
+
+    fn like(&mut self, value: &RawValue, stamp: Time) -> Result<Bytes, Unreadable> {
+        let no_pattern = || Unreadable::Absent { field: "a payload of the signal to be replaced".to_owned() };
+        let pattern = self.pattern.clone().ok_or_else(no_pattern)?;
+        let text = self.reader.locate(&pattern)?;
+        let found = self.reader.found(0, text).ok_or_else(no_pattern)?;
+        let at = found.value_place()?.ok_or_else(no_pattern)?;
+        let mut changes = Vec::new();
+        change_value(&found, at, value, &mut changes)?;
+        change_stamp(&found, at, stamp, &mut changes)?;
+        Ok(changed(text, changes).into())
+    }
+}
+
+type Change = (Range<usize>, String);
+
+fn changed(text: &str, mut changes: Vec<Change>) -> String {
+    changes.sort_by_key(|(range, _)| range.start);
+    let mut result = String::with_capacity(text.len() + 64);
+    let mut at = 0;
+    for (range, new) in changes {
+        result.push_str(text.get(at..range.start).unwrap_or(""));
+        result.push_str(&new);
+        at = range.end;
+    }
+    result.push_str(text.get(at..).unwrap_or(""));
+    result
+}
+
+fn change_value(
+    found: &Found<'_>,
+    at: ValuePlace,
+    value: &RawValue,
+    changes: &mut Vec<Change>,
+) -> Result<(), Unreadable> {
+    let bounds = at.node.filter(|_| at.place.kind == Kind::Object).and_then(|node| found.interval(node));
+    if let (Some((lo, hi)), Some(node)) = (bounds, at.node) {
+        let (low, high) = ends(value).ok_or_else(|| mismatch("an interval", "list"))?;
+        let member = found.member(node, "value").filter(|place| place.kind != Kind::Object);
+        let middle = member.map(|place| (place, middle(low, high)));
+        let numbers = [(lo, low), (hi, high)].into_iter().chain(middle);
+        changes
+            .extend(numbers.map(|(place, number)| (place.range(), scalar_like(place, found.text, number))));
+        return Ok(());
+    }
+    let text = match (value, at.place.kind) {
+        (RawValue::Vector(_), Kind::List) => json_value(value),
+        (RawValue::Vector(_), _) => return Err(mismatch("no list", "list")),
+        (_, Kind::List | Kind::Object) => return Err(mismatch("no number", "number")),
+        _ => scalar_like(at.place, found.text, number_of(value)),
+    };
+    changes.push((at.place.range(), text));
+    Ok(())
+}
+
+fn mismatch(found: &str, wanted: &'static str) -> Unreadable {
+    Unreadable::Kind { field: "the field of the signal to be replaced".into(), found: found.into(), wanted }
+}
+
+fn change_stamp(
+    found: &Found<'_>,
+    at: ValuePlace,
+    stamp: Time,
+    changes: &mut Vec<Change>,
+) -> Result<(), Unreadable> {
+    match found.stamp(at.node)? {
+        None => {}
+        Some((_, StampPlace::One(place, form))) => changes.push((place.range(), stamp::written(stamp, form))),
+        Some((_, StampPlace::Pair(seconds, nanoseconds))) => {
+            let second = 1_000_000_000;
+            changes.push((seconds.range(), stamp.0.div_euclid(second).to_string()));
+            changes.push((nanoseconds.range(), stamp.0.rem_euclid(second).to_string()));
+        }
+    }
+    Ok(())
+}
+
+/// A number in the manner of what stands in a place: as a number, or as a word for on or off.
+fn scalar_like(place: Place, text: &str, value: f64) -> String {
+    let old = place.of(text);
+    let pairs = [["false", "true"], ["off", "on"]];
+    let pair = pairs.iter().find(|pair| pair.iter().any(|word| word.eq_ignore_ascii_case(old)));
+    let is_json_number = place.kind != Kind::Text;
+    match pair {
+        None if is_json_number => json_number(value),
+        None => number(value),
+        Some([off, on]) => in_letters_of(old, if value >= 0.5 { on } else { off }),
+    }
+}
+
+/// `ON` and `Off` in the manner of `OFF` and `On`.
+fn in_letters_of(old: &str, word: &str) -> String {
+    let is_capital = |at: usize| old.as_bytes().get(at).is_some_and(u8::is_ascii_uppercase);
+    let capital = |(at, c): (usize, char)| if is_capital(at.min(1)) { c.to_ascii_uppercase() } else { c };
+    word.chars().enumerate().map(capital).collect()
+}
+
+fn envelope(value: Option<&RawValue>, stamp: Time, provenance: &Provenance) -> String {
+    let Provenance { quality, source } = provenance;
+    let shown = value.map_or_else(|| "null".to_owned(), json_value);
+    let (lo, hi) = match value {
+        Some(RawValue::Interval { lo, hi }) => (json_number(*lo), json_number(*hi)),
+        _ => ("null".to_owned(), "null".to_owned()),
+    };
+    let (stamp, name, code) = (stamp.0, quality.name(), quality.code());
+    let mut text = format!(
+        r#"{{"value":{shown},"lo":{lo},"hi":{hi},"stamp_ns":{stamp},"quality":"{name}","status":{code},"source":"#
+    );
+    json::push_quoted(source, &mut text);
+    text.push('}');
+    text
+}
+
+fn plain(value: &RawValue) -> String {
+    if let RawValue::Vector(_) = value { json_value(value) } else { number(number_of(value)) }
+}
+
+fn json_value(value: &RawValue) -> String {
+    let RawValue::Vector(values) = value else { return json_number(number_of(value)) };
+    let mut text = String::with_capacity(values.len() * 8 + 2);
+    text.push('[');
+    for (index, value) in values.iter().enumerate() {
+        let comma = if index > 0 { "," } else { "" };
+        let _cannot_fail = write!(text, "{comma}{}", json_number(*value));
+    }
+    text.push(']');
+    text
+}
+
+fn ends(value: &RawValue) -> Option<(f64, f64)> {
+    match value {
+        RawValue::Number(value) => Some((*value, *value)),
+        RawValue::Interval { lo, hi } => Some((*lo, *hi)),
+        RawValue::Vector(_) => None,
+    }
+}
+
+fn number_of(value: &RawValue) -> f64 {
+    ends(value).map_or(f64::NAN, |(lo, hi)| middle(lo, hi))
+}
+
+fn middle(lo: f64, hi: f64) -> f64 {
+    if lo == hi { lo } else { lo / 2.0 + hi / 2.0 }
+}
+
+/// JSON has no word for what is not finite but `null`.
+fn json_number(value: f64) -> String {
+    if value.is_finite() { number(value) } else { "null".to_owned() }
+}
+
+/// The shortest text that is read as the same number.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if value.is_finite() && size != 0.0 && !(1e-5..1e16).contains(&size) {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    }
+}
