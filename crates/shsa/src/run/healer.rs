@@ -1,21 +1,18 @@
 //! One knowledge base at work on a bus: messages become observations, publications become messages.
 
-use super::outlet::Outlet;
+use super::outlet::{Form, Outlet};
+use super::wires::Wires;
 use crate::show;
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use serde_json::{Value, json};
-use shsa_bridge::{Bridge, Clock, Message, Payload, Quality};
+use shsa_bridge::{Bridge, Clock, Message, Quality};
 use shsa_core::engine::{self, Engine, Event, Input, NeedStatus, Output, Publication};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::monitor::Symptom;
-use shsa_core::observation::Observation;
 use shsa_core::time::Time;
 use shsa_format::model::live::{Live, Written};
-use shsa_format::recording::Source;
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// What a healer has done since it was last asked.
 pub(super) enum Deed {
@@ -23,12 +20,6 @@ pub(super) enum Deed {
     Decided(Event),
     /// It has served a need.
     Served(Publication),
-}
-
-/// Where a signal is found on the bus.
-#[derive(Clone, Debug)]
-struct Wire {
-    signal: SignalId,
 }
 
 /// One knowledge base at work.
@@ -39,7 +30,8 @@ pub(super) struct Healer {
     engine: Engine,
     /// What the ids of the next output belong to.
     told: KnowledgeBase,
-    wires: BTreeMap<Arc<str>, Vec<Wire>>,
+    wires: Wires,
+    form: Form,
     outlets: IdVec<NeedId, Outlet>,
 }
 
@@ -52,6 +44,7 @@ impl Healer {
         path: &Path,
         live: Live,
         options: engine::Options,
+        form: Form,
         bridge: &mut dyn Bridge,
     ) -> anyhow::Result<Healer> {
         let knowledge = live.knowledge().clone();
@@ -61,7 +54,8 @@ impl Healer {
             live,
             engine: Engine::new(knowledge.clone(), options),
             told: knowledge,
-            wires: BTreeMap::new(),
+            wires: Wires::default(),
+            form,
             outlets: IdVec::new(),
         };
         healer.connect(bridge)?;
@@ -70,11 +64,16 @@ impl Healer {
 
     fn connect(&mut self, bridge: &mut dyn Bridge) -> anyhow::Result<()> {
         let knowledge = self.engine.knowledge();
-        self.wires = wires(knowledge)?;
-        for topic in self.wires.keys() {
+        self.wires = Wires::new(knowledge)?;
+        for topic in self.wires.topics() {
             bridge.subscribe(topic, None).with_context(|| format!("subscribing to {topic}"))?;
         }
-        self.outlets = IdVec::filled(knowledge.needs().len(), |need| Outlet::new(knowledge, need));
+        let before = std::mem::take(&mut self.outlets);
+        for need in knowledge.needs().ids() {
+            let outlet = Outlet::new(knowledge, need, self.form)?;
+            let same = before.iter().find(|before| before.topic() == outlet.topic());
+            self.outlets.push(same.map_or(outlet.clone(), |before| outlet.succeeding(before)));
+        }
         Ok(())
     }
 
@@ -116,6 +115,8 @@ impl Healer {
             "invalid": counts.invalid,
             "out_of_range": counts.out_of_range,
             "too_fast": counts.too_fast,
+            "unreadable": self.wires.unreadable(id).0,
+            "unreadable_because": self.wires.unreadable(id).1,
         })
     }
 
@@ -130,14 +131,8 @@ impl Healer {
 
     /// Hears a message, if it is about one of its signals.
     pub(super) fn hear(&mut self, message: &Message, clock: &Clock) {
-        let Some(wires) = self.wires.get(&message.topic) else { return };
-        for wire in wires {
-            let Payload::Value(value) = &message.payload else { continue };
-            let stamp = message.stamp.map_or(message.received, |stamp| clock.steady(stamp));
-            let observation =
-                Observation { signal: wire.signal, stamp, received: message.received, value: value.clone() };
-            self.engine.handle(Input::Observation(observation));
-        }
+        let engine = &mut self.engine;
+        self.wires.read(message, clock, |observation| engine.handle(Input::Observation(observation)));
     }
 
     /// Lets time pass, and takes together what has come.
@@ -164,7 +159,7 @@ impl Healer {
     pub(super) fn change(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
         let mut live = self.live.clone();
         live.change(Written { name, text }).map_err(|report| report.render(false))?;
-        wires(live.knowledge()).map_err(|error| format!("{error:#}"))?;
+        Wires::new(live.knowledge()).map_err(|error| format!("{error:#}"))?;
         self.engine.reload(live.knowledge().clone(), now);
         self.live = live;
         Ok(())
@@ -213,16 +208,4 @@ impl Healer {
         let clock = bridge.inbox().clock().clone();
         outlet.send(publication, quality, &clock, bridge)
     }
-}
-
-/// Where the signals of a model are found on the bus, topic by topic.
-fn wires(knowledge: &KnowledgeBase) -> anyhow::Result<BTreeMap<Arc<str>, Vec<Wire>>> {
-    let mut wires: BTreeMap<Arc<str>, Vec<Wire>> = BTreeMap::new();
-    for (id, signal) in knowledge.signals().enumerate() {
-        let text = if signal.source.is_empty() { &signal.name } else { &signal.source };
-        let source: Source = text.parse().map_err(|why| anyhow!("the source of {}: {why}", signal.name))?;
-        let topic = source.file.as_deref().unwrap_or(&source.field);
-        wires.entry(topic.into()).or_default().push(Wire { signal: id });
-    }
-    Ok(wires)
 }

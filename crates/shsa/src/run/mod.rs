@@ -15,6 +15,7 @@ mod herald;
 mod metrics;
 mod outlet;
 mod session;
+mod wires;
 
 use crate::bus::{Address, BusArguments};
 use crate::outcome::Outcome;
@@ -25,6 +26,7 @@ use control::{Desk, Guard, Token, http};
 use figures::Figures;
 use healer::Healer;
 use herald::{Herald, Style};
+use outlet::Form;
 use session::{House, Session};
 use shsa_bridge::memory::MemoryBus;
 use shsa_bridge::{Clock, Inbox};
@@ -68,6 +70,9 @@ pub(crate) struct Arguments {
     /// nothing can be changed.
     #[arg(long, value_name = "FILE")]
     token_file: Option<PathBuf>,
+    /// How the values of needs are written.
+    #[arg(long, value_name = "FORM", default_value = "plain")]
+    form: Form,
     /// End by itself after this time, as `90 s`.
     #[arg(long = "for", value_name = "TIME", value_parser = shsa_format::recording::parse_span)]
     duration: Option<Span>,
@@ -100,7 +105,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let memory = MemoryBus::new(clock.clone());
     let mut bridge = arguments.bus.open(&arguments.name, inbox.clone(), &memory)?;
     let options = Options { watch: arguments.watching.budget(), ..Options::default() };
-    let healers = models.into_iter().map(|(path, live)| Healer::new(&path, live, options, bridge.as_mut()));
+    let healer =
+        |(path, live): (PathBuf, Live)| Healer::new(&path, live, options, arguments.form, bridge.as_mut());
+    let healers = models.into_iter().map(healer);
     let healers = healers.collect::<anyhow::Result<Vec<_>>>()?;
 
     let style = if arguments.json { Style::Json } else { Style::Text };

@@ -1,6 +1,7 @@
 //! How a need goes out: its value under its name, and beside it where the value comes from.
 
 use serde_json::{Value, json};
+use shsa_bridge::payload::{self, SIZE_LIMIT, Writer};
 use shsa_bridge::{Bridge, Clock, Outgoing, Payload, Provenance, Quality};
 use shsa_core::engine::{EventKind, Publication, PublishedValue};
 use shsa_core::interval::Interval;
@@ -9,14 +10,25 @@ use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::Unit;
 
+/// In which shape values go out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Form {
+    /// The number alone, of an interval its middle; a list in JSON.
+    Plain,
+    /// One JSON object: value, lo, hi, stamp_ns, quality, status, source.
+    Json,
+}
+
 /// One need on the bus.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Outlet {
     topic: String,
     variable: String,
     unit: Option<Unit>,
     max_age: Span,
     provenance: Provenance,
+    /// `None`: the middleware writes the value itself.
+    writer: Option<Writer>,
     /// Whether somebody serves it.
     served: bool,
     /// When the last value went out.
@@ -24,17 +36,32 @@ pub(super) struct Outlet {
 }
 
 impl Outlet {
-    pub(super) fn new(knowledge: &KnowledgeBase, need: NeedId) -> Outlet {
+    pub(super) fn new(knowledge: &KnowledgeBase, need: NeedId, form: Form) -> anyhow::Result<Outlet> {
+        let writer = match form {
+            Form::Plain => None,
+            Form::Json => Some(Writer::new(payload::Form::Json, SIZE_LIMIT)?),
+        };
         let need = &knowledge.needs()[need];
         let variable = &knowledge.variables()[need.variable];
-        Outlet {
+        Ok(Outlet {
             topic: need.signal.clone(),
             variable: variable.name.clone(),
             unit: variable.unit.clone(),
             max_age: need.max_age,
             provenance: Provenance { quality: Quality::Bad, source: String::new() },
+            writer,
             served: true,
             last: None,
+        })
+    }
+
+    /// Goes on where another one of the same name was.
+    pub(super) fn succeeding(&self, before: &Outlet) -> Outlet {
+        Outlet {
+            provenance: before.provenance.clone(),
+            served: before.served,
+            last: before.last,
+            ..self.clone()
         }
     }
 
@@ -68,7 +95,14 @@ impl Outlet {
         self.provenance.quality = quality;
         self.last = Some(publication.time);
         let stamp = clock.by_wall(Time(publication.validity.from.0.midpoint(publication.validity.to.0)));
-        let payload = Payload::Value(self.raw(&publication.value));
+        let value = self.raw(&publication.value);
+        let payload = match &mut self.writer {
+            None => Payload::Value(value),
+            Some(writer) => match writer.write(Some(&value), stamp, &self.provenance)? {
+                Some(bytes) => Payload::Bytes(bytes),
+                None => return Ok(()),
+            },
+        };
         let message =
             Outgoing { provenance: Some(&self.provenance), ..Outgoing::new(&self.topic, stamp, payload) };
         Ok(bridge.publish(message)?)

@@ -1,0 +1,198 @@
+//! Where the signals of a model are found on the bus: messages become observations.
+
+use anyhow::{Context, anyhow};
+use shsa_bridge::payload::{Field, Reader, Reading, SIZE_LIMIT, StampField, Unreadable};
+use shsa_bridge::{Clock, Message, Payload};
+use shsa_core::knowledge::{IdVec, KnowledgeBase, SignalId};
+use shsa_core::observation::{Observation, RawValue};
+use shsa_format::recording::Source;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The signals of a model, topic by topic.
+#[derive(Debug, Default)]
+pub(super) struct Wires {
+    topics: BTreeMap<Arc<str>, Bundle>,
+    ends: IdVec<SignalId, End>,
+}
+
+/// All that is read of one topic.
+#[derive(Debug)]
+struct Bundle {
+    reader: Reader,
+    /// The signal of each field of the reader.
+    signals: Vec<SignalId>,
+}
+
+/// What is known of one signal's messages.
+#[derive(Clone, Debug, Default)]
+struct End {
+    /// A value equal to the one before is no observation.
+    only_changes: bool,
+    last: Option<RawValue>,
+    /// How many could not be read, and why the last one could not.
+    unreadable: u64,
+    because: Option<Unreadable>,
+}
+
+impl Wires {
+    /// # Errors
+    /// When a signal's source names no topic and field.
+    pub(super) fn new(knowledge: &KnowledgeBase) -> anyhow::Result<Wires> {
+        let mut fields: BTreeMap<Arc<str>, Vec<(Field, SignalId)>> = BTreeMap::new();
+        let mut ends = IdVec::filled(knowledge.signals().len(), |_| End::default());
+        for (id, signal) in knowledge.signals().enumerate() {
+            let text = if signal.source.is_empty() { &signal.name } else { &signal.source };
+            let source: Source =
+                text.parse().map_err(|why| anyhow!("the source of {}: {why}", signal.name))?;
+            ends[id].only_changes = source.changed;
+            let (topic, field) = topic_and_field(source);
+            fields.entry(topic).or_default().push((field, id));
+        }
+        let bundle = |(topic, fields): (Arc<str>, Vec<(Field, SignalId)>)| {
+            let (fields, signals): (Vec<_>, Vec<_>) = fields.into_iter().unzip();
+            let reader =
+                Reader::new(&fields, SIZE_LIMIT).with_context(|| format!("the fields of {topic}"))?;
+            Ok((topic, Bundle { reader, signals }))
+        };
+        let topics = fields.into_iter().map(bundle).collect::<anyhow::Result<_>>()?;
+        Ok(Wires { topics, ends })
+    }
+
+    /// Every topic once.
+    pub(super) fn topics(&self) -> impl Iterator<Item = &Arc<str>> {
+        self.topics.keys()
+    }
+
+    /// How many messages of a signal could not be read, and why the last one could not.
+    pub(super) fn unreadable(&self, signal: SignalId) -> (u64, Option<String>) {
+        let end = &self.ends[signal];
+        (end.unreadable, end.because.as_ref().map(ToString::to_string))
+    }
+
+    /// What a message says about signals. What cannot be read is an invalid value.
+    pub(super) fn read(&mut self, message: &Message, clock: &Clock, mut each: impl FnMut(Observation)) {
+        let Some(Bundle { reader, signals }) = self.topics.get_mut(&message.topic) else { return };
+        let ends = &mut self.ends;
+        let mut tell = |signal: SignalId, reading: Result<Reading, Unreadable>| {
+            let (value, stamp) = match reading {
+                Ok(Reading { value, stamp }) => (value, stamp),
+                Err(because) => {
+                    ends[signal].unreadable += 1;
+                    ends[signal].because = Some(because);
+                    (RawValue::Number(f64::NAN), None)
+                }
+            };
+            if ends[signal].repeats(&value) {
+                return;
+            }
+            let stamp = stamp.or(message.stamp).map_or(message.received, |stamp| clock.steady(stamp));
+            each(Observation { signal, stamp, received: message.received, value });
+        };
+        match &message.payload {
+            // Within one process a topic carries the value itself.
+            Payload::Value(value) => {
+                let reading = |value: &RawValue| Reading { value: value.clone(), stamp: None };
+                signals.iter().for_each(|signal| tell(*signal, Ok(reading(value))));
+            }
+            Payload::Bytes(_) => reader.read(message, |field, reading| {
+                if let Some(signal) = signals.get(field) {
+                    tell(*signal, reading);
+                }
+            }),
+        }
+    }
+}
+
+impl End {
+    /// Whether this is the value of before, where that is no observation.
+    fn repeats(&mut self, value: &RawValue) -> bool {
+        if !self.only_changes {
+            return false;
+        }
+        let repeats = self.last.as_ref() == Some(value);
+        self.last = Some(value.clone());
+        repeats
+    }
+}
+
+/// A source that names only one thing names the topic.
+fn topic_and_field(source: Source) -> (Arc<str>, Field) {
+    let (topic, field) = match source.file {
+        Some(topic) => (topic, source.field),
+        None => (source.field, String::new()),
+    };
+    let conditions = source.filters.iter().map(|(column, value)| format!("[{column}={value}]"));
+    let path = field + &conditions.collect::<String>();
+    let stamp = source.time.map(|time| StampField { path: time.column, step: time.scale });
+    (topic.into(), Field { path, stamp })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shsa_core::time::Time;
+
+    const MODEL: &str = "
+shsa: 1
+variables: { speed: { unit: m/s }, place: { unit: m } }
+signals:
+  left:  { variable: speed, source: wheels#left@at }
+  right: { variable: speed, source: wheels#right }
+  where: { variable: place, source: place!changed }
+";
+
+    fn wires() -> (KnowledgeBase, Wires) {
+        let loaded = shsa_format::model::load(MODEL, "test.yaml");
+        assert!(loaded.report.ok(), "{}", loaded.report.render(false));
+        let wires = Wires::new(&loaded.knowledge).unwrap();
+        (loaded.knowledge, wires)
+    }
+
+    /// What comes of a message: signal, stamp, value.
+    fn read(knowledge: &KnowledgeBase, wires: &mut Wires, topic: &str, payload: &str) -> String {
+        let message = Message {
+            topic: topic.into(),
+            stamp: None,
+            received: Time(70),
+            publisher: None,
+            message_type: None,
+            payload: Payload::Bytes(payload.to_owned().into()),
+        };
+        let mut told = Vec::new();
+        wires.read(&message, &Clock::manual(), |observation| {
+            let name = &knowledge.signals()[observation.signal].name;
+            let RawValue::Number(number) = observation.value else { panic!("only numbers") };
+            told.push(format!("{name}@{}={number}", observation.stamp.0));
+        });
+        told.join(" ")
+    }
+
+    #[test]
+    fn one_message_may_carry_several_signals() {
+        let (knowledge, mut wires) = wires();
+        assert_eq!(wires.topics().map(|topic| &**topic).collect::<Vec<_>>(), ["place", "wheels"]);
+        let told = read(&knowledge, &mut wires, "wheels", r#"{"left": 1.5, "right": 2, "at": 1e-7}"#);
+        assert_eq!(told, "left@100=1.5 right@70=2");
+        assert_eq!(read(&knowledge, &mut wires, "elsewhere", "1"), "");
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_invalid_and_counted_with_its_reason() {
+        let (knowledge, mut wires) = wires();
+        let told = read(&knowledge, &mut wires, "wheels", r#"{"left": 1.5, "at": 1e-7}"#);
+        assert_eq!(told, "left@100=1.5 right@70=NaN");
+        assert_eq!(read(&knowledge, &mut wires, "wheels", "{"), "left@70=NaN right@70=NaN");
+        let right = knowledge.signal("right").unwrap();
+        let (count, because) = wires.unreadable(right);
+        assert_eq!(count, 2);
+        assert!(because.unwrap().contains("JSON"));
+    }
+
+    #[test]
+    fn a_repetition_is_no_observation_where_only_changes_count() {
+        let (knowledge, mut wires) = wires();
+        let told = ["3", "3", "4"].map(|payload| read(&knowledge, &mut wires, "place", payload));
+        assert_eq!(told, ["where@70=3", "", "where@70=4"]);
+    }
+}
