@@ -140,6 +140,11 @@ impl<W: Write> JournalWriter<W> {
         write_line(&mut self.output, &line)
     }
 
+    /// What it writes into.
+    pub fn output_mut(&mut self) -> &mut W {
+        &mut self.output
+    }
+
     /// Writes out what is buffered.
     ///
     /// # Errors

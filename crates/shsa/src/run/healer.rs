@@ -1,5 +1,6 @@
 //! One knowledge base at work on a bus: messages become observations, publications become messages.
 
+use super::journal::{Bounds, Journal, Missing};
 use super::outlet::{Form, Outlet};
 use super::wires::Wires;
 use crate::show;
@@ -10,6 +11,7 @@ use shsa_core::engine::{self, Engine, Event, Input, NeedStatus, Output, Publicat
 use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::monitor::Symptom;
 use shsa_core::time::Time;
+use shsa_format::drive::{Era, Given};
 use shsa_format::model::live::{Live, Written};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -32,6 +34,7 @@ pub(super) struct Healer {
     told: KnowledgeBase,
     wires: Wires,
     form: Form,
+    journal: Option<Journal>,
     outlets: IdVec<NeedId, Outlet>,
 }
 
@@ -56,10 +59,21 @@ impl Healer {
             told: knowledge,
             wires: Wires::default(),
             form,
+            journal: None,
             outlets: IdVec::new(),
         };
         healer.connect(bridge)?;
         Ok(healer)
+    }
+
+    /// Writes every input to a journal from now on.
+    ///
+    /// # Errors
+    /// When it cannot be begun.
+    pub(super) fn keep_journal(&mut self, folder: &Path, bounds: Bounds) -> anyhow::Result<()> {
+        let journal = Journal::begin(folder, &self.name, bounds, self.engine.knowledge());
+        self.journal = Some(journal.with_context(|| format!("writing a journal in {}", folder.display()))?);
+        Ok(())
     }
 
     fn connect(&mut self, bridge: &mut dyn Bridge) -> anyhow::Result<()> {
@@ -131,15 +145,25 @@ impl Healer {
 
     /// Hears a message, if it is about one of its signals.
     pub(super) fn hear(&mut self, message: &Message, clock: &Clock) {
-        let engine = &mut self.engine;
-        self.wires.read(message, clock, |observation| engine.handle(Input::Observation(observation)));
+        let (engine, journal) = (&mut self.engine, &mut self.journal);
+        self.wires.read(message, clock, |observation| give(engine, journal, Input::Observation(observation)));
     }
 
     /// Lets time pass, and takes together what has come.
     pub(super) fn pass(&mut self, now: Time) {
-        if self.engine.next_deadline().is_some_and(|due| due <= now) {
-            self.engine.handle(Input::Tick(now));
+        let mut before = None;
+        while let Some(due) = self.engine.next_deadline().filter(|due| *due <= now && before != Some(*due)) {
+            give(&mut self.engine, &mut self.journal, Input::Tick(due));
+            before = Some(due);
         }
+        if let Some(journal) = &mut self.journal {
+            journal.hand_over();
+        }
+    }
+
+    /// What its journal lacks.
+    pub(super) fn missing(&self) -> Option<Missing> {
+        self.journal.as_ref().map(Journal::missing)
     }
 
     /// Lets the model that its file holds now take over.
@@ -160,7 +184,12 @@ impl Healer {
         let mut live = self.live.clone();
         live.change(Written { name, text }).map_err(|report| report.render(false))?;
         Wires::new(live.knowledge()).map_err(|error| format!("{error:#}"))?;
-        self.engine.reload(live.knowledge().clone(), now);
+        let change = Some((name.to_owned(), text.to_owned()));
+        let era = Era { from: now, knowledge: live.knowledge().clone(), change, inputs: Vec::new() };
+        if let Some(journal) = &mut self.journal {
+            journal.record(Given::Era(&era)).map_err(|error| error.to_string())?;
+        }
+        self.engine.reload(era.knowledge, now);
         self.live = live;
         Ok(())
     }
@@ -208,4 +237,13 @@ impl Healer {
         let clock = bridge.inbox().clock().clone();
         outlet.send(publication, quality, &clock, bridge)
     }
+}
+
+/// Gives an input to the engine, and to the journal before.
+fn give(engine: &mut Engine, journal: &mut Option<Journal>, input: Input) {
+    if let Some(journal) = journal {
+        // What cannot be written is counted by the journal itself.
+        let _ = journal.record(Given::Input(&input));
+    }
+    engine.handle(input);
 }

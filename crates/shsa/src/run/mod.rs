@@ -12,6 +12,7 @@ mod control;
 mod figures;
 mod healer;
 mod herald;
+mod journal;
 mod metrics;
 mod outlet;
 mod session;
@@ -26,6 +27,7 @@ use control::{Desk, Guard, Token, http};
 use figures::Figures;
 use healer::Healer;
 use herald::{Herald, Style};
+use journal::Bounds;
 use outlet::Form;
 use session::{House, Session};
 use shsa_bridge::memory::MemoryBus;
@@ -73,6 +75,15 @@ pub(crate) struct Arguments {
     /// How the values of needs are written.
     #[arg(long, value_name = "FORM", default_value = "plain")]
     form: Form,
+    /// Write every input to FOLDER/MODEL.jsonl, which can be replayed and explained.
+    #[arg(long, value_name = "FOLDER")]
+    journal: Option<PathBuf>,
+    /// How large a file of the journal grows, MiB; then another is begun.
+    #[arg(long, value_name = "MIB", default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..))]
+    journal_size: u64,
+    /// How many older files of the journal are kept.
+    #[arg(long, value_name = "N", default_value_t = 7)]
+    journal_keep: usize,
     /// End by itself after this time, as `90 s`.
     #[arg(long = "for", value_name = "TIME", value_parser = shsa_format::recording::parse_span)]
     duration: Option<Span>,
@@ -108,7 +119,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let healer =
         |(path, live): (PathBuf, Live)| Healer::new(&path, live, options, arguments.form, bridge.as_mut());
     let healers = models.into_iter().map(healer);
-    let healers = healers.collect::<anyhow::Result<Vec<_>>>()?;
+    let mut healers = healers.collect::<anyhow::Result<Vec<_>>>()?;
+    if let Some(folder) = &arguments.journal {
+        let bounds = Bounds { size: arguments.journal_size << 20, older: arguments.journal_keep };
+        healers.iter_mut().try_for_each(|healer| healer.keep_journal(folder, bounds))?;
+    }
 
     let style = if arguments.json { Style::Json } else { Style::Text };
     let herald = Herald::new(format!("shsa/{}/events", arguments.name), style, clock.now());

@@ -43,13 +43,15 @@ pub(super) struct House {
     next: Time,
     link: Link,
     losses: BTreeMap<Arc<str>, u64>,
+    /// Inputs that are not in the journals.
+    missing: u64,
     /// The quality of each need that was told on the bus last, model by model.
     qualities: Vec<Vec<Quality>>,
 }
 
 impl House {
     pub(super) fn new() -> House {
-        House { next: Time::MIN, link: Link::Up, losses: BTreeMap::new(), qualities: Vec::new() }
+        House { next: Time::MIN, link: Link::Up, losses: BTreeMap::new(), missing: 0, qualities: Vec::new() }
     }
 }
 
@@ -186,6 +188,7 @@ impl Session {
         self.follow_clock(now)?;
         self.tell_link(now)?;
         self.tell_losses(now)?;
+        self.tell_missing(now)?;
         self.house.qualities.clear();
         Ok(())
     }
@@ -224,6 +227,19 @@ impl Session {
             }
         }
         Ok(())
+    }
+
+    fn tell_missing(&mut self, now: Time) -> anyhow::Result<()> {
+        let missing = self.healers.iter().filter_map(Healer::missing);
+        let (inputs, because) = missing.fold((0, String::new()), |(inputs, because), missing| {
+            (inputs + missing.inputs, if missing.inputs > 0 { missing.because } else { because })
+        });
+        let told = std::mem::replace(&mut self.house.missing, inputs);
+        if inputs == told {
+            return Ok(());
+        }
+        let because = format!("{} inputs are not in the journal: {because}", inputs - told);
+        self.herald.noted(now, "journal", &because, self.bridge.as_mut())
     }
 
     /// Tells on the bus how each need is served, when that has changed, and now and then although it has not.
