@@ -7,7 +7,7 @@ use crate::show;
 use anyhow::Context;
 use serde_json::{Value, json};
 use shsa_bridge::{Bridge, Clock, Message, Quality};
-use shsa_core::engine::{self, Engine, Event, Input, NeedStatus, Output, Publication};
+use shsa_core::engine::{self, Engine, Event, EventKind, Input, NeedStatus, Output, Publication};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::monitor::Symptom;
 use shsa_core::time::Time;
@@ -234,6 +234,9 @@ impl Healer {
             engine::Quality::Substitute => Quality::Substitute,
         };
         let outlet = &mut self.outlets[publication.need];
+        if !outlet.has_source() {
+            outlet.follow(EventKind::Restored, self.engine.need_status(publication.need).source);
+        }
         let clock = bridge.inbox().clock().clone();
         outlet.send(publication, quality, &clock, bridge)
     }

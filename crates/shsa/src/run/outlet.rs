@@ -75,6 +75,11 @@ impl Outlet {
         &self.variable
     }
 
+    /// Whether it is known what it is served from.
+    pub(super) fn has_source(&self) -> bool {
+        !self.provenance.source.is_empty()
+    }
+
     /// Something was decided about the need, and this serves it now.
     pub(super) fn follow(&mut self, kind: EventKind, source: Option<String>) {
         self.served = kind != EventKind::Unhealable;

@@ -1,0 +1,155 @@
+//! A run of the command that goes on beside the test, and what is asked of it.
+
+use serde_json::Value;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// The token of every run here.
+pub(crate) const TOKEN: &str = "a-token-for-the-tests-only";
+/// Longer than anything here takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A temporary folder that is removed when the test is over.
+pub(crate) struct Folder(PathBuf);
+
+impl Folder {
+    pub(crate) fn new() -> Folder {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let name = format!("live-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        std::fs::create_dir_all(&path).unwrap();
+        Folder(path)
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A run, which ends with the test.
+pub(crate) struct Running {
+    child: Child,
+    address: String,
+    decisions: Receiver<String>,
+}
+
+impl Running {
+    /// Starts `shsa run` with these arguments, on a free port for HTTP.
+    pub(crate) fn start<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Running {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_shsa"))
+            .args(["run", "--json", "--http", "127.0.0.1:0"])
+            .args(arguments)
+            .env("SHSA_TOKEN", TOKEN)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let decisions = lines(child.stdout.take().unwrap());
+        let notes = lines(child.stderr.take().unwrap());
+        let mut said = Vec::new();
+        let address = loop {
+            let Ok(note) = notes.recv_timeout(PATIENCE) else { panic!("it said only {said:?}") };
+            match note.split_once("http://").and_then(|(_, rest)| rest.strip_suffix("/state")) {
+                Some(address) => break address.to_owned(),
+                None => said.push(note),
+            }
+        };
+        Running { child, address, decisions }
+    }
+
+    /// The next decision of this kind; those before it are passed over.
+    #[track_caller]
+    pub(crate) fn decision(&self, kind: &str) -> Value {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            let line = self.decisions.recv_timeout(end.saturating_duration_since(Instant::now()));
+            let Ok(line) = line else { panic!("no decision '{kind}' came") };
+            let decision: Value = serde_json::from_str(&line).unwrap();
+            if decision["kind"] == kind {
+                return decision;
+            }
+        }
+    }
+
+    /// Waits until the state is as wanted.
+    #[track_caller]
+    pub(crate) fn until(&self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
+        let end = Instant::now() + PATIENCE;
+        while Instant::now() < end {
+            let (_, state) = self.get("/state");
+            if is_so(&state) {
+                return state;
+            }
+            thread::sleep(Duration::from_millis(20));
+        }
+        panic!("not so: {what}")
+    }
+
+    /// The status and the JSON of an answer.
+    pub(crate) fn get(&self, path: &str) -> (u16, Value) {
+        let (status, text) = self.text("GET", path, "", "");
+        (status, serde_json::from_str(&text).unwrap_or(Value::String(text)))
+    }
+
+    /// Gives an order with this token; the status and the JSON of the answer.
+    pub(crate) fn order(&self, token: Option<&str>, order: &str) -> (u16, Value) {
+        let shown = token.map_or(String::new(), |token| format!("Authorization: Bearer {token}\r\n"));
+        let (status, text) = self.text("POST", "/orders", &shown, order);
+        (status, serde_json::from_str(&text).unwrap_or(Value::String(text)))
+    }
+
+    fn text(&self, method: &str, path: &str, headers: &str, body: &str) -> (u16, String) {
+        let mut stream = TcpStream::connect(&self.address).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let (host, length) = (&self.address, body.len());
+        let request = format!(
+            "{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n{headers}Content-Length: {length}\r\n\r\n{body}"
+        );
+        stream.write_all(request.as_bytes()).unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+        let status = head.split(' ').nth(1).unwrap().parse().unwrap();
+        (status, body.to_owned())
+    }
+
+    /// Asks it to end (SIGTERM), and waits.
+    pub(crate) fn stop(mut self) -> ExitStatus {
+        self.signal("-TERM");
+        self.child.wait().unwrap()
+    }
+
+    fn signal(&self, signal: &str) {
+        let status = Command::new("kill").args([signal, &self.child.id().to_string()]).status().unwrap();
+        assert!(status.success());
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn lines(input: impl Read + Send + 'static) -> Receiver<String> {
+    let (sender, receiver) = channel();
+    thread::spawn(move || {
+        let lines = BufReader::new(input).lines().map_while(Result::ok);
+        lines.for_each(|line| drop(sender.send(line)));
+    });
+    receiver
+}
