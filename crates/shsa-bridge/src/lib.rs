@@ -14,6 +14,8 @@ mod provenance;
 pub mod payload;
 #[cfg(feature = "memory")]
 pub mod memory;
+#[cfg(feature = "zenoh")]
+pub mod zenoh;
 
 pub use clock::Clock;
 pub use error::BridgeError;
