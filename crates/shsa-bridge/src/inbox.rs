@@ -180,14 +180,8 @@ mod tests {
     use std::time::Instant;
 
     fn message(topic: &str, number: f64) -> Message {
-        Message {
-            topic: topic.into(),
-            stamp: None,
-            received: shsa_core::time::Time(0),
-            publisher: None,
-            message_type: None,
-            payload: Payload::Value(RawValue::Number(number)),
-        }
+        let payload = Payload::Value(RawValue::Number(number));
+        Message::new(topic.into(), shsa_core::time::Time(0), payload)
     }
 
     /// What waits, in order.

@@ -14,6 +14,8 @@ mod provenance;
 pub mod payload;
 #[cfg(feature = "memory")]
 pub mod memory;
+#[cfg(feature = "zenoh")]
+pub mod zenoh;
 
 pub use clock::Clock;
 pub use error::BridgeError;
@@ -58,11 +60,20 @@ pub struct Message {
     pub publisher: Option<PublisherId>,
     /// The type of the payload where the transport tells, such as `sensor_msgs/msg/LaserScan`.
     pub message_type: Option<Arc<str>>,
+    /// How far its publisher trusts it, where the transport says so beside the payload. What is neither silent on it nor
+    /// [`Quality::Good`] is no evidence about the signal: another instance may have published a substitute.
+    pub quality: Option<Quality>,
     /// The value, or the bytes that hold it.
     pub payload: Payload,
 }
 
 impl Message {
+    /// One of which the transport tells nothing but the topic.
+    #[must_use]
+    pub fn new(topic: Arc<str>, received: Time, payload: Payload) -> Message {
+        Message { topic, stamp: None, received, publisher: None, message_type: None, quality: None, payload }
+    }
+
     /// The value, where nothing has to be decoded.
     #[must_use]
     pub fn value(&self) -> Option<&RawValue> {

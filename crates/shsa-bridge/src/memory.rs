@@ -91,12 +91,10 @@ impl Bridge for MemoryBridge {
 
     fn publish(&mut self, message: Outgoing<'_>) -> Result<(), BridgeError> {
         let message = Message {
-            topic: message.topic.into(),
             stamp: Some(message.stamp),
-            received: self.bus.clock.now(),
             publisher: Some(self.publisher()),
-            message_type: None,
-            payload: message.payload,
+            quality: message.provenance.map(|provenance| provenance.quality),
+            ..Message::new(message.topic.into(), self.bus.clock.now(), message.payload)
         };
         let members = self.bus.lock();
         let others = members.iter().enumerate().filter(|(member, _)| *member != self.member);

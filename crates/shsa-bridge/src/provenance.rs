@@ -32,6 +32,12 @@ impl Quality {
         }
     }
 
+    /// The quality of this name; `None` for any other word.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Quality> {
+        Quality::ALL.into_iter().find(|quality| quality.name() == name)
+    }
+
     /// The number of its status code.
     #[must_use]
     pub fn code(self) -> u32 {

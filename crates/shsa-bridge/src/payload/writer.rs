@@ -190,7 +190,8 @@ fn envelope(value: Option<&RawValue>, stamp: Time, provenance: &Provenance) -> S
     text
 }
 
-fn plain(value: &RawValue) -> String {
+/// The number alone, of an interval its middle; a list in JSON.
+pub(crate) fn plain(value: &RawValue) -> String {
     if let RawValue::Vector(_) = value { json_value(value) } else { number(number_of(value)) }
 }
 

@@ -1,0 +1,245 @@
+//! A session with a Zenoh network: opened in the background until it works, and closed within bounds.
+
+use super::options::{Mode, Options, Settings, first_line, set};
+use crate::{BridgeError, Link, PublisherId};
+use ::zenoh::{Config, Session, Wait};
+use serde_json::json;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Sender};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Closing waits so long for the other side.
+const CLOSING_MAX: Duration = Duration::from_secs(1);
+/// The longest wait between two attempts to open.
+const RETRY_MAX: Duration = Duration::from_secs(2);
+
+/// A session, or the attempt to have one. It is closed when this is dropped.
+#[derive(Debug)]
+pub(crate) struct Connection {
+    shared: Arc<Shared>,
+    publisher: PublisherId,
+}
+
+#[derive(Debug)]
+struct Shared {
+    settings: Settings,
+    session: OnceLock<Session>,
+    state: Mutex<State>,
+    closed: AtomicBool,
+}
+
+/// What is done as soon as there is a session.
+type Job = Box<dyn FnOnce(&Session) + Send>;
+
+#[derive(Default)]
+struct State {
+    waiting: Vec<Job>,
+    /// Why there is no connection.
+    problem: String,
+}
+
+impl std::fmt::Debug for State {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} waiting, {}", self.waiting.len(), self.problem)
+    }
+}
+
+impl Connection {
+    /// Opens a session; when the other side cannot be reached within the options' patience, it is tried in the background.
+    ///
+    /// # Errors
+    /// When the options cannot be used, an address cannot be listened on, or the other side refuses us.
+    pub(crate) fn open(options: &Options) -> Result<Connection, BridgeError> {
+        let mut settings = options.settings()?;
+        let own = settings.config.get_json("id").ok().filter(|id| id != "null");
+        let id = own.map_or_else(random_id, |id| id.trim_matches('"').to_owned());
+        set(&mut settings.config, "id", &json!(id))?;
+        let publisher = u128::from_str_radix(&id, 16).map(PublisherId);
+        let publisher =
+            publisher.map_err(|_| BridgeError::Configuration(format!("id: '{id}' is no identity")))?;
+        let state = Mutex::new(State { problem: "not connected yet".into(), ..State::default() });
+        let shared =
+            Arc::new(Shared { settings, session: OnceLock::new(), state, closed: AtomicBool::new(false) });
+        let connection = Connection { shared: shared.clone(), publisher };
+        let (first, opened) = mpsc::channel();
+        std::thread::spawn(move || shared.keep_opening(&first));
+        match opened.recv_timeout(options.patience) {
+            Ok(Err(problem @ (BridgeError::Configuration(_) | BridgeError::Refused(_)))) => Err(problem),
+            _ => Ok(connection),
+        }
+    }
+
+    pub(crate) fn publisher(&self) -> PublisherId {
+        self.publisher
+    }
+
+    /// The session, once there is one.
+    pub(crate) fn session(&self) -> Option<&Session> {
+        self.shared.session.get()
+    }
+
+    /// Does something with the session: now, or as soon as there is one.
+    pub(crate) fn when_open(&self, job: impl FnOnce(&Session) + Send + 'static) {
+        let mut state = self.shared.lock();
+        match self.shared.session.get() {
+            None => state.waiting.push(Box::new(job)),
+            Some(session) => {
+                drop(state);
+                job(session);
+            }
+        }
+    }
+
+    pub(crate) fn link(&self) -> Link {
+        match self.session() {
+            Some(session) if self.shared.is_connected(session) => Link::Up,
+            Some(_) => Link::Down(format!("no connection to {}", self.shared.settings.connect.join(", "))),
+            None => Link::Down(self.shared.lock().problem.clone()),
+        }
+    }
+}
+
+impl Drop for Connection {
+    fn drop(&mut self) {
+        self.shared.closed.store(true, Ordering::Release);
+        let Some(session) = self.session().cloned() else { return };
+        let (done, closed) = mpsc::channel();
+        std::thread::spawn(move || {
+            // Closed or not, it is over; whoever waited too long has left.
+            let _ = session.close().wait();
+            let _ = done.send(());
+        });
+        let _ = closed.recv_timeout(CLOSING_MAX);
+    }
+}
+
+impl Shared {
+    /// Tries until there is a session, or nobody wants one any more; the outcome of the first attempt is sent.
+    fn keep_opening(&self, first: &Sender<Result<(), BridgeError>>) {
+        let mut wait = Duration::from_millis(100);
+        while !self.closed.load(Ordering::Acquire) {
+            let opened = self.try_open();
+            let outcome = match &opened {
+                Ok(session) => self.explain(session),
+                Err(problem) => Err(problem.clone()),
+            };
+            if let Err(problem) = &outcome {
+                self.lock().problem = problem.to_string();
+            }
+            if let Ok(session) = opened {
+                self.serve(session);
+                let _ = first.send(outcome);
+                return;
+            }
+            // The receiver has left after the first one.
+            let _ = first.send(outcome);
+            std::thread::sleep(wait);
+            wait = (wait * 2).min(RETRY_MAX);
+        }
+    }
+
+    /// Takes a session into use: what has waited for it is done in order, before anything new.
+    fn serve(&self, session: Session) {
+        let mut state = self.lock();
+        for job in state.waiting.drain(..) {
+            job(&session);
+        }
+        let session = self.session.get_or_init(|| session);
+        drop(state);
+        if self.closed.load(Ordering::Acquire) {
+            let _ = session.close().wait();
+        }
+    }
+
+    fn try_open(&self) -> Result<Session, BridgeError> {
+        let opened = ::zenoh::open(self.settings.config.clone()).wait();
+        opened.map_err(|problem| {
+            let problem = first_line(&problem.to_string());
+            // A peer connects in the background: what fails at once is its own side.
+            let asked = match self.settings.mode {
+                Mode::Client => self.probe(),
+                Mode::Peer => None,
+            };
+            asked.unwrap_or_else(|| kind_of(&problem, self.settings.mode))
+        })
+    }
+
+    /// Why a session without any connection has none.
+    fn explain(&self, session: &Session) -> Result<(), BridgeError> {
+        let patience = Instant::now() + Duration::from_millis(300);
+        while Instant::now() < patience {
+            if self.is_connected(session) {
+                return Ok(());
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        self.probe().map_or(Ok(()), Err)
+    }
+
+    /// Asks each endpoint once for itself, as a session of several does not tell what was wrong; `None`: one of them
+    /// answers.
+    fn probe(&self) -> Option<BridgeError> {
+        let mut problem = None;
+        for endpoint in &self.settings.connect {
+            match self.probe_one(endpoint) {
+                Ok(()) => return None,
+                Err(found @ BridgeError::Refused(_)) => return Some(found),
+                Err(found) => problem = Some(found),
+            }
+        }
+        problem
+    }
+
+    fn probe_one(&self, endpoint: &str) -> Result<(), BridgeError> {
+        let mut config: Config = self.settings.config.clone();
+        set(&mut config, "id", &json!(random_id()))?;
+        set(&mut config, "mode", &json!("peer"))?;
+        for (key, value) in [
+            ("listen/endpoints", json!([])),
+            ("scouting/multicast/enabled", json!(false)),
+            ("scouting/gossip/enabled", json!(false)),
+            ("connect/endpoints", json!([endpoint])),
+            ("connect/timeout_ms", json!(0)),
+            ("connect/exit_on_failure", json!(true)),
+        ] {
+            set(&mut config, key, &value)?;
+        }
+        let session = ::zenoh::open(config).wait().map_err(|problem| {
+            kind_of(&format!("{endpoint}: {}", first_line(&problem.to_string())), Mode::Client)
+        })?;
+        let _ = session.close().wait();
+        Ok(())
+    }
+
+    /// Whether somebody is there whom we should be connected to. A session that only listens is its own network.
+    fn is_connected(&self, session: &Session) -> bool {
+        let info = session.info();
+        self.settings.connect.is_empty()
+            || info.routers_zid().wait().next().is_some()
+            || info.peers_zid().wait().next().is_some()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Zenoh's errors are texts.
+fn kind_of(problem: &str, mode: Mode) -> BridgeError {
+    let text = problem.to_lowercase();
+    let refusals =
+        ["certificate", "unknownissuer", "notvalidforname", "handshake", "alert", "authenticat", "invalid"];
+    if refusals.iter().any(|word| text.contains(word)) {
+        BridgeError::Refused(problem.to_owned())
+    } else if mode == Mode::Peer {
+        BridgeError::Configuration(problem.to_owned())
+    } else {
+        BridgeError::Lost(problem.to_owned())
+    }
+}
+
+/// Hexadecimal digits that nobody else has, without a leading zero.
+fn random_id() -> String {
+    ::zenoh::session::ZenohId::default().to_string()
+}

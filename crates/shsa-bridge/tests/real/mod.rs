@@ -1,0 +1,107 @@
+//! Programs that are not ours: a Python client that a test talks with by lines of JSON, a free port, files that go away.
+
+use serde_json::Value;
+use std::io::{BufRead, BufReader, Write};
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+/// Everything that is waited for is there within this time, or never will be.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
+
+/// A running Python script of `tests/python`; it is killed with this value, by its own id.
+pub(crate) struct Script {
+    child: Child,
+    orders: ChildStdin,
+    answers: Receiver<Value>,
+}
+
+/// The Python of the virtual environment that `cargo xtask test` makes; `None`, said aloud, where there is none.
+pub(crate) fn python() -> Option<PathBuf> {
+    let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/python/bin/python");
+    if python.exists() {
+        return Some(python);
+    }
+    let mut error = std::io::stderr();
+    let _ = writeln!(error, "SKIPPED: target/python is absent; `cargo xtask test` makes it");
+    None
+}
+
+/// A port on the loopback interface that nobody listens on.
+pub(crate) fn free_port() -> u16 {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a loopback interface");
+    listener.local_addr().expect("an address").port()
+}
+
+/// Looks again and again until something is there.
+#[track_caller]
+pub(crate) fn eventually<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let end = Instant::now() + PATIENCE;
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(Instant::now() < end, "never came: {what}");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+impl Script {
+    /// Starts a script, and waits until it says that it is ready.
+    #[track_caller]
+    pub(crate) fn start(python: &Path, script: &str, argument: &Value) -> Script {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python").join(script);
+        let mut command = Command::new(python);
+        command.arg(path).arg(argument.to_string()).stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut child = command.spawn().expect("python runs");
+        let (orders, output) = (child.stdin.take().expect("piped"), child.stdout.take().expect("piped"));
+        let (sender, answers) = channel();
+        std::thread::spawn(move || {
+            let lines = BufReader::new(output).lines().map_while(Result::ok);
+            for line in lines.filter_map(|line| serde_json::from_str(&line).ok()) {
+                if sender.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+        let mut script = Script { child, orders, answers };
+        script.next_with("ready");
+        script
+    }
+
+    /// Sends it a signal of Unix by its id.
+    pub(crate) fn signal(&self, signal: &str) {
+        let killed = Command::new("kill").args([format!("-{signal}"), self.child.id().to_string()]).status();
+        assert!(killed.is_ok_and(|status| status.success()));
+    }
+
+    /// Gives an order, and waits until it is done.
+    #[track_caller]
+    pub(crate) fn order(&mut self, order: &Value) {
+        writeln!(self.orders, "{order}").expect("the script reads");
+        self.next_with("done");
+    }
+
+    /// What it says next that has this key; what it says before is passed over.
+    #[track_caller]
+    pub(crate) fn next_with(&mut self, key: &str) -> Value {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            match self.answers.recv_timeout(end.saturating_duration_since(Instant::now())) {
+                Ok(answer) if answer.get(key).is_some() => return answer,
+                Ok(_) => {}
+                Err(RecvTimeoutError::Timeout) => panic!("the script never said '{key}'"),
+                Err(RecvTimeoutError::Disconnected) => panic!("the script ended before it said '{key}'"),
+            }
+        }
+    }
+}
+
+impl Drop for Script {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
