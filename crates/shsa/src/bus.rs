@@ -1,8 +1,11 @@
 //! `--bus ..`: which middleware, and how to reach it.
 
 use shsa_bridge::memory::MemoryBus;
+#[cfg(feature = "zenoh")]
+use shsa_bridge::zenoh;
 use shsa_bridge::{Bridge, BridgeError, Inbox};
 use std::fmt;
+use std::path::PathBuf;
 use std::str::FromStr;
 
 /// Where the bus is.
@@ -10,6 +13,8 @@ use std::str::FromStr;
 pub(crate) enum Address {
     /// Within this process.
     Memory,
+    /// A Zenoh network, reached at these endpoints, or as a configuration file says.
+    Zenoh(Vec<String>),
 }
 
 impl FromStr for Address {
@@ -18,30 +23,63 @@ impl FromStr for Address {
     /// # Errors
     /// Says what an address looks like.
     fn from_str(text: &str) -> Result<Address, String> {
-        match text {
-            "memory" => Ok(Address::Memory),
-            other => Err(format!("`{other}` is no bus; write `memory`")),
+        let (scheme, place) =
+            text.split_once("://").map_or((text, None), |(scheme, place)| (scheme, Some(place)));
+        match (scheme, place) {
+            ("memory", None) => Ok(Address::Memory),
+            ("zenoh", place) => {
+                let places =
+                    place.into_iter().flat_map(|place| place.split(',')).filter(|place| !place.is_empty());
+                Ok(Address::Zenoh(places.map(endpoint).collect()))
+            }
+            _ => Err(format!("`{text}` is no bus; write memory, zenoh, or zenoh://HOST:PORT")),
         }
     }
+}
+
+/// An endpoint of Zenoh; without a protocol it is TCP.
+fn endpoint(place: &str) -> String {
+    if place.contains('/') { place.to_owned() } else { format!("tcp/{place}") }
 }
 
 impl fmt::Display for Address {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Address::Memory => f.write_str("memory"),
+            Address::Zenoh(places) if places.is_empty() => f.write_str("zenoh"),
+            Address::Zenoh(places) => write!(f, "zenoh://{}", places.join(",")),
         }
     }
 }
 
 /// The arguments of every command that uses a bus.
 #[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Bus")]
 pub(crate) struct BusArguments {
-    /// The middleware: memory.
+    /// The middleware: memory (a simulated robot in this process), zenoh, zenoh://HOST:PORT,.. or zenoh://tls/HOST:PORT.
     #[arg(long, value_name = "BUS", default_value = "memory")]
     pub(crate) bus: Address,
     /// Messages of one topic that may wait; the oldest make room for newer ones.
     #[arg(long, value_name = "N", default_value_t = 1024)]
     pub(crate) queue: usize,
+    /// A configuration file of Zenoh, JSON5 or YAML.
+    #[arg(long, value_name = "FILE")]
+    bus_config: Option<PathBuf>,
+    /// Where others may connect, as tcp/127.0.0.1:7447 (Zenoh); nothing listens unless it is said here or in the file.
+    #[arg(long, value_name = "ENDPOINT")]
+    bus_listen: Vec<String>,
+    /// Take part as a client of a router instead of as a peer (Zenoh).
+    #[arg(long)]
+    bus_client: bool,
+    /// The certificate of the authority that the other side's certificate is checked by (PEM).
+    #[arg(long, value_name = "FILE")]
+    ca: Option<PathBuf>,
+    /// Our certificate, for others that ask for it (PEM).
+    #[arg(long, value_name = "FILE", requires = "key")]
+    certificate: Option<PathBuf>,
+    /// The key of our certificate (PEM).
+    #[arg(long, value_name = "FILE", requires = "certificate")]
+    key: Option<PathBuf>,
 }
 
 impl BusArguments {
@@ -57,6 +95,48 @@ impl BusArguments {
     ) -> Result<Box<dyn Bridge>, BridgeError> {
         match &self.bus {
             Address::Memory => Ok(Box::new(memory.join_with(inbox))),
+            #[cfg(feature = "zenoh")]
+            Address::Zenoh(places) => Ok(Box::new(zenoh::ZenohBridge::open(&self.zenoh(places), inbox)?)),
+            #[cfg(not(feature = "zenoh"))]
+            Address::Zenoh(_) => Err(not_built("zenoh")),
+        }
+    }
+
+    #[cfg(feature = "zenoh")]
+    fn zenoh(&self, places: &[String]) -> zenoh::Options {
+        zenoh::Options {
+            mode: self.bus_client.then_some(zenoh::Mode::Client),
+            connect: places.to_vec(),
+            listen: self.bus_listen.clone(),
+            config: self.bus_config.clone(),
+            ca: self.ca.clone(),
+            identity: self.certificate.clone().zip(self.key.clone()),
+            ..zenoh::Options::default()
+        }
+    }
+}
+
+#[cfg(not(feature = "zenoh"))]
+fn not_built(feature: &str) -> BridgeError {
+    BridgeError::Configuration(format!("this program was built without its feature `{feature}`"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_are_read_and_shown() {
+        for (text, shown) in [
+            ("memory", "memory"),
+            ("zenoh", "zenoh"),
+            ("zenoh://127.0.0.1:7447", "zenoh://tcp/127.0.0.1:7447"),
+            ("zenoh://tls/router:7447,[::1]:7448", "zenoh://tls/router:7447,tcp/[::1]:7448"),
+        ] {
+            assert_eq!(text.parse::<Address>().unwrap().to_string(), shown);
+        }
+        for wrong in ["", "zenho", "memory://x", "carrier-pigeon://here"] {
+            assert!(wrong.parse::<Address>().unwrap_err().contains("is no bus"), "{wrong}");
         }
     }
 }
