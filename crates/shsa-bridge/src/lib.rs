@@ -14,6 +14,8 @@ mod provenance;
 pub mod payload;
 #[cfg(feature = "memory")]
 pub mod memory;
+#[cfg(feature = "mqtt")]
+pub mod mqtt;
 #[cfg(feature = "zenoh")]
 pub mod zenoh;
 
@@ -63,6 +65,9 @@ pub struct Message {
     /// How far its publisher trusts it, where the transport says so beside the payload. What is neither silent on it nor
     /// [`Quality::Good`] is no evidence about the signal: another instance may have published a substitute.
     pub quality: Option<Quality>,
+    /// Whether it was kept for later subscribers and may be of any age: MQTT's retained messages. Without a stamp of its
+    /// own it says nothing about now.
+    pub retained: bool,
     /// The value, or the bytes that hold it.
     pub payload: Payload,
 }
@@ -71,7 +76,16 @@ impl Message {
     /// One of which the transport tells nothing but the topic.
     #[must_use]
     pub fn new(topic: Arc<str>, received: Time, payload: Payload) -> Message {
-        Message { topic, stamp: None, received, publisher: None, message_type: None, quality: None, payload }
+        Message {
+            topic,
+            stamp: None,
+            received,
+            publisher: None,
+            message_type: None,
+            quality: None,
+            retained: false,
+            payload,
+        }
     }
 
     /// The value, where nothing has to be decoded.
@@ -164,6 +178,12 @@ pub trait Bridge: Send {
 
     /// Whether it is connected.
     fn link(&self) -> Link;
+
+    /// What the other side has refused since it was asked last, without ending the connection: a subscription, a
+    /// message. Bounded; the oldest are forgotten.
+    fn troubles(&mut self) -> Vec<BridgeError> {
+        Vec::new()
+    }
 
     /// The oldest message that waits; `None` when none does. Does not block.
     fn receive(&mut self) -> Option<Message> {

@@ -16,9 +16,7 @@ mod writer;
 pub use path::{Condition, Path, Step, is_text};
 pub use reader::{Field, Reader, Reading, SIZE_LIMIT, StampField};
 pub use unreadable::Unreadable;
-#[cfg(feature = "zenoh")]
-pub(crate) use writer::plain;
-pub use writer::{Form, Writer};
+pub use writer::{Form, Writer, plain};
 
 #[cfg(test)]
 mod tests;

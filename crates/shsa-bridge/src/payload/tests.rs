@@ -169,14 +169,7 @@ fn garbage_says_where() {
 #[test]
 fn values_that_were_never_encoded_are_passed_on() {
     let mut reader = Reader::new(&[field("", ""), field("data", ""), field("x", "")], SIZE_LIMIT).unwrap();
-    let message = Message {
-        topic: "a".into(),
-        stamp: None,
-        received: Time(0),
-        publisher: None,
-        message_type: None,
-        payload: Payload::Value(RawValue::Number(4.0)),
-    };
+    let message = Message::new("a".into(), Time(0), Payload::Value(RawValue::Number(4.0)));
     let mut readable = Vec::new();
     reader.read(&message, |index, reading| readable.push((index, reading.is_ok())));
     assert_eq!(readable, [(0, true), (1, true), (2, false)]);

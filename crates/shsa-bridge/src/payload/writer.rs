@@ -191,7 +191,8 @@ fn envelope(value: Option<&RawValue>, stamp: Time, provenance: &Provenance) -> S
 }
 
 /// The number alone, of an interval its middle; a list in JSON.
-pub(crate) fn plain(value: &RawValue) -> String {
+#[must_use]
+pub fn plain(value: &RawValue) -> String {
     if let RawValue::Vector(_) = value { json_value(value) } else { number(number_of(value)) }
 }
 

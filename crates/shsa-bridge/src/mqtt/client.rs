@@ -1,0 +1,369 @@
+//! Both versions of the protocol behind one face: requests out, happenings in.
+//!
+//! A new client is made for each connection: what the last one had not finished is told by [`Client::unfinished`], and
+//! nothing else of its state goes on.
+
+use super::options::{Delivery, Options, Version};
+use super::outbox::Publication;
+use crate::{BridgeError, PublisherId};
+use bytes::Bytes;
+use rumqttc::{NetworkOptions, QoS, Transport, v5};
+use std::error::Error;
+use std::io;
+use std::time::Duration;
+
+/// Requests that may wait for the connection's turn.
+const REQUESTS_MAX: usize = 1024;
+/// Publications that the broker has not yet acknowledged.
+const UNACKNOWLEDGED_MAX: u16 = 256;
+/// Bytes of a message beside its payload: topic, properties, header.
+const ENVELOPE_MAX: usize = 1 << 16;
+/// The most bytes of a message that the protocol has, with its header.
+const PROTOCOL_MAX: usize = 268_435_455 + 5;
+
+/// Where requests go in.
+#[derive(Clone, Debug)]
+pub(super) enum Sender {
+    V4(rumqttc::AsyncClient, QoS),
+    V5(v5::AsyncClient, v5::mqttbytes::QoS, PublisherId),
+}
+
+/// The connection: must be polled.
+pub(super) enum Client {
+    V4(Box<rumqttc::EventLoop>),
+    V5(Box<v5::EventLoop>),
+}
+
+/// What a poll brings.
+pub(super) enum Happening {
+    Connected,
+    Arrived(Arrived),
+    /// A subscription has gone out under this number.
+    Subscribing(u16),
+    /// The broker's answer to it; the reason of a refusal.
+    Subscribed(u16, Option<String>),
+    /// A message was refused, for this reason.
+    Refused(String),
+    /// Everything that was asked for has gone out, and the connection is going to end.
+    Leaving,
+    Other,
+}
+
+/// A message.
+pub(super) struct Arrived {
+    pub(super) topic: String,
+    pub(super) payload: Bytes,
+    pub(super) retained: bool,
+    pub(super) duplicate: bool,
+    /// User properties; none in 3.1.1.
+    pub(super) properties: Vec<(String, String)>,
+}
+
+/// Why a connection ended or did not come about.
+pub(super) struct Failure {
+    /// The other side does not want it: trying again soon is of no use.
+    pub(super) is_refusal: bool,
+    pub(super) reason: String,
+}
+
+/// A client that is not yet connected.
+pub(super) fn new(options: &Options, publisher: PublisherId) -> Result<(Sender, Client), BridgeError> {
+    let transport =
+        options.tls.as_ref().map(|tls| tls.configuration().map(Transport::tls_with_config)).transpose()?;
+    let transport = transport.unwrap_or_else(Transport::tcp);
+    let mut network = NetworkOptions::new();
+    network.set_tcp_nodelay(true);
+    Ok(match options.version {
+        Version::V311 => new_v4(options, transport, network),
+        Version::V5 => new_v5(options, transport, network, publisher),
+    })
+}
+
+fn new_v4(options: &Options, transport: Transport, network: NetworkOptions) -> (Sender, Client) {
+    let mut mqtt = rumqttc::MqttOptions::new(&options.name, &options.host, options.port);
+    mqtt.set_transport(transport)
+        .set_keep_alive(keep_alive(options))
+        .set_clean_session(!options.is_kept())
+        .set_inflight(UNACKNOWLEDGED_MAX)
+        .set_pending_throttle(Duration::ZERO)
+        // A message that is too large must be taken off the broker, else it comes again and again.
+        .set_max_packet_size(PROTOCOL_MAX, options.size_limit.saturating_add(ENVELOPE_MAX));
+    if let Some(credentials) = &options.credentials {
+        mqtt.set_credentials(&credentials.user, &credentials.password);
+    }
+    if let Some(will) = &options.will {
+        mqtt.set_last_will(rumqttc::LastWill::new(
+            &will.topic,
+            will.payload.to_vec(),
+            QoS::AtLeastOnce,
+            true,
+        ));
+    }
+    let qos = match options.delivery {
+        Delivery::AtMostOnce => QoS::AtMostOnce,
+        Delivery::AtLeastOnce => QoS::AtLeastOnce,
+    };
+    let (client, mut connection) = rumqttc::AsyncClient::new(mqtt, REQUESTS_MAX);
+    connection.set_network_options(network);
+    (Sender::V4(client, qos), Client::V4(Box::new(connection)))
+}
+
+fn new_v5(
+    options: &Options,
+    transport: Transport,
+    network: NetworkOptions,
+    publisher: PublisherId,
+) -> (Sender, Client) {
+    use v5::mqttbytes::QoS;
+    let mut mqtt = v5::MqttOptions::new(&options.name, &options.host, options.port);
+    let packet_max = options.size_limit.saturating_add(ENVELOPE_MAX).min(PROTOCOL_MAX);
+    mqtt.set_transport(transport)
+        .set_keep_alive(keep_alive(options))
+        .set_clean_start(!options.is_kept())
+        .set_session_expiry_interval(Some(u32::try_from(options.session.as_secs()).unwrap_or(u32::MAX)))
+        // The broker does not even send what is larger.
+        .set_max_packet_size(u32::try_from(packet_max).ok())
+        .set_pending_throttle(Duration::ZERO)
+        .set_network_options(network);
+    mqtt.set_outgoing_inflight_upper_limit(UNACKNOWLEDGED_MAX);
+    if let Some(credentials) = &options.credentials {
+        mqtt.set_credentials(&credentials.user, &credentials.password);
+    }
+    if let Some(will) = &options.will {
+        let payload = will.payload.to_vec();
+        let will = v5::mqttbytes::v5::LastWill::new(&will.topic, payload, QoS::AtLeastOnce, true, None);
+        mqtt.set_last_will(will);
+    }
+    let qos = match options.delivery {
+        Delivery::AtMostOnce => QoS::AtMostOnce,
+        Delivery::AtLeastOnce => QoS::AtLeastOnce,
+    };
+    let (client, connection) = v5::AsyncClient::new(mqtt, REQUESTS_MAX);
+    (Sender::V5(client, qos, publisher), Client::V5(Box::new(connection)))
+}
+
+/// The library panics below.
+fn keep_alive(options: &Options) -> Duration {
+    options.keep_alive.max(Duration::from_secs(5))
+}
+
+impl Sender {
+    /// Whether the request could be taken: the queue may be full.
+    pub(super) fn publish(&self, publication: &Publication) -> bool {
+        let Publication { topic, payload, retain, .. } = publication;
+        match self {
+            Sender::V4(client, qos) => client.try_publish(&**topic, *qos, *retain, &**payload).is_ok(),
+            Sender::V5(client, qos, publisher) => {
+                let properties = properties(publication, *publisher);
+                client
+                    .try_publish_with_properties(&**topic, *qos, *retain, payload.clone(), properties)
+                    .is_ok()
+            }
+        }
+    }
+
+    /// Whether the request could be taken.
+    pub(super) fn subscribe(&self, topic: &str) -> bool {
+        match self {
+            Sender::V4(client, qos) => client.try_subscribe(topic, *qos).is_ok(),
+            Sender::V5(client, qos, _) => {
+                let mut filter = v5::mqttbytes::v5::Filter::new(topic, *qos);
+                filter.nolocal = true;
+                // Who subscribes again after a break does not want the kept message again.
+                filter.retain_forward_rule = v5::mqttbytes::v5::RetainForwardRule::OnNewSubscribe;
+                client.try_subscribe_many([filter]).is_ok()
+            }
+        }
+    }
+
+    /// Whether the request could be taken.
+    pub(super) fn unsubscribe(&self, topic: &str) -> bool {
+        match self {
+            Sender::V4(client, _) => client.try_unsubscribe(topic).is_ok(),
+            Sender::V5(client, ..) => client.try_unsubscribe(topic).is_ok(),
+        }
+    }
+
+    /// Says goodbye, after everything that was asked for before.
+    pub(super) fn leave(&self) {
+        let _gone_already = match self {
+            Sender::V4(client, _) => client.try_disconnect().is_ok(),
+            Sender::V5(client, ..) => client.try_disconnect().is_ok(),
+        };
+    }
+
+    /// Whether the broker keeps own messages away from their publisher.
+    pub(super) fn has_no_echo(&self) -> bool {
+        matches!(self, Sender::V5(..))
+    }
+}
+
+/// Provenance as MQTT 5 carries it: user properties.
+fn properties(publication: &Publication, publisher: PublisherId) -> v5::mqttbytes::v5::PublishProperties {
+    let mut user_properties = vec![
+        ("publisher".into(), publisher.to_string()),
+        ("stamp_ns".into(), publication.stamp.0.to_string()),
+    ];
+    if let Some(provenance) = &publication.provenance {
+        user_properties.push(("quality".into(), provenance.quality.name().into()));
+        user_properties.push(("status".into(), provenance.quality.code().to_string()));
+        user_properties.push(("source".into(), provenance.source.clone()));
+    }
+    v5::mqttbytes::v5::PublishProperties { user_properties, ..Default::default() }
+}
+
+impl Client {
+    pub(super) async fn poll(&mut self) -> Result<Happening, Failure> {
+        match self {
+            Client::V4(connection) => {
+                connection.poll().await.map(happening_v4).map_err(|error| failure_v4(&error))
+            }
+            Client::V5(connection) => {
+                connection.poll().await.map(happening_v5).map_err(|error| failure_v5(&error))
+            }
+        }
+    }
+
+    /// The topics of publications that have not surely arrived.
+    pub(super) fn unfinished(&mut self) -> Vec<String> {
+        match self {
+            Client::V4(connection) => {
+                connection.clean();
+                let publish = |request| match request {
+                    rumqttc::Request::Publish(publish) => Some(publish.topic),
+                    _ => None,
+                };
+                let collided = connection.state.collision.take().map(|publish| publish.topic);
+                connection.pending.drain(..).filter_map(publish).chain(collided).collect()
+            }
+            Client::V5(connection) => {
+                connection.clean();
+                let name = |topic: Bytes| String::from_utf8_lossy(&topic).into_owned();
+                let publish = |request| match request {
+                    v5::Request::Publish(publish) => Some(name(publish.topic)),
+                    _ => None,
+                };
+                let collided = connection.state.collision.take().map(|publish| name(publish.topic));
+                connection.pending.drain(..).filter_map(publish).chain(collided).collect()
+            }
+        }
+    }
+}
+
+fn happening_v4(event: rumqttc::Event) -> Happening {
+    use rumqttc::{Event, Outgoing, Packet, SubscribeReasonCode};
+    match event {
+        Event::Incoming(Packet::ConnAck(_)) => Happening::Connected,
+        Event::Incoming(Packet::Publish(publish)) => Happening::Arrived(Arrived {
+            topic: publish.topic,
+            payload: publish.payload,
+            retained: publish.retain,
+            duplicate: publish.dup,
+            properties: Vec::new(),
+        }),
+        Event::Incoming(Packet::SubAck(answer)) => {
+            let is_refused = answer.return_codes.contains(&SubscribeReasonCode::Failure);
+            Happening::Subscribed(answer.pkid, is_refused.then(|| "the broker gives no reason".into()))
+        }
+        Event::Outgoing(Outgoing::Subscribe(number)) => Happening::Subscribing(number),
+        Event::Outgoing(Outgoing::Disconnect) => Happening::Leaving,
+        _ => Happening::Other,
+    }
+}
+
+fn happening_v5(event: v5::Event) -> Happening {
+    use rumqttc::Outgoing;
+    use v5::mqttbytes::v5::{Packet, PubAckReason, SubscribeReasonCode};
+    match event {
+        v5::Event::Incoming(Packet::ConnAck(_)) => Happening::Connected,
+        v5::Event::Incoming(Packet::Publish(publish)) => Happening::Arrived(Arrived {
+            topic: String::from_utf8_lossy(&publish.topic).into_owned(),
+            payload: publish.payload,
+            retained: publish.retain,
+            duplicate: publish.dup,
+            properties: publish.properties.map(|properties| properties.user_properties).unwrap_or_default(),
+        }),
+        v5::Event::Incoming(Packet::SubAck(answer)) => {
+            let is_refusal = |code: &&SubscribeReasonCode| !matches!(code, SubscribeReasonCode::Success(_));
+            let refusal = answer.return_codes.iter().find(is_refusal).map(|code| format!("{code:?}"));
+            Happening::Subscribed(answer.pkid, refusal)
+        }
+        v5::Event::Incoming(Packet::PubAck(answer))
+            if !matches!(answer.reason, PubAckReason::Success | PubAckReason::NoMatchingSubscribers) =>
+        {
+            Happening::Refused(format!("{:?}", answer.reason))
+        }
+        v5::Event::Outgoing(Outgoing::Subscribe(number)) => Happening::Subscribing(number),
+        v5::Event::Outgoing(Outgoing::Disconnect) => Happening::Leaving,
+        _ => Happening::Other,
+    }
+}
+
+fn failure_v4(error: &rumqttc::ConnectionError) -> Failure {
+    use rumqttc::{ConnectReturnCode, ConnectionError, StateError};
+    match error {
+        ConnectionError::ConnectionRefused(ConnectReturnCode::ServiceUnavailable) => {
+            lost("the broker is unavailable")
+        }
+        ConnectionError::ConnectionRefused(code) => refused(format!("the broker says {code:?}")),
+        ConnectionError::MqttState(StateError::ConnectionAborted) => {
+            lost("the broker has closed the connection")
+        }
+        ConnectionError::NetworkTimeout | ConnectionError::FlushTimeout => lost("no answer"),
+        ConnectionError::MqttState(StateError::AwaitPingResp) => lost("no answer to a ping"),
+        other => of_error(other),
+    }
+}
+
+fn failure_v5(error: &v5::ConnectionError) -> Failure {
+    use v5::mqttbytes::v5::{ConnectReturnCode, DisconnectReasonCode};
+    use v5::{ConnectionError, StateError};
+    match error {
+        ConnectionError::ConnectionRefused(
+            code @ (ConnectReturnCode::ServiceUnavailable
+            | ConnectReturnCode::ServerBusy
+            | ConnectReturnCode::ConnectionRateExceeded),
+        ) => lost(format!("the broker says {code:?}")),
+        ConnectionError::ConnectionRefused(code) => refused(format!("the broker says {code:?}")),
+        ConnectionError::MqttState(StateError::ConnectionAborted) => {
+            lost("the broker has closed the connection")
+        }
+        ConnectionError::MqttState(StateError::ServerDisconnect { reason_code, .. }) => match reason_code {
+            DisconnectReasonCode::SessionTakenOver => {
+                refused("another client has come with the same identifier; each needs its own: `name=..`")
+            }
+            DisconnectReasonCode::NotAuthorized | DisconnectReasonCode::AdministrativeAction => {
+                refused(format!("the broker says {reason_code:?}"))
+            }
+            _ => lost(format!("the broker has left: {reason_code:?}")),
+        },
+        ConnectionError::MqttState(StateError::AwaitPingResp) => lost("no answer to a ping"),
+        ConnectionError::Timeout(_) => lost("no answer"),
+        other => of_error(other),
+    }
+}
+
+fn lost(reason: impl Into<String>) -> Failure {
+    Failure { is_refusal: false, reason: reason.into() }
+}
+
+fn refused(reason: impl Into<String>) -> Failure {
+    Failure { is_refusal: true, reason: reason.into() }
+}
+
+/// A certificate that one side does not accept is a refusal; everything else may be better the next time.
+fn of_error(error: &(dyn Error + 'static)) -> Failure {
+    let reason = error.to_string();
+    // The library hides the cause of some errors but for their text.
+    let is_refusal = is_tls(error) || reason.contains("received fatal alert");
+    let text = reason.strip_prefix("I/O: ").unwrap_or(&reason);
+    Failure { is_refusal, reason: text.to_owned() }
+}
+
+fn is_tls(error: &(dyn Error + 'static)) -> bool {
+    if error.is::<rustls::Error>() {
+        return true;
+    }
+    let inner = error.downcast_ref::<io::Error>().and_then(io::Error::get_ref);
+    inner.is_some_and(|inner| is_tls(inner)) || error.source().is_some_and(is_tls)
+}

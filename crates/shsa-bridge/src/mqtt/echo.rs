@@ -1,0 +1,81 @@
+//! Own publications that a broker of version 3.1.1 sends back, known by their content.
+//!
+//! A message of the same topic and content that someone else publishes within the same seconds is taken for the echo
+//! once; the next one is not.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::hash::{BuildHasher, RandomState};
+use std::time::{Duration, Instant};
+
+/// As many are remembered for each topic.
+const COUNT_MAX: usize = 256;
+/// As long is each remembered: an echo comes at once, or when the connection is there again.
+const AGE_MAX: Duration = Duration::from_secs(60);
+
+#[derive(Debug, Default)]
+pub(super) struct Echo {
+    hasher: RandomState,
+    sent: BTreeMap<String, VecDeque<Sent>>,
+}
+
+#[derive(Debug)]
+struct Sent {
+    content: u64,
+    at: Instant,
+    /// Whether its echo has come; it may come again, marked as a duplicate.
+    seen: bool,
+}
+
+impl Echo {
+    /// A message leaves whose topic is subscribed to.
+    pub(super) fn sent(&mut self, topic: &str, payload: &[u8], now: Instant) {
+        let sent = Sent { content: self.hasher.hash_one(payload), at: now, seen: false };
+        let entry = self.sent.entry(topic.to_owned()).or_default();
+        if entry.len() == COUNT_MAX {
+            entry.pop_front();
+        }
+        entry.push_back(sent);
+    }
+
+    /// Whether a message that has arrived is one's own.
+    pub(super) fn is_own(&mut self, topic: &str, payload: &[u8], duplicate: bool, now: Instant) -> bool {
+        let Some(entry) = self.sent.get_mut(topic) else { return false };
+        while entry.front().is_some_and(|sent| now.duration_since(sent.at) > AGE_MAX) {
+            entry.pop_front();
+        }
+        let content = self.hasher.hash_one(payload);
+        let found = entry.iter_mut().find(|sent| sent.content == content && (duplicate || !sent.seen));
+        let is_own = found.is_some();
+        found.into_iter().for_each(|sent| sent.seen = true);
+        is_own
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_publication_comes_back_once() {
+        let (mut echo, now) = (Echo::default(), Instant::now());
+        echo.sent("a", b"1", now);
+        echo.sent("a", b"1", now);
+        let own: Vec<_> =
+            [b"1", b"2", b"1", b"1"].map(|payload| echo.is_own("a", payload, false, now)).into();
+        assert_eq!(own, [true, false, true, false]);
+        assert!(echo.is_own("a", b"1", true, now), "a duplicate of an echo is one");
+        assert!(!echo.is_own("b", b"1", false, now));
+    }
+
+    #[test]
+    fn what_is_long_ago_is_forgotten() {
+        let (mut echo, now) = (Echo::default(), Instant::now());
+        echo.sent("a", b"1", now);
+        assert!(!echo.is_own("a", b"1", false, now + AGE_MAX + Duration::from_secs(1)));
+        for _ in 0..=COUNT_MAX {
+            echo.sent("a", b"2", now);
+        }
+        echo.sent("a", b"3", now);
+        assert_eq!(echo.sent["a"].len(), COUNT_MAX);
+    }
+}

@@ -1,0 +1,163 @@
+//! MQTT 3.1.1 and 5: a client that comes back by itself.
+//!
+//! `publish -> outbox -> connection (a thread) -> broker -> connection -> inbox`
+//!
+//! The broker knows the client by its name and keeps its messages while it is away. What is published meanwhile waits here,
+//! the newest of each topic. In version 5 provenance, stamp and publisher go beside the payload as user properties, and
+//! a broker sends no message back to its publisher; in 3.1.1 own messages are known by their content.
+//!
+//! Topics are taken as they are: `/scan` and `scan` are two.
+
+mod client;
+mod echo;
+mod options;
+mod outbox;
+mod session;
+mod tls;
+
+pub use options::{Credentials, Delivery, Options, Version, Will};
+pub use tls::Tls;
+
+use crate::{Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId, payload};
+use bytes::Bytes;
+use outbox::Publication;
+use session::Shared;
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+/// A connection to a broker, and the thread that keeps it.
+pub struct MqttBridge {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl MqttBridge {
+    /// Connects; what arrives waits in `inbox`. Returns when the first attempt has ended, or its time is over. A broker that
+    /// cannot be reached is no error: the bridge keeps trying, and [`Bridge::link`] tells.
+    ///
+    /// # Errors
+    /// [`BridgeError::Configuration`] for files that cannot be used, [`BridgeError::Refused`] when the broker refuses the
+    /// credentials or the name, or one side the other's certificate.
+    pub fn open(options: &Options, inbox: Inbox) -> Result<MqttBridge, BridgeError> {
+        check_name(&options.name, "the client's name")?;
+        let publisher = identity(&options.name);
+        // Files that cannot be used are told at once, not by the thread.
+        drop(client::new(options, publisher)?);
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+        let runtime = runtime.map_err(|error| BridgeError::Lost(format!("no event loop: {error}")))?;
+        let shared = Arc::new(Shared::new(options, inbox, publisher));
+        let (of_thread, own_options) = (shared.clone(), options.clone());
+        let thread = std::thread::Builder::new()
+            .name("mqtt".to_owned())
+            .spawn(move || session::run(&of_thread, &own_options, runtime))
+            .map_err(|error| BridgeError::Lost(format!("no thread: {error}")))?;
+        let bridge = MqttBridge { shared, thread: Some(thread) };
+        match bridge.shared.first_attempt(options.first_attempt) {
+            Some(Err(refused @ BridgeError::Refused(_))) => Err(refused),
+            _ => Ok(bridge),
+        }
+    }
+}
+
+impl Drop for MqttBridge {
+    /// Sends what waits and takes leave, within about a second.
+    fn drop(&mut self) {
+        self.shared.stop();
+        if let Some(thread) = self.thread.take() {
+            let _whether_it_panicked = thread.join();
+        }
+    }
+}
+
+impl Bridge for MqttBridge {
+    fn publisher(&self) -> PublisherId {
+        self.shared.publisher
+    }
+
+    fn inbox(&self) -> &Inbox {
+        &self.shared.inbox
+    }
+
+    fn subscribe(&mut self, topic: &str, _message_type: Option<&str>) -> Result<(), BridgeError> {
+        check_topic(topic)?;
+        self.shared.subscribe(topic);
+        Ok(())
+    }
+
+    fn subscribe_all(&mut self) -> Result<(), BridgeError> {
+        self.shared.subscribe_all();
+        Ok(())
+    }
+
+    fn publish(&mut self, message: Outgoing<'_>) -> Result<(), BridgeError> {
+        check_topic(message.topic)?;
+        let payload = match message.payload {
+            Payload::Bytes(bytes) => bytes,
+            Payload::Value(value) => Bytes::from(payload::plain(&value)),
+        };
+        self.shared.publish(Publication {
+            topic: message.topic.into(),
+            payload,
+            retain: message.retain,
+            stamp: message.stamp,
+            provenance: message.provenance.cloned(),
+        })
+    }
+
+    fn link(&self) -> Link {
+        self.shared.link()
+    }
+
+    fn troubles(&mut self) -> Vec<BridgeError> {
+        self.shared.troubles()
+    }
+}
+
+/// Names are exact: no wildcards, and what every broker takes.
+fn check_topic(topic: &str) -> Result<(), BridgeError> {
+    if topic.contains(['+', '#']) {
+        return Err(BridgeError::Refused(format!(
+            "the topic `{topic}`: names are exact, `+` and `#` have a meaning in MQTT"
+        )));
+    }
+    check_name(topic, "the topic")
+}
+
+fn check_name(name: &str, what: &str) -> Result<(), BridgeError> {
+    let problem = match name.len() {
+        0 => "is empty",
+        1..=65_535 if name.contains('\0') => "has a NUL character",
+        1..=65_535 => return Ok(()),
+        _ => "is longer than 65535 bytes",
+    };
+    Err(BridgeError::Refused(format!("{what} {problem}")))
+}
+
+/// An identity from a name: FNV-1a of 128 bits, the same on every machine.
+fn identity(name: &str) -> PublisherId {
+    const OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
+    const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
+    PublisherId(name.bytes().fold(OFFSET, |hash, byte| (hash ^ u128::from(byte)).wrapping_mul(PRIME)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn identities_are_those_of_the_algorithm() {
+        assert_eq!(identity("").0, 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d);
+        assert_eq!(identity("a").0, 0xd228_cb69_6f1a_8caf_7891_2b70_4e4a_8964);
+    }
+
+    #[test]
+    fn names_with_a_meaning_are_refused() {
+        for (topic, problem) in
+            [("a/+", "names are exact"), ("#", "names are exact"), ("", "is empty"), ("a\0", "has a NUL")]
+        {
+            let error = check_topic(topic).unwrap_err().to_string();
+            assert!(error.contains(problem), "{error}");
+        }
+        assert_eq!(check_topic("/scan"), Ok(()));
+    }
+}

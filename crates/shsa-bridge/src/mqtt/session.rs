@@ -1,0 +1,420 @@
+//! The thread that keeps the connection: connects, subscribes, sends what waits, and starts again when it breaks.
+
+use super::client::{self, Arrived, Client, Failure, Happening, Sender};
+use super::echo::Echo;
+use super::options::Options;
+use super::outbox::{Outbox, Publication};
+use crate::{BridgeError, Inbox, Link, Message, Payload, PublisherId, Quality};
+use shsa_core::time::Time;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::hash::{BuildHasher, RandomState};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use tokio::runtime::Runtime;
+use tokio::sync::Notify;
+use tokio::time::timeout;
+
+/// Topics that may wait for a connection.
+const TOPICS_MAX: usize = 4096;
+/// Troubles that are kept for who asks.
+const TROUBLES_MAX: usize = 64;
+/// The shortest pause before a connection is tried again; it doubles up to the longest.
+const PAUSE_MIN: Duration = Duration::from_millis(100);
+/// The longest pause; after a refusal always this one.
+const PAUSE_MAX: Duration = Duration::from_secs(30);
+/// Who has been connected for so long begins with the shortest pause again.
+const STABLE: Duration = Duration::from_secs(5);
+/// As long may the goodbye take.
+const GOODBYE: Duration = Duration::from_secs(1);
+/// A message that breaks the connection so often is not sent again.
+const ATTEMPTS_MAX: u32 = 3;
+
+/// What the thread and the bridge share.
+pub(super) struct Shared {
+    state: Mutex<State>,
+    /// The first attempt has ended.
+    attempted: Condvar,
+    stop: Notify,
+    pub(super) inbox: Inbox,
+    pub(super) publisher: PublisherId,
+    size_limit: usize,
+}
+
+struct State {
+    link: Link,
+    /// How the first attempt to connect ended.
+    first: Option<Result<(), BridgeError>>,
+    /// There while connected.
+    sender: Option<Sender>,
+    stopping: bool,
+    outbox: Outbox,
+    /// The names that are subscribed to.
+    wanted: BTreeSet<Arc<str>>,
+    wants_everything: bool,
+    /// Names that come though nobody wants them, and that the broker has been told so.
+    unwanted: BTreeSet<String>,
+    /// Requests to the broker that have to wait for their turn: topics, and whether to subscribe.
+    requests: VecDeque<(String, bool)>,
+    /// Subscriptions on their way to the connection, then by their number.
+    asked: VecDeque<String>,
+    numbered: BTreeMap<u16, String>,
+    echo: Echo,
+    /// How often messages of a topic were unfinished when a connection broke, in a row.
+    attempts: BTreeMap<String, u32>,
+    troubles: VecDeque<BridgeError>,
+}
+
+/// The subscription to everything; without what brokers publish about themselves.
+const EVERYTHING: &str = "#";
+
+impl Shared {
+    pub(super) fn new(options: &Options, inbox: Inbox, publisher: PublisherId) -> Shared {
+        let state = State {
+            link: Link::Down("not yet connected".to_owned()),
+            first: None,
+            sender: None,
+            stopping: false,
+            outbox: Outbox::new(TOPICS_MAX),
+            wanted: BTreeSet::new(),
+            wants_everything: false,
+            unwanted: BTreeSet::new(),
+            requests: VecDeque::new(),
+            asked: VecDeque::new(),
+            numbered: BTreeMap::new(),
+            echo: Echo::default(),
+            attempts: BTreeMap::new(),
+            troubles: VecDeque::new(),
+        };
+        let size_limit = options.size_limit;
+        Shared {
+            state: Mutex::new(state),
+            attempted: Condvar::new(),
+            stop: Notify::new(),
+            inbox,
+            publisher,
+            size_limit,
+        }
+    }
+
+    /// Whoever panicked while holding the lock has left whole entries behind.
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn link(&self) -> Link {
+        self.lock().link.clone()
+    }
+
+    pub(super) fn troubles(&self) -> Vec<BridgeError> {
+        self.lock().troubles.drain(..).collect()
+    }
+
+    /// Waits until the first attempt to connect has ended, or the time is over; how it ended.
+    pub(super) fn first_attempt(&self, at_most: Duration) -> Option<Result<(), BridgeError>> {
+        let waited = self.attempted.wait_timeout_while(self.lock(), at_most, |state| state.first.is_none());
+        waited.unwrap_or_else(PoisonError::into_inner).0.first.clone()
+    }
+
+    pub(super) fn subscribe(&self, topic: &str) {
+        let mut state = self.lock();
+        if state.wanted.insert(topic.into()) && state.sender.is_some() && !state.wants_everything {
+            state.requests.push_back((topic.to_owned(), true));
+            state.pump();
+        }
+    }
+
+    pub(super) fn subscribe_all(&self) {
+        let mut state = self.lock();
+        if !std::mem::replace(&mut state.wants_everything, true) && state.sender.is_some() {
+            // Of two subscriptions that overlap some brokers send a message twice.
+            let single: Vec<String> = state.wanted.iter().map(|topic| topic.to_string()).collect();
+            state.requests.extend(single.into_iter().map(|topic| (topic, false)));
+            state.requests.push_back((EVERYTHING.to_owned(), true));
+            state.pump();
+        }
+    }
+
+    /// Sends a message now, or as soon as there is a connection.
+    pub(super) fn publish(&self, publication: Publication) -> Result<(), BridgeError> {
+        let (size, limit) = (publication.payload.len(), self.size_limit);
+        if size > limit {
+            return Err(BridgeError::Refused(format!("a message of {size} bytes, more than {limit}")));
+        }
+        self.lock().publish(publication);
+        Ok(())
+    }
+
+    /// Ends the thread; what waits is sent first if that is quick.
+    pub(super) fn stop(&self) {
+        self.lock().stopping = true;
+        self.stop.notify_one();
+    }
+
+    fn is_stopping(&self) -> bool {
+        self.lock().stopping
+    }
+
+    fn connected(&self, sender: &Sender) {
+        let mut state = self.lock();
+        state.link = Link::Up;
+        state.sender = Some(sender.clone());
+        state.asked.clear();
+        state.numbered.clear();
+        state.requests.clear();
+        state.unwanted.clear();
+        let all: Vec<String> = match state.wants_everything {
+            true => vec![EVERYTHING.to_owned()],
+            false => state.wanted.iter().map(|topic| topic.to_string()).collect(),
+        };
+        state.requests.extend(all.into_iter().map(|topic| (topic, true)));
+        self.attempt_ended(&mut state, Ok(()));
+        state.pump();
+    }
+
+    fn attempt_ended(&self, state: &mut State, how: Result<(), BridgeError>) {
+        state.first.get_or_insert(how);
+        self.attempted.notify_all();
+    }
+
+    /// The connection is gone; what it had not finished waits for the next one.
+    fn disconnected(&self, failure: &Failure, client: &mut Client) {
+        let mut state = self.lock();
+        // Only now nothing more can get into the client's queue.
+        state.sender = None;
+        for topic in client.unfinished() {
+            state.unfinished(&topic);
+        }
+        let Failure { is_refusal, reason } = failure;
+        let error = match is_refusal {
+            true => BridgeError::Refused(reason.clone()),
+            false => BridgeError::Lost(reason.clone()),
+        };
+        state.link = Link::Down(if *is_refusal { error.to_string() } else { reason.clone() });
+        self.attempt_ended(&mut state, Err(error));
+        drop(state);
+        self.inbox.wake();
+    }
+
+    fn happened(&self, happening: Happening) {
+        match happening {
+            Happening::Arrived(arrived) => self.arrived(arrived),
+            Happening::Subscribing(number) => {
+                let mut state = self.lock();
+                let topic = state.asked.pop_front();
+                state.numbered.extend(topic.map(|topic| (number, topic)));
+            }
+            Happening::Subscribed(number, refusal) => {
+                let mut state = self.lock();
+                let topic = state.numbered.remove(&number).unwrap_or_default();
+                let told = refusal.map(|reason| format!("the subscription to `{topic}`: {reason}"));
+                told.into_iter().for_each(|told| state.trouble(BridgeError::Refused(told)));
+            }
+            Happening::Refused(reason) => {
+                self.lock().trouble(BridgeError::Refused(format!("a message: the broker says {reason}")));
+            }
+            Happening::Connected | Happening::Leaving | Happening::Other => {}
+        }
+    }
+
+    fn arrived(&self, arrived: Arrived) {
+        let received = self.inbox.clock().now();
+        let Arrived { topic, payload, retained, duplicate, properties } = arrived;
+        if payload.len() > self.size_limit {
+            let told =
+                format!("a message of {} bytes on `{topic}`, more than {}", payload.len(), self.size_limit);
+            return self.lock().trouble(BridgeError::Refused(told));
+        }
+        let Some(topic) = self.lock().accepted(&topic, &payload, duplicate) else { return };
+        let property = |name: &str| properties.iter().find(|(key, _)| key == name).map(|(_, value)| &**value);
+        let publisher =
+            property("publisher").and_then(|id| u128::from_str_radix(id, 16).ok()).map(PublisherId);
+        if publisher == Some(self.publisher) {
+            return;
+        }
+        self.inbox.push(Message {
+            stamp: property("stamp_ns").and_then(|stamp| stamp.parse().ok()).map(Time),
+            quality: property("quality").and_then(Quality::named),
+            publisher,
+            retained,
+            ..Message::new(topic, received, Payload::Bytes(payload))
+        });
+    }
+
+    /// Sends what waits, as far as the connection takes it.
+    fn pump(&self) {
+        self.lock().pump();
+    }
+}
+
+impl State {
+    fn publish(&mut self, publication: Publication) {
+        let at_once =
+            self.outbox.is_empty() && self.sender.as_ref().is_some_and(|sender| sender.publish(&publication));
+        if at_once {
+            self.handed_over(&publication);
+            self.outbox.remember(publication);
+        } else if let Some(other) = self.outbox.keep(publication) {
+            self.trouble(BridgeError::Lost(format!("a message on `{}`: too many topics wait", other.topic)));
+        }
+    }
+
+    /// Its echo is to be expected.
+    fn handed_over(&mut self, publication: &Publication) {
+        let is_subscribed = self.wants_everything || self.wanted.contains(&publication.topic);
+        if is_subscribed && !self.sender.as_ref().is_some_and(Sender::has_no_echo) {
+            self.echo.sent(&publication.topic, &publication.payload, Instant::now());
+        }
+    }
+
+    fn pump(&mut self) {
+        let Some(sender) = self.sender.clone() else { return };
+        while let Some((topic, is_wanted)) = self.requests.front() {
+            let is_taken = if *is_wanted { sender.subscribe(topic) } else { sender.unsubscribe(topic) };
+            if !is_taken {
+                return;
+            }
+            let request = self.requests.pop_front().filter(|(_, is_wanted)| *is_wanted);
+            self.asked.extend(request.map(|(topic, _)| topic));
+        }
+        while let Some(publication) = self.outbox.next() {
+            if !sender.publish(publication) {
+                return;
+            }
+            let publication = publication.clone();
+            self.handed_over(&publication);
+            self.outbox.take();
+        }
+    }
+
+    /// The shared name of a topic; `None` for a message that nobody has asked for, or one's own.
+    fn accepted(&mut self, topic: &str, payload: &[u8], duplicate: bool) -> Option<Arc<str>> {
+        let name = self.wanted.get(topic).cloned();
+        if name.is_none() && !self.wants_everything {
+            // The broker has kept the session of an earlier run that wanted more.
+            if self.unwanted.insert(topic.to_owned()) {
+                self.requests.push_back((topic.to_owned(), false));
+            }
+            return None;
+        }
+        if self.echo.is_own(topic, payload, duplicate, Instant::now()) {
+            return None;
+        }
+        Some(name.unwrap_or_else(|| topic.into()))
+    }
+
+    /// A message of this topic may not have arrived when the connection broke.
+    fn unfinished(&mut self, topic: &str) {
+        let attempts = self.attempts.entry(topic.to_owned()).or_default();
+        *attempts += 1;
+        if *attempts <= ATTEMPTS_MAX {
+            return self.outbox.again(topic);
+        }
+        self.attempts.remove(topic);
+        self.outbox.forget(topic);
+        self.trouble(BridgeError::Lost(format!(
+            "a message on `{topic}`: the connection broke with it again and again"
+        )));
+    }
+
+    fn trouble(&mut self, trouble: BridgeError) {
+        if self.troubles.len() == TROUBLES_MAX {
+            self.troubles.pop_front();
+        }
+        self.troubles.push_back(trouble);
+    }
+}
+
+/// Connects and serves until it is stopped.
+pub(super) fn run(shared: &Shared, options: &Options, runtime: Runtime) {
+    let mut pause = PAUSE_MIN;
+    while !shared.is_stopping() {
+        let Some((failure, connected)) = connection(shared, options, &runtime) else { break };
+        if connected >= STABLE {
+            pause = PAUSE_MIN;
+            shared.lock().attempts.clear();
+        }
+        let this_pause = if failure.is_refusal { PAUSE_MAX } else { with_jitter(pause) };
+        pause = (pause * 2).min(PAUSE_MAX);
+        let stopped = runtime.block_on(async { timeout(this_pause, shared.stop.notified()).await });
+        if stopped.is_ok() {
+            break;
+        }
+    }
+    // Looking up a name may still go on in a thread of its own.
+    runtime.shutdown_background();
+}
+
+/// One connection from its beginning to its end: why it ended, and how long it had lasted. `None`: it was stopped.
+fn connection(shared: &Shared, options: &Options, runtime: &Runtime) -> Option<(Failure, Duration)> {
+    let (sender, mut client) = match client::new(options, shared.publisher) {
+        Ok(both) => both,
+        Err(error) => return Some((Failure { is_refusal: true, reason: error.to_string() }, Duration::ZERO)),
+    };
+    let mut since = None;
+    // The library has places that panic; such a one costs the connection and not the bridge.
+    let served =
+        catch_unwind(AssertUnwindSafe(|| runtime.block_on(serve(shared, &sender, &mut client, &mut since))));
+    let failure = match served {
+        Ok(Some(failure)) => failure,
+        Ok(None) => return None,
+        Err(_) => Failure { is_refusal: false, reason: "the client library has failed".to_owned() },
+    };
+    shared.disconnected(&failure, &mut client);
+    Some((failure, since.map_or(Duration::ZERO, |since: Instant| since.elapsed())))
+}
+
+/// `None`: it was stopped.
+async fn serve(
+    shared: &Shared,
+    sender: &Sender,
+    client: &mut Client,
+    since: &mut Option<Instant>,
+) -> Option<Failure> {
+    loop {
+        let polled = tokio::select! {
+            polled = client.poll() => polled,
+            () = shared.stop.notified() => {
+                if since.is_some() {
+                    say_goodbye(shared, sender, client).await;
+                }
+                return None;
+            }
+        };
+        match polled {
+            Err(failure) => return Some(failure),
+            Ok(Happening::Connected) => {
+                *since = Some(Instant::now());
+                shared.connected(sender);
+            }
+            Ok(happening) => {
+                shared.happened(happening);
+                shared.pump();
+            }
+        }
+    }
+}
+
+/// Sends what waits, takes leave, and reads on until the broker has closed: it has got everything then.
+async fn say_goodbye(shared: &Shared, sender: &Sender, client: &mut Client) {
+    let goodbye = async {
+        let mut has_left = false;
+        loop {
+            shared.pump();
+            if !has_left && shared.lock().outbox.is_empty() {
+                sender.leave();
+                has_left = true;
+            }
+            if client.poll().await.is_err() {
+                return;
+            }
+        }
+    };
+    let _or_the_time_is_over = timeout(GOODBYE, goodbye).await;
+}
+
+/// A quarter more or less, so that many clients do not come back at the same moment.
+fn with_jitter(pause: Duration) -> Duration {
+    let random = RandomState::new().hash_one(0_u8) as f64 / u64::MAX as f64;
+    pause.mul_f64(0.75 + random / 2.0)
+}

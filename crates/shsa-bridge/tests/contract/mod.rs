@@ -1,0 +1,251 @@
+//! What every bridge promises, whatever is below it: order, reconnection, bursts, huge and garbage payloads, an end, no
+//! echo, no harm from a flood.
+
+use shsa_bridge::{Bridge, Clock, Inbox, Link, Message, Outgoing, Payload};
+use shsa_core::time::Time;
+use std::time::{Duration, Instant};
+
+/// A middleware under test.
+pub trait Middleware {
+    /// A bridge of its own to it; it may take a while until it is connected.
+    fn bridge(&mut self, name: &str, inbox: Inbox) -> Box<dyn Bridge>;
+    /// Breaks what is between its bridges; `false`: it cannot break.
+    fn break_it(&mut self) -> bool;
+    /// Mends it again.
+    fn mend_it(&mut self);
+}
+
+/// As long may anything take: much longer than it does, since machines are busy.
+pub const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Waits until a condition holds.
+#[track_caller]
+pub fn until(what: &str, mut holds: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !holds() {
+        assert!(start.elapsed() < PATIENCE, "{what}: not within {PATIENCE:?}");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+pub fn inbox(capacity: usize) -> Inbox {
+    Inbox::new(capacity, Clock::running())
+}
+
+pub fn send(bridge: &mut dyn Bridge, topic: &str, payload: &str) {
+    send_bytes(bridge, topic, payload.as_bytes().to_vec());
+}
+
+pub fn send_bytes(bridge: &mut dyn Bridge, topic: &str, payload: Vec<u8>) {
+    bridge.publish(Outgoing::new(topic, Time(1), Payload::Bytes(payload.into()))).unwrap();
+}
+
+#[track_caller]
+pub fn bytes(message: &Message) -> &[u8] {
+    let Payload::Bytes(bytes) = &message.payload else { panic!("bytes were sent") };
+    bytes
+}
+
+pub fn text(message: &Message) -> String {
+    String::from_utf8_lossy(bytes(message)).into_owned()
+}
+
+/// The next message.
+#[track_caller]
+pub fn next(bridge: &mut dyn Bridge) -> Message {
+    let mut found = None;
+    until("a message", || {
+        found = bridge.receive();
+        found.is_some()
+    });
+    found.unwrap()
+}
+
+/// Everything of a topic until this payload has come, without what comes twice because a connection broke.
+#[track_caller]
+pub fn until_payload(bridge: &mut dyn Bridge, topic: &str, last: &str) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    while all.last().is_none_or(|payload| payload != last) {
+        let message = next(bridge);
+        if &*message.topic == topic && !all.contains(&text(&message)) {
+            all.push(text(&message));
+        }
+    }
+    all
+}
+
+/// Sends on a topic until the other end gets it: from then on it gets everything.
+#[track_caller]
+pub fn join_up(source: &mut dyn Bridge, sink: &mut dyn Bridge, topic: &str) {
+    sink.subscribe(topic, None).unwrap();
+    until("the first message", || {
+        send(source, topic, "probe");
+        std::thread::sleep(Duration::from_millis(20));
+        sink.receive().is_some()
+    });
+    send(source, topic, "go");
+    until("the last probe", || sink.receive().is_some_and(|message| text(&message) == "go"));
+}
+
+fn pair(middleware: &mut impl Middleware, capacity: usize, topic: &str) -> (Box<dyn Bridge>, Box<dyn Bridge>) {
+    let mut source = middleware.bridge("source", inbox(capacity));
+    let mut sink = middleware.bridge("sink", inbox(capacity));
+    join_up(&mut *source, &mut *sink, topic);
+    (source, sink)
+}
+
+pub fn messages_come_in_their_order(mut middleware: impl Middleware) {
+    let (mut source, mut sink) = pair(&mut middleware, 4096, "a/x");
+    sink.subscribe("a/y", None).unwrap();
+    join_up(&mut *source, &mut *sink, "a/y");
+    for number in 0..500 {
+        send(&mut *source, if number % 3 == 0 { "a/y" } else { "a/x" }, &number.to_string());
+    }
+    let got: Vec<String> = (0..500).map(|_| text(&next(&mut *sink))).collect();
+    // Between topics no middleware promises an order; within one they all do.
+    for rest in [0, 1] {
+        let of_topic = |text: &&String| (text.parse::<u32>().unwrap() % 3 == 0) == (rest == 0);
+        let numbers: Vec<u32> = got.iter().filter(of_topic).map(|text| text.parse().unwrap()).collect();
+        assert!(numbers.is_sorted(), "{numbers:?}");
+    }
+    assert_eq!(got.len(), 500);
+}
+
+pub fn who_has_not_subscribed_gets_nothing(mut middleware: impl Middleware) {
+    let (mut source, mut sink) = pair(&mut middleware, 64, "a/x");
+    send(&mut *source, "a/other", "1");
+    send(&mut *source, "a/x", "2");
+    assert_eq!(text(&next(&mut *sink)), "2");
+    assert_eq!(sink.receive(), None);
+}
+
+pub fn a_burst_arrives_whole(mut middleware: impl Middleware) {
+    let (mut source, mut sink) = pair(&mut middleware, 20_000, "a/x");
+    for number in 0..10_000 {
+        send(&mut *source, "a/x", &number.to_string());
+    }
+    // What waits for its turn is the newest: of a burst that outruns the connection only the newest is promised.
+    let got = until_payload_sorted(&mut *sink, 9_999);
+    assert!(!got.is_empty());
+}
+
+#[track_caller]
+fn until_payload_sorted(sink: &mut dyn Bridge, last: u32) -> Vec<u32> {
+    let mut got: Vec<u32> = Vec::new();
+    while got.last() != Some(&last) {
+        let number = text(&next(sink)).parse().unwrap();
+        assert!(got.last().is_none_or(|before| *before < number), "{number} after {:?}", got.last());
+        got.push(number);
+    }
+    got
+}
+
+pub fn a_huge_payload_harms_nobody(mut middleware: impl Middleware) {
+    let (mut source, mut sink) = pair(&mut middleware, 64, "a/x");
+    let large = vec![b'7'; 1 << 20];
+    send_bytes(&mut *source, "a/x", large.clone());
+    assert!(bytes(&next(&mut *sink)) == large, "a megabyte arrives as it is");
+    // Too large for some: refused where it is sent, dropped where it arrives, or delivered.
+    let _refused = source.publish(Outgoing::new("a/x", Time(1), Payload::Bytes(vec![b'8'; 20 << 20].into())));
+    send(&mut *source, "a/x", "after");
+    until("what comes after it", || sink.receive().is_some_and(|message| bytes(&message) == b"after"));
+}
+
+pub fn garbage_is_delivered_as_it_is(mut middleware: impl Middleware) {
+    let (mut source, mut sink) = pair(&mut middleware, 1024, "a/x");
+    for length in 1..200_u8 {
+        let garbage: Vec<u8> = (0..length).map(|at| at.wrapping_mul(151).wrapping_add(length)).collect();
+        send_bytes(&mut *source, "a/x", garbage.clone());
+        assert_eq!(bytes(&next(&mut *sink)), garbage);
+    }
+}
+
+pub fn own_messages_do_not_come_back(mut middleware: impl Middleware) {
+    let (mut source, mut healer) = pair(&mut middleware, 64, "a/x");
+    source.subscribe("a/x", None).unwrap();
+    join_up(&mut *healer, &mut *source, "a/x");
+    for number in 0..20 {
+        send(&mut *healer, "a/x", &format!("healed {number}"));
+        assert_eq!(text(&next(&mut *source)), format!("healed {number}"));
+    }
+    send(&mut *source, "a/x", "from the source");
+    assert_eq!(text(&next(&mut *healer)), "from the source");
+    assert_eq!(healer.receive(), None);
+}
+
+pub fn a_flood_of_one_topic_costs_no_other(mut middleware: impl Middleware) {
+    let (mut source, mut sink) = pair(&mut middleware, 16, "a/flood");
+    join_up(&mut *source, &mut *sink, "a/calm");
+    for number in 0..5_000 {
+        send(&mut *source, "a/flood", &number.to_string());
+        if number % 500 == 0 {
+            send(&mut *source, "a/calm", &number.to_string());
+        }
+    }
+    let last = "4999".as_bytes();
+    let mut calm = Vec::new();
+    let mut is_over = false;
+    until("the end of the flood", || {
+        while let Some(message) = sink.receive() {
+            is_over |= bytes(&message) == last;
+            calm.extend((&*message.topic == "a/calm").then(|| text(&message)));
+        }
+        is_over && calm.len() == 10
+    });
+    let expected: Vec<String> = (0..10).map(|number| (number * 500).to_string()).collect();
+    assert_eq!(calm, expected);
+}
+
+pub fn it_comes_back_after_a_break(mut middleware: impl Middleware) {
+    let (mut source, mut sink) = pair(&mut middleware, 1024, "a/x");
+    if !middleware.break_it() {
+        return;
+    }
+    until("the break is noticed", || matches!(source.link(), Link::Down(_)) && matches!(sink.link(), Link::Down(_)));
+    middleware.mend_it();
+    until("it is mended", || source.link() == Link::Up && sink.link() == Link::Up);
+    until("the first message after it", || {
+        send(&mut *source, "a/x", "after");
+        std::thread::sleep(Duration::from_millis(20));
+        sink.receive().is_some_and(|message| text(&message) == "after")
+    });
+}
+
+pub fn it_ends_when_it_is_dropped(mut middleware: impl Middleware) {
+    let (mut source, sink) = pair(&mut middleware, 64, "a/x");
+    let start = Instant::now();
+    drop(sink);
+    send(&mut *source, "a/x", "to nobody");
+    drop(source);
+    // Also while nobody is there to say goodbye to.
+    let alone = middleware.bridge("alone", inbox(4));
+    middleware.break_it();
+    drop(alone);
+    assert!(start.elapsed() < Duration::from_secs(8), "{:?}", start.elapsed());
+}
+
+/// Every promise as a test of its own, in a module of this name; the second part makes the middleware.
+macro_rules! contract {
+    ($name:ident, $middleware:expr) => {
+        mod $name {
+            use super::*;
+            contract!(@tests $middleware;
+                messages_come_in_their_order
+                who_has_not_subscribed_gets_nothing
+                a_burst_arrives_whole
+                a_huge_payload_harms_nobody
+                garbage_is_delivered_as_it_is
+                own_messages_do_not_come_back
+                a_flood_of_one_topic_costs_no_other
+                it_comes_back_after_a_break
+                it_ends_when_it_is_dropped
+            );
+        }
+    };
+    (@tests $middleware:expr; $($test:ident)*) => {
+        $(#[test]
+        fn $test() {
+            contract::$test($middleware);
+        })*
+    };
+}
