@@ -2,7 +2,7 @@
 
 use crate::models::{CAR, HUSKY, QUAD, ROVER};
 use shsa_core::diagnosis::Verdict;
-use shsa_core::engine::{Engine, Input, Options, Output, Publication, PublishedValue};
+use shsa_core::engine::{Engine, Input, Options, Order, Output, Publication, PublishedValue, Subject};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
@@ -112,7 +112,7 @@ const GAPS_NS: [i64; 24] = [
 ];
 
 /// The first byte picks a model; then four bytes are a step: who speaks (or a tick, or all in a burst), after how
-/// long, what, and in which shape and with which stamp.
+/// long, what, and in which shape and with which stamp; or an operator's order: what about, after how long, which.
 pub fn run(bytes: &[u8]) {
     let (model, steps) = bytes.split_first().unwrap_or((&0, &[]));
     let knowledge = &MODELS[usize::from(*model) % MODELS.len()];
@@ -136,11 +136,45 @@ fn inputs(knowledge: &KnowledgeBase, steps: &[u8]) -> Vec<Input> {
                     (0..count).map(move |signal| observe(knowledge, signal, now, number(signal), 0))
                 }));
             }
+            about @ ORDERS.. => {
+                let order = order(knowledge, about - ORDERS, what, how);
+                inputs.push(Input::Order { time: now, order });
+            }
             tick if tick % (count + 2) == count => inputs.push(Input::Tick(now)),
             signal => inputs.push(observe(knowledge, signal % (count + 2), now, number(what), how)),
         }
     }
     inputs
+}
+
+/// Who from here on, below a burst, is an order.
+const ORDERS: usize = 128;
+
+fn order(knowledge: &KnowledgeBase, about: usize, what: u8, how: u8) -> Order {
+    let nth = |names: Vec<String>, at: usize| {
+        let at = at % (names.len() + 1);
+        names.get(at).cloned().unwrap_or_else(|| "nobody".to_owned())
+    };
+    let signals = || knowledge.signals().iter().map(|signal| signal.name.clone());
+    let relations = || knowledge.relations().iter().map(|relation| relation.name.clone());
+    let subject = || match how % 4 {
+        0 => Subject::Relation(nth(relations().collect(), about)),
+        1 => Subject::Cause(nth(knowledge.causes().iter().map(|cause| cause.name.clone()).collect(), about)),
+        _ => Subject::Signal(nth(signals().collect(), about)),
+    };
+    let need = || nth(knowledge.needs().iter().map(|need| need.signal.clone()).collect(), usize::from(how));
+    match what % 6 {
+        0 | 1 => Order::Forbid(subject()),
+        2 => Order::Allow(subject()),
+        3 => {
+            let relation =
+                |name: String| format!("{} by {name}", nth(signals().collect(), usize::from(how / 8)));
+            let sources = signals().chain(relations().map(relation)).collect();
+            Order::Force { need: need(), source: nth(sources, about) }
+        }
+        4 => Order::Release(need()),
+        _ => Order::Clear(subject()),
+    }
 }
 
 fn number(what: u8) -> f64 {
@@ -189,10 +223,7 @@ impl Run<'_> {
         let engine = Engine::new(knowledge.clone(), Options::default());
         let mut run = Run { knowledge, engine, now: Time::MIN, said: Vec::new() };
         for input in inputs {
-            let time = match input {
-                Input::Observation(observation) => observation.received,
-                Input::Tick(time) => *time,
-            };
+            let time = input.time();
             run.pass_until(time);
             run.take(input.clone(), time);
         }
@@ -249,12 +280,28 @@ impl Run<'_> {
         }
     }
 
-    /// What serves a need is trusted.
+    /// What serves a need is trusted, unless an operator has chosen it, and never forbidden.
     fn check_needs(&self) {
+        let orders = self.engine.standing_orders();
         for need in self.knowledge.needs().ids() {
-            let source = self.engine.need_status(need).source.unwrap_or_default();
-            let signals = source.split(" by ").next().unwrap_or_default();
+            let status = self.engine.need_status(need);
+            let source = status.source.unwrap_or_default();
+            let (signals, relations) = source.split_once(" by ").unwrap_or((&source, ""));
+            for name in relations.split(", ") {
+                let forbidden = Order::Forbid(Subject::Relation(name.to_owned()));
+                assert!(!orders.contains(&forbidden), "{source} serves a need in spite of `{forbidden}`");
+            }
             for signal in signals.split(", ").filter_map(|name| self.knowledge.signal(name)) {
+                for origin in self.knowledge.origins(signal).iter() {
+                    let origin = self.knowledge.witness(origin);
+                    let name = self.knowledge.signals()[origin].name.clone();
+                    let forbidden = Order::Forbid(Subject::Signal(name));
+                    assert!(!orders.contains(&forbidden), "{source} serves a need in spite of `{forbidden}`");
+                }
+                if status.forced.is_some() {
+                    assert_eq!(status.forced.as_ref(), Some(&source), "a forced source was replaced");
+                    continue;
+                }
                 let verdict = self.engine.verdict(signal);
                 assert!(!matches!(verdict, Verdict::Suspect | Verdict::Failed), "{source} is {verdict:?}");
                 let absence = self.engine.absence(signal);
@@ -264,11 +311,11 @@ impl Run<'_> {
     }
 }
 
-/// For each model: all is well, one lies, one is silent, strange times and shapes.
+/// For each model: all is well, one lies, one is silent, orders, strange times and shapes.
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
     let well = [255, 5, 144, 144];
-    let steps: [&[[u8; 4]]; 6] = [
+    let steps: [&[[u8; 4]]; 7] = [
         &[well, well, well],
         &[well, [160, 5, 144, 240], [160, 5, 144, 240], well],
         &[well, well, [7, 15, 144, 0], well, [1, 5, 144, 0], [1, 13, 2, 0], well],
@@ -281,6 +328,16 @@ pub fn seeds() -> Vec<Vec<u8>> {
             [4, 5, 144, 11],
             [5, 5, 144, 13],
             [5, 5, 144, 12],
+        ],
+        &[
+            well,
+            [128, 5, 0, 2],
+            [129, 5, 3, 0],
+            well,
+            [160, 5, 144, 240],
+            [128, 5, 5, 2],
+            [130, 5, 4, 0],
+            well,
         ],
         &[
             [0, 0, 144, 0],

@@ -18,10 +18,7 @@ fn observation(signal: usize, stamp: i64, received: i64, value: RawValue) -> Inp
 fn said(engine: &mut Engine, inputs: impl IntoIterator<Item = Input>) -> Vec<Output> {
     let (mut outputs, mut now) = (Vec::new(), Time::MIN);
     for input in inputs {
-        now = now.max(match &input {
-            Input::Observation(observation) => observation.received,
-            Input::Tick(time) => *time,
-        });
+        now = now.max(input.time());
         engine.handle(input);
         for ticks in 0.. {
             outputs.extend(core::iter::from_fn(|| engine.poll()));
@@ -145,7 +142,7 @@ fn a_source_that_falls_silent_again_in_its_probation_is_left() {
     let tick = |seconds| vec![Input::Tick(Time::from_seconds(seconds))];
     let is_first = |input: &Input| match input {
         Input::Observation(observation) => observation.signal.index() == 0,
-        Input::Tick(_) => false,
+        _ => false,
     };
     assert!(source(system.inputs(0, 2)).is_some());
     assert_eq!(source(tick(4.0)), None);

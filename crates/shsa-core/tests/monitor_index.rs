@@ -53,10 +53,7 @@ proptest! {
         let signals = system.knowledge.signals().len();
         let mut engine = Engine::new(system.knowledge.clone(), Options::default());
         for (number, input) in disturbed(&system, signal, shift, &seconds).into_iter().enumerate() {
-            let now = match &input {
-                Input::Observation(observation) => observation.received,
-                Input::Tick(time) => *time,
-            };
+            let now = input.time();
             engine.handle(input);
             while engine.poll().is_some() {}
             if number % 7 == 0 {

@@ -88,7 +88,7 @@ impl Run {
     ) -> Result<Run, E> {
         let mut inputs = eras.iter().flat_map(|era| &era.inputs);
         let has_ticks = inputs.clone().any(|input| matches!(input, Input::Tick(_)));
-        let first_input = inputs.next().map(time);
+        let first_input = inputs.next().map(Input::time);
         let begins = first_input.unwrap_or(Time(0));
         let (first, end) = span.unwrap_or((begins, begins));
         let none = KnowledgeBase::default();
@@ -106,7 +106,7 @@ impl Run {
             }
             for input in &era.inputs {
                 if !has_ticks {
-                    run.tick_until(time(input), &mut step)?;
+                    run.tick_until(input.time(), &mut step)?;
                 }
                 step(&mut run, Given::Input(input))?;
             }
@@ -247,7 +247,7 @@ impl Run {
         match given {
             Given::Era(era) => self.engine.reload(era.knowledge.clone(), era.from),
             Given::Input(input) => {
-                self.last = self.last.max(time(input));
+                self.last = self.last.max(input.time());
                 self.observations += usize::from(matches!(input, Input::Observation(_)));
                 self.engine.handle(input.clone());
             }
@@ -267,14 +267,5 @@ impl Run {
                 }
             }
         }
-    }
-}
-
-/// When an input arrives.
-#[must_use]
-pub fn time(input: &Input) -> Time {
-    match input {
-        Input::Observation(observation) => observation.received,
-        Input::Tick(time) => *time,
     }
 }

@@ -2,12 +2,16 @@
 //!
 //! The first line says what it is and names the signals; then one line an input: `{"tick_ns": 5}` or
 //! `{"signal": 0, "time_ns": 5, "received_ns": 6, "value": 1.5}`, where `signal` is an index into the names. Numbers
-//! that JSON does not know are the texts `nan`, `inf` and `-inf`. Where the model was changed, a line
+//! that JSON does not know are the texts `nan`, `inf` and `-inf`. What an operator has ordered is a line
+//! `{"order_ns": 5, "given": {"order": "forbid", "signal": "/a"}}`, and what a run goes on from after a restart is
+//! `{"restore_ns": 5, "known": {"state": "shsa-state-1", ..}}`. Where the model was changed, a line
 //! `{"reload_ns": 5, "file": "a.yaml", "text": "..", "signals": [..]}` holds the text that changed it, and the names that
 //! count from there on.
 
 use crate::drive::{Era, Given};
 use crate::model::live::{Live, Written};
+use crate::order::OrderForm;
+use crate::state::StateForm;
 use serde::{Deserialize, Serialize};
 use shsa_core::engine::Input;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
@@ -28,6 +32,8 @@ struct Head {
 #[serde(untagged)]
 enum Line {
     Tick { tick_ns: i64 },
+    Order { order_ns: i64, given: OrderForm },
+    Restore { restore_ns: i64, known: Box<StateForm> },
     Observation { signal: usize, time_ns: i64, received_ns: i64, value: Value },
     Reload { reload_ns: i64, file: String, text: String, signals: Vec<String> },
 }
@@ -40,15 +46,17 @@ enum Value {
     Vector(Vec<Number>),
 }
 
-#[derive(Clone, Copy, Serialize, Deserialize)]
+/// A number that JSON may not know.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 #[serde(untagged)]
-enum Number {
+pub(crate) enum Number {
     Finite(f64),
     Other(Other),
 }
 
-#[derive(Clone, Copy, Serialize, Deserialize)]
-enum Other {
+/// A number that JSON does not know.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) enum Other {
     #[serde(rename = "nan")]
     Nan,
     #[serde(rename = "inf")]
@@ -130,6 +138,12 @@ impl<W: Write> JournalWriter<W> {
                 Line::Reload { reload_ns: era.from.0, file, text, signals: names(&era.knowledge) }
             }
             Given::Input(Input::Tick(time)) => Line::Tick { tick_ns: time.0 },
+            Given::Input(Input::Order { time, order }) => {
+                Line::Order { order_ns: time.0, given: OrderForm::from(order) }
+            }
+            Given::Input(Input::Restore { time, snapshot }) => {
+                Line::Restore { restore_ns: time.0, known: Box::new(StateForm::from(&**snapshot)) }
+            }
             Given::Input(Input::Observation(observation)) => Line::Observation {
                 signal: observation.signal.index(),
                 time_ns: observation.stamp.0,
@@ -143,6 +157,11 @@ impl<W: Write> JournalWriter<W> {
     /// What it writes into.
     pub fn output_mut(&mut self) -> &mut W {
         &mut self.output
+    }
+
+    /// Ends the journal and gives what it was written to.
+    pub fn into_output(self) -> W {
+        self.output
     }
 
     /// Writes out what is buffered.
@@ -224,17 +243,12 @@ pub fn read_journal(input: impl BufRead, mut live: Live) -> Result<Journal, Jour
                 journal.eras.push(std::mem::replace(&mut era, next));
                 None
             }
-            Ok(Line::Tick { tick_ns }) => {
-                era.inputs.push(Input::Tick(Time(tick_ns)));
-                None
-            }
-            Ok(Line::Observation { signal, time_ns, received_ns, value }) => match signals.get(signal) {
-                Some(&signal) => {
-                    let (stamp, received, value) = (Time(time_ns), Time(received_ns), value.into());
-                    era.inputs.push(Input::Observation(Observation { signal, stamp, received, value }));
+            Ok(line) => match line.input(&signals) {
+                Ok(input) => {
+                    era.inputs.extend(input);
                     None
                 }
-                None => Some(format!("there is no signal number {signal}")),
+                Err(reason) => Some(reason),
             },
             Err(reason) => Some(reason),
         };
@@ -245,6 +259,30 @@ pub fn read_journal(input: impl BufRead, mut live: Live) -> Result<Journal, Jour
     }
     journal.eras.push(era);
     Ok(journal)
+}
+
+impl Line {
+    /// The input that it holds, where it holds one; what is wrong with it else.
+    fn input(self, signals: &[SignalId]) -> Result<Option<Input>, String> {
+        Ok(Some(match self {
+            Line::Reload { .. } => return Ok(None),
+            Line::Tick { tick_ns } => Input::Tick(Time(tick_ns)),
+            Line::Order { order_ns, given } => {
+                let order = given.order().map_err(|error| error.to_string())?;
+                Input::Order { time: Time(order_ns), order }
+            }
+            Line::Restore { restore_ns, known } => {
+                let snapshot = known.snapshot().map_err(|error| error.to_string())?;
+                Input::Restore { time: Time(restore_ns), snapshot: Box::new(snapshot) }
+            }
+            Line::Observation { signal, time_ns, received_ns, value } => {
+                let known = signals.get(signal);
+                let signal = *known.ok_or_else(|| format!("there is no signal number {signal}"))?;
+                let (stamp, received) = (Time(time_ns), Time(received_ns));
+                Input::Observation(Observation { signal, stamp, received, value: value.into() })
+            }
+        }))
+    }
 }
 
 /// The signals of these names.

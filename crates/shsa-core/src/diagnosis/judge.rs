@@ -8,6 +8,7 @@
 //! when these comparisons agree. Without a comparison there is no verdict: unknown is not healthy.
 
 mod evidence;
+mod orders;
 
 use super::explain::{Comparison, Component, Part, explain, probabilities};
 use crate::interval::Interval;
@@ -21,6 +22,7 @@ use core::ops::Bound;
 use evidence::{Priors, is_gradual, rests_on_any};
 
 pub use evidence::rests_on;
+pub use orders::Record;
 
 /// What is thought of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -102,6 +104,8 @@ struct Standing {
     said: Option<Interval>,
     /// Its own readings have shown the fault: no comparison is needed to accuse or to clear it.
     convicted: bool,
+    /// The operator vouches for it.
+    vouched: bool,
 }
 
 /// Decides on signals and relations from the pairs of a monitor.
@@ -109,12 +113,14 @@ struct Standing {
 pub struct Judge {
     options: JudgeOptions,
     priors: Priors,
-    /// Each signal with all that it is derived from.
+    /// What stands for each signal and all that it is derived from.
     origins: IdVec<SignalId, SignalSet>,
     /// Of everything that was ever accused.
     standings: BTreeMap<Component, Standing>,
-    /// What has failed by its verdict, ascending.
-    failed: Vec<Component>,
+    /// What nothing may rest on, by order.
+    forbidden: BTreeSet<Component>,
+    /// What has failed by its verdict or is forbidden: comparisons with it say nothing about others.
+    discounted: BTreeSet<Component>,
     /// Signals whose own readings have shown a fault since the last review, ascending.
     convicted: BTreeSet<Component>,
     /// When to look again without a change of evidence.
@@ -128,9 +134,12 @@ impl Judge {
         Judge {
             options,
             priors: Priors::new(knowledge, &options),
-            origins: IdVec::filled(knowledge.signals().len(), |signal| knowledge.origins(signal)),
+            origins: IdVec::filled(knowledge.signals().len(), |signal| {
+                knowledge.as_witnesses(knowledge.origins(signal))
+            }),
             standings: BTreeMap::new(),
-            failed: Vec::new(),
+            forbidden: BTreeSet::new(),
+            discounted: BTreeSet::new(),
             convicted: BTreeSet::new(),
             next_review: None,
         }
@@ -191,29 +200,40 @@ impl Judge {
         self.next_review
     }
 
-    /// Whether neither a signal nor anything that it is derived from is suspect or failed.
+    /// Whether neither a signal nor anything that it is derived from is suspect, failed or forbidden.
     #[must_use]
     pub fn trusts(&self, signal: SignalId) -> bool {
-        self.standings.is_empty()
-            || self.origins[signal].iter().all(|origin| self.accusation(Component::Signal(origin)).is_none())
+        self.trusts_all() || self.origins[signal].iter().all(|origin| self.may_use(Component::Signal(origin)))
     }
 
-    /// Whether a way rests on nothing that is suspect or failed.
+    /// Whether a way rests on nothing that is suspect, failed or forbidden.
     #[must_use]
     pub fn trusts_way(&self, way: &WatchedWay) -> bool {
-        let steps = &way.computation.way().substitution.steps;
-        let is_trusted = |relation| self.accusation(Component::Relation(relation)).is_none();
-        self.standings.is_empty()
+        let mut steps = way.computation.way().substitution.steps.iter();
+        self.trusts_all()
             || way.rests_on.iter().all(|signal| self.trusts(signal))
-                && steps.iter().all(|step| is_trusted(step.relation))
+                && steps.all(|step| self.may_use(Component::Relation(step.relation)))
     }
 
-    /// Relations that are suspect or failed, ascending: nothing may rest on them.
-    pub fn distrusted_relations(&self) -> impl Iterator<Item = RelationId> + '_ {
-        self.standings.iter().filter_map(|(component, standing)| match component {
-            Component::Relation(relation) if standing.verdict.is_some() => Some(*relation),
-            _ => None,
-        })
+    fn trusts_all(&self) -> bool {
+        self.standings.is_empty() && self.forbidden.is_empty()
+    }
+
+    fn may_use(&self, component: Component) -> bool {
+        self.accusation(component).is_none() && !self.forbidden.contains(&component)
+    }
+
+    /// Relations that are suspect, failed or forbidden, ascending: nothing may rest on them.
+    #[must_use]
+    pub fn distrusted_relations(&self) -> Vec<RelationId> {
+        let accused = self.standings.iter().filter(|(_, standing)| standing.verdict.is_some());
+        let all: BTreeSet<Component> =
+            accused.map(|(component, _)| *component).chain(self.forbidden.iter().copied()).collect();
+        let relation = |component| match component {
+            Component::Relation(relation) => Some(relation),
+            Component::Signal(_) | Component::Cause(_) => None,
+        };
+        all.into_iter().filter_map(relation).collect()
     }
 
     /// Whether a signal has failed by its verdict.
@@ -234,8 +254,10 @@ impl Judge {
 
     fn put(&mut self, component: Component, standing: Standing) {
         self.standings.insert(component, standing);
-        let failed = self.standings.iter().filter(|(_, at)| at.verdict == Some(Verdict::Failed));
-        self.failed = failed.map(|(component, _)| *component).collect();
+        match standing.verdict == Some(Verdict::Failed) || self.forbidden.contains(&component) {
+            true => self.discounted.insert(component),
+            false => self.discounted.remove(&component),
+        };
     }
 
     /// Notes since when all evidence speaks for something, without allocation.
@@ -274,7 +296,7 @@ impl Judge {
         };
         match self.accusation(Component::Signal(signal)) {
             Some(verdict) => verdict,
-            None if witnessed() => Verdict::Healthy,
+            None if self.standing(Component::Signal(signal)).vouched || witnessed() => Verdict::Healthy,
             None => Verdict::Unknown,
         }
     }
@@ -428,6 +450,7 @@ impl Judge {
             relapses,
             cleared: before.cleared,
             convicted: false,
+            vouched: false,
         };
         self.put(component, standing);
         let blame = Blame { relapses, ..case.blame(&self.priors, component) };
@@ -512,15 +535,23 @@ impl Judge {
         }
         let is_sound = match component {
             Component::Signal(signal) => {
-                monitor.watch().absence(signal).is_none() && monitor.detectors().fault(signal).is_none()
+                let watch = monitor.watch();
+                let is_heard = watch.absence(signal).is_none() && watch.has_spoken(signal);
+                is_heard && monitor.detectors().fault(signal).is_none()
             }
             Component::Relation(_) | Component::Cause(_) => true,
         };
         witnessed && is_sound
     }
 
-    /// Looks again when the first comparison with a signal that needs no witness is stale.
+    /// Looks again when the first comparison with a signal that needs no witness is stale; where it has said nothing since
+    /// a restart, after its probation.
     fn await_staleness(&mut self, monitor: &Monitor, component: Component, now: Time) {
+        if let Component::Signal(signal) = component
+            && !monitor.watch().has_spoken(signal)
+        {
+            self.look_again(now + self.probation_of(signal));
+        }
         let pairs = monitor.pairs().iter().filter(|pair| rests_on(monitor, pair, component));
         let stale = pairs.filter_map(|pair| pair.window.stale_at()).filter(|at| *at > now).min();
         stale.into_iter().for_each(|at| self.look_again(at));

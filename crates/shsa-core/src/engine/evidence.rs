@@ -65,7 +65,7 @@ pub struct Comparison {
     pub compared: Option<(Interval, Interval, Time)>,
     /// Whether only one of the ways rests on the signal or what it comes from.
     pub bears_witness: bool,
-    /// Signals in it that have failed, the signal itself apart: they explain what it says.
+    /// Signals in it that have failed or are forbidden, the signal itself apart: they explain what it says.
     pub explained_by: SignalSet,
 }
 
@@ -177,7 +177,7 @@ impl Engine {
         });
         let (slow_side, fast_side) = (self.side(pair.way, slow), self.side(pair.other, fast));
         let (own, other) = if is_slow { (slow_side, fast_side) } else { (fast_side, slow_side) };
-        let failed = |other: &SignalId| *other != signal && self.judge.has_failed(*other);
+        let failed = |other: &SignalId| *other != signal && self.judge.is_discounted(*other);
         let relationship = pair.relationship(at);
         let counts = pair.window.counts();
         let disagrees = counts.0 > 0 && relationship != Relationship::Unknown;

@@ -1,6 +1,7 @@
 //! Decisions in words: which values disagreed, which alternatives there were, which limit was reached.
 
 use super::message::{Event, EventKind};
+use super::snapshot::Charge;
 use crate::alignment::Defect;
 use crate::diagnosis::{Blame, Component, Decision, rests_on};
 use crate::interval::Interval;
@@ -237,6 +238,47 @@ fn traits(monitor: &Monitor, signal: SignalId, symptom: Symptom, now: Time) -> O
         Symptom::Noisy => Some("its values scatter around what others say".to_string()),
         Symptom::Drifting => Some("the difference has built up slowly".to_string()),
         _ => None,
+    }
+}
+
+/// Something that the operator vouches for; for a signal, perhaps because of what it shares.
+pub(super) fn vouched(
+    knowledge: &KnowledgeBase,
+    component: Component,
+    cause: Option<CauseId>,
+    now: Time,
+) -> Event {
+    let because = match cause {
+        Some(cause) => format!(
+            "cleared with {} by order of the operator: what spoke against it is forgotten",
+            knowledge.causes()[cause].name
+        ),
+        None => "cleared by order of the operator: what spoke against it is forgotten".to_string(),
+    };
+    Event { cause, ..event(knowledge, EventKind::Restored, component, because, now) }
+}
+
+/// An accusation, as an event has told it.
+pub(super) fn charge(knowledge: &KnowledgeBase, event: &Event) -> Charge {
+    Charge {
+        since: event.time,
+        symptom: event.symptom,
+        cause: event.cause.map(|cause| knowledge.causes()[cause].name.clone()),
+        probability: event.probability,
+        because: event.because.clone(),
+    }
+}
+
+/// What cannot be done, or no more, with the component that it is about.
+pub(super) fn refused(
+    knowledge: &KnowledgeBase,
+    component: Option<Component>,
+    because: String,
+    now: Time,
+) -> Event {
+    match component {
+        Some(component) => event(knowledge, EventKind::Refused, component, because, now),
+        None => Event::new(now, EventKind::Refused, None, because),
     }
 }
 

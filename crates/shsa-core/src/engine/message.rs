@@ -1,10 +1,13 @@
 //! What goes into the engine and what comes out of it.
 
+use super::order::Order;
+use super::snapshot::Snapshot;
 use crate::interval::Interval;
 use crate::knowledge::{CauseId, NeedId, RelationId, SignalId, VariableId};
 use crate::monitor::Symptom;
 use crate::observation::Observation;
 use crate::time::{Time, Validity};
+use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -15,6 +18,31 @@ pub enum Input {
     Observation(Observation),
     /// Time has passed: silence is noticed by this.
     Tick(Time),
+    /// An operator orders something.
+    Order {
+        /// When.
+        time: Time,
+        /// What.
+        order: Order,
+    },
+    /// A run goes on from what was known before a restart.
+    Restore {
+        /// When.
+        time: Time,
+        /// What was known.
+        snapshot: Box<Snapshot>,
+    },
+}
+
+impl Input {
+    /// When it comes in: of an observation, its reception.
+    #[must_use]
+    pub fn time(&self) -> Time {
+        match self {
+            Input::Observation(observation) => observation.received,
+            Input::Tick(time) | Input::Order { time, .. } | Input::Restore { time, .. } => *time,
+        }
+    }
 }
 
 /// Everything that comes out.
@@ -43,7 +71,8 @@ pub enum EventKind {
     Restored,
     /// No trusted source can serve a need.
     Unhealable,
-    /// A contract said no to a substitution.
+    /// A contract said no to a substitution, an order cannot be obeyed (any more), or what was known before a restart has
+    /// nothing to stand for.
     Refused,
 }
 

@@ -4,6 +4,8 @@
 //! [`Input::Tick`] when [`Engine::next_deadline`] has come. Observations of one moment of reception are taken
 //! together: what they mean comes out with the first input of a later moment, or with a tick of the same one.
 
+mod order;
+mod snapshot;
 mod message;
 mod explain;
 mod testimony;
@@ -12,25 +14,30 @@ mod watched;
 mod ways;
 mod standby;
 mod provider;
+mod orders;
 mod reload;
+mod restore;
 mod evidence;
 
 pub use evidence::{Comparison, Evidence, Mute, Rival, Side};
 pub use explain::{difference as difference_text, interval as interval_text, span as span_text};
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality};
+pub use order::{Order, Refusal, Subject};
 pub use provider::NeedStatus;
+pub use snapshot::{Charge, Missing, Published, Remembered, Served, Snapshot, Trending};
 pub use testimony::Testimony;
 pub use watched::{WatchBudget, Witnesses, afford, can_be_watched, to_watch, witnesses};
 
-use crate::diagnosis::{Judge, JudgeOptions, Verdict};
+use crate::diagnosis::{Component, Decision, Judge, JudgeOptions, Verdict};
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use crate::monitor::{self, Absence, Change, Finding, Monitor, Symptom};
 use crate::observation::Observation;
 use crate::plan;
 use crate::time::{Span, Time};
-use alloc::collections::VecDeque;
+use alloc::collections::{BTreeMap, VecDeque};
+use alloc::string::String;
 use alloc::vec::Vec;
-use provider::Provider;
+use provider::{Provider, Situation};
 use standby::Standby;
 use ways::Lost;
 
@@ -75,6 +82,8 @@ pub struct Engine {
     /// Signals that speak again after silence, and since when: not used before their probation is over.
     returning: Vec<(SignalId, Time)>,
     probation: Span,
+    /// The accusations that stand, as they were told.
+    charges: BTreeMap<Component, Charge>,
     options: Options,
 }
 
@@ -115,6 +124,7 @@ impl Engine {
             changes: Vec::with_capacity(8),
             returning: Vec::new(),
             probation,
+            charges: BTreeMap::new(),
             options,
         }
     }
@@ -130,6 +140,9 @@ impl Engine {
                 self.advance(time);
                 self.settle();
             }
+            // A refusal is among the outputs.
+            Input::Order { time, order } => _ = self.order(&order, time),
+            Input::Restore { time, snapshot } => self.restore(&snapshot, time),
         }
     }
 
@@ -184,6 +197,12 @@ impl Engine {
         self.monitor.detectors().fault(signal)
     }
 
+    /// What a signal is accused of now, as it was told.
+    #[must_use]
+    pub fn charge(&self, signal: SignalId) -> Option<&Charge> {
+        self.charges.get(&Component::Signal(self.knowledge.witness(signal)))
+    }
+
     /// How a need is served now.
     #[must_use]
     pub fn need_status(&self, need: NeedId) -> NeedStatus {
@@ -220,17 +239,22 @@ impl Engine {
 
     /// Takes together what has come at this moment.
     fn settle(&mut self) {
+        self.settle_after(false);
+    }
+
+    /// The same after something from outside, which may have changed what the evidence means.
+    fn settle_after(&mut self, is_intervention: bool) {
         let Some(now) = self.now else { return };
         self.waiting = false;
         let evidence_changed = self.monitor.settle(now);
         let review_due = self.judge.next_review().is_some_and(|due| due <= now);
         let mut trust_changed = self.report_findings(now);
         trust_changed |= self.report_changes(now);
-        if evidence_changed || review_due || trust_changed {
+        if evidence_changed || review_due || trust_changed || is_intervention {
             trust_changed |= self.review(now);
         }
         if trust_changed {
-            self.replan(now);
+            self.replan(now, None);
         }
         self.provide(now);
     }
@@ -242,9 +266,10 @@ impl Engine {
             let Some(fault) = fault else { continue };
             let absence = self.monitor.watch().absence(*signal);
             let is_told = matches!(absence, Some(Absence::Invalid | Absence::OutOfRange));
-            if self.judge.convict(*signal, now) && !is_told {
+            if self.judge.convict(*signal, now) {
                 let event = explain::fault(&self.knowledge, *signal, fault, now);
-                self.outputs.push_back(Output::Event(event));
+                self.charges.insert(Component::Signal(*signal), explain::charge(&self.knowledge, &event));
+                self.outputs.extend((!is_told).then_some(Output::Event(event)));
             }
         }
         !findings.is_empty()
@@ -254,6 +279,7 @@ impl Engine {
     fn report_changes(&mut self, now: Time) -> bool {
         let mut changed = false;
         for change in core::mem::take(&mut self.changes) {
+            self.judge.lapse(change.signal);
             let until_now = self.returning.iter().position(|(signal, _)| *signal == change.signal);
             until_now.map(|at| self.returning.swap_remove(at));
             match change.absence {
@@ -296,6 +322,13 @@ impl Engine {
         let decisions = self.judge.review(&self.monitor, now);
         for decision in &decisions {
             let event = explain::decision(&self.knowledge, &self.monitor, decision, now);
+            match decision {
+                Decision::Failed(blame) | Decision::Suspected(blame, _) => {
+                    self.charges.insert(blame.component, explain::charge(&self.knowledge, &event));
+                }
+                Decision::Cleared(component) => _ = self.charges.remove(component),
+                Decision::Recovered(signal, _) => _ = self.charges.remove(&Component::Signal(*signal)),
+            }
             self.outputs.push_back(Output::Event(event));
         }
         !decisions.is_empty()
@@ -315,17 +348,27 @@ impl Engine {
         };
         Lost {
             signals: self.knowledge.signals().ids().filter(|signal| !usable(*signal)).collect(),
-            relations: self.judge.distrusted_relations().collect(),
+            relations: self.judge.distrusted_relations(),
         }
     }
 
-    fn replan(&mut self, now: Time) {
-        let lost = [self.lost(true), self.lost(false)];
-        let Engine { knowledge, graph, standby, monitor, providers, outputs, .. } = self;
+    /// Lets every need look again at what may serve it; `order` says why, when it is by order.
+    fn replan(&mut self, now: Time, order: Option<String>) {
+        let (providers, outputs, situation) = self.situation(now, order);
         for provider in providers.iter_mut() {
-            let event = provider.replan(knowledge, graph, standby, monitor, &lost, now);
-            outputs.extend(event.map(Output::Event));
+            outputs.extend(provider.replan(&situation).map(Output::Event));
         }
+    }
+
+    /// The needs, where they tell things, and what they choose by.
+    fn situation(
+        &mut self,
+        now: Time,
+        order: Option<String>,
+    ) -> (&mut IdVec<NeedId, Provider>, &mut VecDeque<Output>, Situation<'_>) {
+        let lost = [self.lost(true), self.lost(false)];
+        let Engine { knowledge, graph, standby, monitor, judge, providers, outputs, .. } = self;
+        (providers, outputs, Situation { knowledge, graph, standby, monitor, judge, lost, now, order })
     }
 
     fn provide(&mut self, now: Time) {

@@ -6,8 +6,11 @@
 
 mod inherit;
 mod proven;
+mod forced;
+mod resume;
 
 pub(super) use inherit::Succession;
+pub(super) use resume::Resumption;
 
 use super::explain;
 use super::message::{Event, EventKind, Output, Publication, PublishedValue, Quality};
@@ -39,6 +42,8 @@ const MOST_NAMED: usize = 3;
 pub struct NeedStatus {
     /// Signals and relations that serve it; `None` while nothing can.
     pub source: Option<String>,
+    /// The only source that may serve it, where an operator has ordered that.
+    pub forced: Option<String>,
     /// Values published.
     pub published: u64,
     /// The longest time between two of them.
@@ -56,6 +61,31 @@ enum Server {
     Active { since: Option<Time> },
     /// Another trusted way, for the moment.
     StandIn(WayIndex),
+}
+
+/// Why there is a better source than the one in use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Better {
+    /// Its signals are trusted again.
+    Trusted,
+    /// The changed model has brought another one that is preferred.
+    Changed,
+    /// The operator has given it back.
+    Ordered,
+}
+
+/// What a need's sources are chosen by.
+pub(super) struct Situation<'a> {
+    pub(super) knowledge: &'a KnowledgeBase,
+    pub(super) graph: &'a Graph,
+    pub(super) standby: &'a Standby,
+    pub(super) monitor: &'a Monitor,
+    pub(super) judge: &'a Judge,
+    /// What may not be used: the first of these losses that lets a need be served counts.
+    pub(super) lost: [Lost; 2],
+    pub(super) now: Time,
+    /// The order that has brought it about, in words; `None` when the trust in something has changed.
+    pub(super) order: Option<String>,
 }
 
 /// Serves one need.
@@ -88,8 +118,11 @@ pub(super) struct Provider {
     blend: Option<(f64, Time)>,
     /// Whether it has been told that the need is not served.
     unserved: bool,
-    /// Whether a change of the knowledge base has brought another source that is preferred.
-    is_outdone: bool,
+    /// Why a better source than the one in use is there, when there is one.
+    better_by: Better,
+    /// The only source that may serve it, by order; and whether nobody would choose it.
+    forced: Option<Way>,
+    is_doubted: bool,
     published: u64,
     longest_gap: Span,
     widest: f64,
@@ -124,7 +157,9 @@ impl Provider {
             server: None,
             blend: None,
             unserved: false,
-            is_outdone: false,
+            better_by: Better::Trusted,
+            forced: None,
+            is_doubted: false,
             published: 0,
             longest_gap: Span::ZERO,
             widest: 0.0,
@@ -138,6 +173,7 @@ impl Provider {
     pub(super) fn status(&self, knowledge: &KnowledgeBase) -> NeedStatus {
         NeedStatus {
             source: self.active.as_ref().map(|service| service.way().describe(knowledge)),
+            forced: self.forced.as_ref().map(|way| way.describe(knowledge)),
             published: self.published,
             longest_gap: self.longest_gap,
             widest: self.widest,
@@ -164,19 +200,12 @@ impl Provider {
         self.last.map(|(time, _)| time).or(self.started)
     }
 
-    /// Looks again for what may serve the need: without the first of these losses that lets it be served.
-    fn find_sources(
-        &mut self,
-        knowledge: &KnowledgeBase,
-        graph: &Graph,
-        standby: &Standby,
-        monitor: &Monitor,
-        lost: &[Lost],
-        now: Time,
-    ) {
-        let mut found = lost.iter().map(|lost| standby.sources(knowledge, graph, self.need, lost));
+    /// Looks again for what may serve the need.
+    fn find_sources(&mut self, situation: &Situation<'_>) {
+        let Situation { knowledge, graph, standby, monitor, now, .. } = situation;
+        let mut found = situation.lost.iter().map(|lost| standby.sources(knowledge, graph, self.need, lost));
         self.sources = found.find(|sources| !sources.is_empty()).unwrap_or_default();
-        self.rank(knowledge, monitor, Some(now));
+        self.rank(knowledge, monitor, Some(*now));
     }
 
     /// Starts the best source; whether there is one.
@@ -193,39 +222,43 @@ impl Provider {
 
     fn take_over(&mut self, knowledge: &KnowledgeBase, service: Option<Service>) {
         self.unfit_since = None;
-        self.is_outdone = false;
+        self.better_by = Better::Trusted;
         let rests_on = service.as_ref().map(|service| rests_on(knowledge, service.way()));
         self.active_rests_on = rests_on.unwrap_or_default();
         self.active = service;
     }
 
-    /// Chooses again after the trust in a signal has changed: without the first of these losses that lets the need
-    /// be served.
-    pub(super) fn replan(
-        &mut self,
-        knowledge: &KnowledgeBase,
-        graph: &Graph,
-        standby: &Standby,
-        monitor: &Monitor,
-        lost: &[Lost],
-        now: Time,
-    ) -> Option<Event> {
-        self.find_sources(knowledge, graph, standby, monitor, lost, now);
+    /// Chooses again after the trust in a signal has changed, or an order.
+    pub(super) fn replan(&mut self, situation: &Situation<'_>) -> Option<Event> {
+        let Situation { knowledge, monitor, now, .. } = *situation;
+        let was_outdone = self.better().is_some();
+        self.find_sources(situation);
+        if self.forced.is_some() {
+            return self.stay_forced(situation);
+        }
+        if !was_outdone {
+            self.better_by = if situation.order.is_some() { Better::Ordered } else { Better::Trusted };
+        }
         let current = self.active.as_ref().map(|service| service.way().clone());
         if current.as_ref().is_some_and(|way| self.sources.iter().any(|source| source.way == *way)) {
             return None;
         }
         let lost = current.map(|way| way.describe(knowledge));
+        let order = situation.order.as_deref();
         if !self.start_best(knowledge, monitor.ports()) {
-            return self.tell_unserved(
-                knowledge,
-                lost.map(|lost| format!("{lost} was lost and nothing else is trusted")),
-                now,
-            );
+            let because = lost.map(|lost| match order {
+                Some(order) => format!("{order}: {lost} is left, and nothing else is trusted"),
+                None => format!("{lost} was lost and nothing else is trusted"),
+            });
+            return self.tell_unserved(knowledge, because, now);
         }
         self.switched = Some(now);
         // Where nothing was lost, the need was not served: the first value tells that it is again.
-        let because = format!("{} is not trusted any more; {}", lost?, self.alternatives(knowledge));
+        let why = match order {
+            Some(order) => format!("{order}: {} is left", lost?),
+            None => format!("{} is not trusted any more", lost?),
+        };
+        let because = format!("{why}; {}", self.alternatives(knowledge));
         Some(self.event(knowledge, EventKind::Substituted, because, now))
     }
 
@@ -266,7 +299,7 @@ impl Provider {
 
     /// Leaves a source whose values have been too old or too wide for longer than a value may be old.
     fn leave_unfit(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> Option<Event> {
-        let since = self.unfit_since.filter(|since| now - *since > self.max_age)?;
+        let since = self.unfit_since.filter(|since| now - *since > self.max_age && self.forced.is_none())?;
         self.rank(knowledge, monitor, Some(now));
         let current = self.active.as_ref().map(Service::way)?;
         let other = |(source, _): &(&Source, &Ranked)| {
@@ -296,7 +329,7 @@ impl Provider {
     /// how the two have run: a record alone makes nobody leave a source that is sound.
     fn better(&self) -> Option<&Way> {
         let (best, active) = (self.sources.first()?, self.active.as_ref()?.way());
-        if best.way == *active {
+        if best.way == *active || self.forced.is_some() {
             return None;
         }
         if self.preferred.as_ref() == Some(&best.way) {
@@ -319,12 +352,13 @@ impl Provider {
         }
         let better = Some(better.clone());
         let left = self.active.as_ref().map(|service| service.way().describe(knowledge)).unwrap_or_default();
-        let is_outdone = self.is_outdone;
+        let better_by = self.better_by;
         self.start(knowledge, better, monitor.ports());
         self.switched = Some(now);
-        let why = match is_outdone {
-            true => "the changed model has a better source",
-            false => "its better source is trusted again",
+        let why = match better_by {
+            Better::Changed => "the changed model has a better source",
+            Better::Ordered => "its better source may serve it again by order of the operator",
+            Better::Trusted => "its better source is trusted again",
         };
         Some(self.event(knowledge, EventKind::Restored, format!("{why}; before: {left}"), now))
     }
@@ -351,7 +385,7 @@ impl Provider {
                 let votes = monitor.votes(self.variable, &self.active_rests_on, sample, trusts);
                 let fit = self.is_fit(&sample, now);
                 self.unfit_since = if fit { None } else { self.unfit_since.or(Some(now)) };
-                let sound = fit && !votes.is_contradicted();
+                let sound = fit && (self.forced.is_some() || !votes.is_contradicted());
                 match sound {
                     true => Some((sample, self.active_server())),
                     false => self.stand_in(knowledge, monitor, trusts, now),
@@ -390,6 +424,9 @@ impl Provider {
         trusts: impl Fn(&WatchedWay) -> bool + Copy,
         now: Time,
     ) -> Option<(Sample, Server)> {
+        if self.forced.is_some() {
+            return None;
+        }
         self.rank(knowledge, monitor, Some(now));
         let standing = |index: WayIndex| {
             let way = monitor.way(index).map(|way| way.computation.way());
@@ -450,8 +487,8 @@ impl Provider {
             let event = self.event(knowledge, EventKind::Restored, "it is served again".to_string(), now);
             outputs.push_back(Output::Event(event));
         }
-        let preferred = self.active.as_ref().map(Service::way) == self.preferred.as_ref();
-        let quality = if preferred { Quality::Good } else { Quality::Substitute };
+        let is_preferred = self.active.as_ref().map(Service::way) == self.preferred.as_ref();
+        let quality = if is_preferred && !self.is_doubted { Quality::Good } else { Quality::Substitute };
         outputs.push_back(Output::Publication(Publication {
             need: self.need,
             time: now,
@@ -467,12 +504,18 @@ impl Provider {
         if age <= self.max_age {
             return None;
         }
-        let because = format!(
-            "no value for {}: what is there is contradicted, too wide or too old (limits: age {}, width {})",
-            explain::span(age),
-            explain::span(self.max_age),
-            self.max_width
-        );
+        let limits = format!("limits: age {}, width {}", explain::span(self.max_age), self.max_width);
+        let age = explain::span(age);
+        let because = match &self.forced {
+            Some(way) => format!(
+                "no value for {age} from {}, which alone may serve it by order of the operator: what it gives is too \
+                 wide or too old ({limits})",
+                way.describe(knowledge)
+            ),
+            None => {
+                format!("no value for {age}: what is there is contradicted, too wide or too old ({limits})")
+            }
+        };
         self.tell_unserved(knowledge, Some(because), now)
     }
 }

@@ -2,14 +2,17 @@
 //!
 //! The new engine is set up as at the beginning, and every stage then takes over what is still the same, matched by names:
 //! the ports of signals that mean the same, the recent comparisons of ways that compute the same, the verdicts that
-//! rest on such comparisons, silences and probations, what serves each need, and the plans for its losses. So nothing of the old knowledge base
+//! rest on such comparisons, the orders in force, silences and probations, what serves each need, and the plans for its losses. So nothing of the old knowledge base
 //! stays, and nothing grows with the number of changes.
 
 use super::message::Output;
 use super::provider::Succession;
+use super::snapshot::Charge;
 use super::{Engine, explain};
+use crate::diagnosis::Component;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, NeedId, SignalId};
 use crate::time::Time;
+use alloc::collections::BTreeMap;
 
 impl Engine {
     /// Takes a new knowledge base over at a moment; what came before it is taken together first.
@@ -42,34 +45,37 @@ impl Engine {
         self.outputs.push_back(Output::Reloaded(now));
         let source = |(signal, since): &(SignalId, Time)| Some((lineage.source(*signal)?, *since));
         self.returning = old.returning.iter().filter_map(source).collect();
+        let orders = old.standing_orders();
         let inheritance = self.monitor.inherit(old.monitor, lineage, now);
         let dropped = self.judge.inherit(&old.judge, &self.monitor, lineage, &inheritance);
         for (component, is_described_anew) in dropped {
             let event = explain::judged_anew(&self.knowledge, component, is_described_anew, now);
             self.outputs.push_back(Output::Event(event));
         }
-        let lost = [self.lost(true), self.lost(false)];
-        let change = Succession {
-            old: &old.knowledge,
-            new: &self.knowledge,
-            lineage,
-            graph: &self.graph,
-            standby: &self.standby,
-            monitor: &self.monitor,
-            inheritance: &inheritance,
-            lost,
-            now,
-        };
-        let mut is_new = IdVec::filled(self.providers.len(), |_: NeedId| true);
+        self.inherit_charges(old.charges, lineage);
+        self.keep_orders(&orders, now);
+        let (providers, outputs, situation) = self.situation(now, None);
+        let change = Succession { old: &old.knowledge, lineage, inheritance: &inheritance, situation };
+        let mut is_new = IdVec::filled(providers.len(), |_: NeedId| true);
         let ids = old.knowledge.needs().ids();
         for (id, provider) in ids.zip(old.providers) {
             let Some(need) = lineage.need(id) else { continue };
             is_new[need] = false;
-            let event = self.providers[need].inherit(provider, &change);
-            self.outputs.extend(event.map(Output::Event));
+            let event = providers[need].inherit(provider, &change);
+            outputs.extend(event.map(Output::Event));
         }
-        for (provider, _) in self.providers.iter_mut().zip(&is_new).filter(|(_, is_new)| **is_new) {
+        for (provider, _) in providers.iter_mut().zip(&is_new).filter(|(_, is_new)| **is_new) {
             provider.begin(&change);
         }
+    }
+    /// Accusations stand as long as their verdicts do.
+    fn inherit_charges(&mut self, old: BTreeMap<Component, Charge>, lineage: &Lineage) {
+        let same = |component: Component| match component {
+            Component::Signal(signal) => lineage.signal(signal).map(Component::Signal),
+            Component::Relation(relation) => lineage.relation(relation).map(Component::Relation),
+            Component::Cause(_) => None,
+        };
+        let charges = old.into_iter().filter_map(|(it, charge)| Some((same(it)?, charge)));
+        self.charges = charges.filter(|(component, _)| self.judge.accuses(*component)).collect();
     }
 }

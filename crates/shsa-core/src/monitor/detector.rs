@@ -120,6 +120,12 @@ impl Detectors {
         }
     }
 
+    /// Forgets what the readings of a signal have shown; between two moments.
+    pub(super) fn forget(&mut self, signal: SignalId) {
+        let detector = &mut self.list[signal];
+        (detector.bits, detector.seen, detector.fault) = ([0; DETECTED.len()], 0, None);
+    }
+
     /// Notes what a port says about a reading.
     pub fn observe(&mut self, signal: SignalId, reception: &Reception, now: Time) {
         let detector = &mut self.list[signal];

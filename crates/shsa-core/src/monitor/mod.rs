@@ -21,6 +21,7 @@ pub mod thesis;
 mod index;
 mod build;
 mod inherit;
+mod amend;
 
 pub use build::{compared, rests_on};
 pub use detector::{Detectors, Evidence, Fault, Finding};
@@ -29,7 +30,7 @@ pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};
 pub use record::{Figures, Memory, Record};
 pub use stillness::Stillness;
 pub use symptom::Symptom;
-pub use trend::{Tendency, Trend, TrendOptions};
+pub use trend::{Tendency, Trend, TrendOptions, TrendRecord};
 pub use watch::{Absence, Change, Watch};
 
 use crate::alignment::{Acceptance, History, Port, Reach, Sample};

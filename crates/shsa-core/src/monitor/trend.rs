@@ -2,6 +2,10 @@
 //!
 //! All figures are shares of the tolerance: half the sum of both widths. A difference of 1 is where the intervals part.
 
+mod recall;
+
+pub use recall::TrendRecord;
+
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
 
@@ -138,6 +142,11 @@ impl Trend {
     /// Forgets everything but how the two usually differ.
     pub fn forget(&mut self) {
         *self = Trend { usual: self.usual, ..Trend::empty(self.options) };
+    }
+
+    /// Forgets everything.
+    pub(super) fn begin_anew(&mut self) {
+        *self = Trend::empty(self.options);
     }
 
     /// Takes a comparison in.

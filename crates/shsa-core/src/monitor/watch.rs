@@ -78,6 +78,11 @@ impl Watch {
         self.quiet_until = present.map(|voice| voice.deadline(voice.last(start))).min().unwrap_or(Time::MAX);
     }
 
+    /// A signal was absent before the start; it counts as that until it speaks.
+    pub(super) fn expect_absent(&mut self, signal: SignalId, absence: Absence) {
+        self.voices[signal].absence = Some(absence);
+    }
+
     /// Whether a signal has ever given a possible value.
     #[must_use]
     pub fn has_spoken(&self, signal: SignalId) -> bool {

@@ -115,10 +115,7 @@ impl System {
                 (f64::from(from_s) * rate_hz) as u64..(f64::from(from_s + seconds) * rate_hz) as u64;
             inputs.extend(numbers.map(|number| self.observation(signal, number as f64 / rate_hz)));
         }
-        inputs.sort_by_key(|input| match input {
-            Input::Observation(observation) => observation.received,
-            Input::Tick(time) => *time,
-        });
+        inputs.sort_by_key(Input::time);
         inputs
     }
 

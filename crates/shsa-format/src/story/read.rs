@@ -11,8 +11,9 @@ use crate::model::lines::Lines;
 use crate::model::reader::{Fields, Keys, Reader};
 use crate::model::tree::{self, Node, Value};
 use crate::model::{self, Report, shape};
+use crate::order::OrderForm;
 use crate::recording::Sample;
-use shsa_core::engine::EventKind;
+use shsa_core::engine::{EventKind, Order};
 use shsa_core::expression::parse_quantity;
 use shsa_core::knowledge::{Id, KnowledgeBase, Model, NeedId, Place, SignalId, Text, VariableId, build_from};
 use shsa_core::monitor::Symptom;
@@ -23,7 +24,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 const STORY: [&str; 6] = ["story", "why", "model", "trace", "changes", "expect"];
-const TRACE: [&str; 6] = ["duration", "seed", "truth", "signals", "faults", "rows"];
+const TRACE: [&str; 7] = ["duration", "seed", "truth", "signals", "faults", "rows", "orders"];
+const ORDER: [&str; 7] = ["at", "order", "signal", "relation", "cause", "need", "source"];
 const SOURCE: [&str; 9] = ["value", "rate", "from", "to", "jitter", "delay", "latency", "noise", "echo"];
 const CHANGE: [&str; 2] = ["at", "change"];
 const ROW: [&str; 4] = ["signal", "time", "received", "value"];
@@ -165,6 +167,8 @@ impl Writer<'_, '_> {
         trace.faults = faults.iter().filter_map(|node| self.fault(node)).collect();
         let rows = items(self, "rows", "- { signal: /a, time: 5 s, value: 3 }");
         trace.rows = rows.iter().filter_map(|node| self.row(node)).collect();
+        let orders = items(self, "orders", "- { at: 5 s, order: forbid, signal: /a }");
+        trace.orders = orders.iter().filter_map(|node| self.order(node)).collect();
         trace
     }
 
@@ -294,6 +298,32 @@ impl Writer<'_, '_> {
         let value = value.and_then(|node| self.raw(node))?;
         let (wanted, time) = (signal?.index(), time?);
         Some(Sample { wanted, time, received: received.unwrap_or(time), value })
+    }
+
+    /// What an operator orders. Whether it can be obeyed is up to the story.
+    fn order(&mut self, node: &Node) -> Option<(Time, Order)> {
+        let fields = self.reader.fields(node, "an order", &ORDER, "{ at: 5 s, order: forbid, signal: /a }");
+        let at = self.at(node, &fields);
+        let name = required(self.reader, node, &fields, "order");
+        let mut text = |key: &str| {
+            let text = self.reader.text(fields.get(key)?, "a name", "signal: /a")?;
+            Some(text.text)
+        };
+        let (signal, relation, cause) = (text("signal"), text("relation"), text("cause"));
+        let (need, source) = (text("need"), text("source"));
+        let order = self.reader.text(name?, "an order", "order: forbid")?.text;
+        let form = OrderForm { order, signal, relation, cause, need, source };
+        match form.order() {
+            Ok(order) => Some((at?, order)),
+            Err(error) => {
+                self.reader.wrong(
+                    node,
+                    &error.to_string(),
+                    "write it like `{ at: 5 s, order: forbid, signal: /a }`",
+                );
+                None
+            }
+        }
     }
 
     fn time(&mut self, node: Option<&Node>) -> Option<Time> {

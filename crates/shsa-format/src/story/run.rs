@@ -2,7 +2,7 @@
 
 use super::trace::Echo;
 use super::{Story, change};
-use crate::drive::{Era, Given, Run, time};
+use crate::drive::{Era, Given, Run};
 use shsa_core::engine::{Engine, Input, PublishedValue};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::observation::{Observation, RawValue};
@@ -36,7 +36,7 @@ pub(super) fn drive(
         changes: &story.changes,
     };
     for input in story.trace.inputs(&story.knowledge) {
-        stage.echo_until(time(&input));
+        stage.echo_until(input.time());
         stage.give(&input);
     }
     let end = Time(0) + story.trace.duration;
@@ -78,9 +78,9 @@ where
     }
 
     fn give(&mut self, input: &Input) {
-        self.change_until(time(input));
-        self.look_until(time(input));
-        self.pass(time(input));
+        self.change_until(input.time());
+        self.look_until(input.time());
+        self.pass(input.time());
         let Some(input) = self.known(input) else { return };
         let Ok(()) = self.run.take(&input, &mut self.record);
         self.listen();

@@ -5,7 +5,7 @@ use crate::fault::Fault;
 use crate::recording::Sample;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use shsa_core::engine::Input;
+use shsa_core::engine::{Input, Order};
 use shsa_core::knowledge::{Id, KnowledgeBase, NeedId, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
@@ -19,6 +19,8 @@ pub(super) struct Trace {
     pub(super) echoes: Vec<Echo>,
     pub(super) faults: Vec<(Fault, SignalId)>,
     pub(super) rows: Vec<Sample>,
+    /// What operators order, by time.
+    pub(super) orders: Vec<(Time, Order)>,
 }
 
 /// A sensor that samples a formula.
@@ -49,8 +51,8 @@ pub(super) struct Echo {
 }
 
 impl Trace {
-    /// All observations but the echoes, with the faults injected, in the order of their reception; what would come
-    /// after the end is left out.
+    /// All observations but the echoes, with the faults injected, and all orders, in the order of their reception; what
+    /// would come after the end is left out. An order comes before what is observed at its moment.
     pub(super) fn inputs(&self, knowledge: &KnowledgeBase) -> Vec<Input> {
         let sampled =
             |(number, source): (usize, &Source)| source.samples(knowledge, self.seed, number as u64);
@@ -61,7 +63,11 @@ impl Trace {
             fault.inject(&mut samples, signal.index(), Time(0), self.seed.wrapping_add(number as u64));
         }
         let end = Time(0) + self.duration;
-        samples.into_iter().filter(|sample| sample.received <= end).map(input).collect()
+        let order = |(time, order): &(Time, Order)| Input::Order { time: *time, order: order.clone() };
+        let mut inputs: Vec<Input> = self.orders.iter().map(order).collect();
+        inputs.extend(samples.into_iter().filter(|sample| sample.received <= end).map(input));
+        inputs.sort_by_key(Input::time);
+        inputs
     }
 }
 

@@ -106,7 +106,7 @@ impl<'a> Words<'a> {
     pub(super) fn why_silent(&self, comparison: &Comparison, at: Time) -> String {
         if !comparison.explained_by.is_empty() {
             let failed = self.signals(&comparison.explained_by);
-            return format!("it does not count: {failed} is part of it and has failed");
+            return format!("it does not count: {failed} is part of it, and has failed or is forbidden");
         }
         if comparison.relationship == Relationship::Agree {
             return "it agrees, but both rest on the signal: this is no evidence".to_owned();

@@ -8,7 +8,7 @@ use shsa_core::engine::Input;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time};
-use shsa_format::drive::{self, Era};
+use shsa_format::drive::Era;
 use shsa_format::fault::Fault;
 use shsa_format::journal;
 use shsa_format::model::live::Live;
@@ -62,7 +62,7 @@ impl Source {
     /// What goes into the run of a story.
     pub(crate) fn of_story(story: &Story) -> Source {
         let eras = story.journal();
-        let last = eras.iter().flat_map(|era| &era.inputs).map(drive::time).max();
+        let last = eras.iter().flat_map(|era| &era.inputs).map(Input::time).max();
         Source {
             eras,
             clean: None,

@@ -119,9 +119,9 @@ impl Judge {
         })
     }
 
-    /// Whether something else than `except` that has failed is in the pair.
+    /// Whether something else than `except` that has failed, or is forbidden, is in the pair.
     pub(super) fn is_explained(&self, monitor: &Monitor, pair: &Pair, except: Option<Component>) -> bool {
-        self.failed.iter().any(|&failed| Some(failed) != except && rests_on(monitor, pair, failed))
+        self.discounted.iter().any(|&it| Some(it) != except && rests_on(monitor, pair, it))
     }
 }
 

@@ -2,15 +2,11 @@
 
 use super::super::explain;
 use super::super::message::{Event, EventKind};
-use super::super::standby::Standby;
-use super::super::ways::Lost;
-use super::{Provider, Server};
+use super::{Better, Provider, Server, Situation};
 use crate::knowledge::{KnowledgeBase, Lineage, SignalId};
-use crate::monitor::{Inheritance, Monitor};
-use crate::plan::Graph;
+use crate::monitor::Inheritance;
 use crate::service::Service;
 use crate::substitution::Way;
-use crate::time::Time;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -18,15 +14,10 @@ use alloc::vec::Vec;
 /// A change of the knowledge base, as the needs see it.
 pub(in super::super) struct Succession<'a> {
     pub(in super::super) old: &'a KnowledgeBase,
-    pub(in super::super) new: &'a KnowledgeBase,
     pub(in super::super) lineage: &'a Lineage,
-    pub(in super::super) graph: &'a Graph,
-    pub(in super::super) standby: &'a Standby,
-    pub(in super::super) monitor: &'a Monitor,
     pub(in super::super) inheritance: &'a Inheritance,
-    /// What may not be used: first with the signals that have yet to prove themselves.
-    pub(in super::super) lost: [Lost; 2],
-    pub(in super::super) now: Time,
+    /// In the changed model.
+    pub(in super::super) situation: Situation<'a>,
 }
 
 impl Provider {
@@ -44,75 +35,84 @@ impl Provider {
             Server::Active { .. } => Some(server),
             Server::StandIn(way) => change.inheritance.way(way).map(Server::StandIn),
         });
-        self.choose(change);
-        let Some(mut service) = old.active else { return self.start_anew(None, change) };
-        let way = service.way().succeeded(change.lineage);
-        match way.filter(|way| self.sources.iter().any(|source| source.way == *way)) {
-            Some(way) => {
+        self.find_sources(&change.situation);
+        let preferred = old.preferred.as_ref().and_then(|way| way.succeeded(change.lineage));
+        let way = old.active.as_ref().and_then(|service| service.way().succeeded(change.lineage));
+        let way = way.filter(|way| self.may_go_on(way, change));
+        match (way, old.active) {
+            (Some(way), Some(mut service)) => {
                 self.go_on(way, &mut service, change);
                 self.unfit_since = old.unfit_since;
-                let preferred = old.preferred.as_ref().and_then(|way| way.succeeded(change.lineage));
-                self.is_outdone = old.is_outdone || self.preferred != preferred;
+                self.is_doubted = old.is_doubted;
+                self.better_by = if self.preferred == preferred { old.better_by } else { Better::Changed };
                 None
             }
-            None => self.start_anew(Some(service.way()), change),
+            _ if self.forced.is_some() => self.stay_forced(&change.situation),
+            (_, left) => self.start_anew(left.as_ref().map(Service::way), change),
+        }
+    }
+
+    /// Whether a source that has served until the change may do so.
+    fn may_go_on(&self, way: &Way, change: &Succession<'_>) -> bool {
+        let Situation { knowledge, judge, .. } = change.situation;
+        match &self.forced {
+            Some(forced) => forced == way && judge.forbidden_in(knowledge, way).is_empty(),
+            None => self.sources.iter().any(|source| source.way == *way),
         }
     }
 
     /// A need that is new, or means something else now, begins with what can be trusted.
     pub(in super::super) fn begin(&mut self, change: &Succession<'_>) {
-        self.choose(change);
-        self.start_heard(change);
-    }
-
-    fn choose(&mut self, change: &Succession<'_>) {
-        let Succession { new, graph, standby, monitor, lost, now, .. } = change;
-        self.find_sources(new, graph, standby, monitor, lost, *now);
+        self.find_sources(&change.situation);
+        self.start_heard(&change.situation);
     }
 
     /// Goes on with the same source, without a gap in what its program remembers where it still computes the same.
     fn go_on(&mut self, way: Way, old: &mut Service, change: &Succession<'_>) {
-        let ports = change.monitor.ports();
-        let Some(mut service) = Service::start(change.new, way, ports) else { return };
+        let Situation { knowledge, monitor, .. } = change.situation;
+        let Some(mut service) = Service::start(knowledge, way, monitor.ports()) else { return };
         if !service.inherit(old, change.lineage) {
             // Its values may differ from now on: that is a switch, as for the blending.
             self.server = None;
         }
-        self.take_over(change.new, Some(service));
+        self.take_over(knowledge, Some(service));
     }
 
     /// Leaves a source that the change has taken away.
     fn start_anew(&mut self, lost: Option<&Way>, change: &Succession<'_>) -> Option<Event> {
+        let Situation { knowledge, now, .. } = change.situation;
         self.unfit_since = None;
-        let is_served = self.start_heard(change);
+        let is_served = self.start_heard(&change.situation);
         let reason = lost.map(|way| lost_by(way, change));
         if !is_served {
             let because = reason.map(|reason| format!("{reason}, and nothing else is trusted"));
-            return self.tell_unserved(change.new, because, change.now);
+            return self.tell_unserved(knowledge, because, now);
         }
-        self.switched = Some(change.now);
-        let because = format!("{}; {}", reason?, self.alternatives(change.new));
-        Some(self.event(change.new, EventKind::Substituted, because, change.now))
+        self.switched = Some(now);
+        let because = format!("{}; {}", reason?, self.alternatives(knowledge));
+        Some(self.event(knowledge, EventKind::Substituted, because, now))
     }
 
     /// Starts the best source whose signals have all spoken, else the best; whether there is one.
-    fn start_heard(&mut self, change: &Succession<'_>) -> bool {
-        let spoken = |way: &Way| way.inputs().all(|signal| change.monitor.watch().has_spoken(signal));
+    fn start_heard(&mut self, situation: &Situation<'_>) -> bool {
+        let Situation { knowledge, monitor, .. } = *situation;
+        let spoken = |way: &Way| way.inputs().all(|signal| monitor.watch().has_spoken(signal));
         let heard = self.ranked().map(|(source, _)| &source.way).find(|way| spoken(way)).cloned();
-        let service = heard.and_then(|way| Service::start(change.new, way, change.monitor.ports()));
+        let service = heard.and_then(|way| Service::start(knowledge, way, monitor.ports()));
         match service {
             Some(_) => {
-                self.take_over(change.new, service);
+                self.take_over(knowledge, service);
                 true
             }
-            None => self.start_best(change.new, change.monitor.ports()),
+            None => self.start_best(knowledge, monitor.ports()),
         }
     }
 }
 
 /// Why a change takes a source away: what is gone, described anew or withdrawn, or that it does not serve any more.
 fn lost_by(way: &Way, change: &Succession<'_>) -> String {
-    let Succession { old, new, lineage, .. } = *change;
+    let Succession { old, lineage, .. } = *change;
+    let new = change.situation.knowledge;
     let name = |signal: SignalId| old.signals()[signal].name.as_str();
     let signals =
         |is: &dyn Fn(SignalId) -> bool| way.inputs().filter(|&id| is(id)).map(name).collect::<Vec<_>>();

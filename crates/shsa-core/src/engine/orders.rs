@@ -1,0 +1,235 @@
+//! Operators' orders: what nothing may rest on, what must serve a need, who is vouched for.
+
+use super::message::Output;
+use super::order::{Order, Refusal, Subject, already, find_need};
+use super::ways::{Lost, ways};
+use super::{Engine, explain};
+use crate::diagnosis::{Component, rests_on};
+use crate::knowledge::NeedId;
+use crate::service::Service;
+use crate::substitution::Way;
+use crate::time::Time;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+impl Engine {
+    /// Obeys an operator at a moment; what came before it is taken together first. What follows from it is told as
+    /// always, by events that name the order.
+    ///
+    /// # Errors
+    /// When it cannot be obeyed: the name is unknown, or there is nothing to do. Then nothing has changed, and a
+    /// [`Refused`](super::EventKind::Refused) is among the outputs, too, so that it stands where decisions stand.
+    pub fn order(&mut self, order: &Order, at: Time) -> Result<(), Refusal> {
+        self.advance(at);
+        if self.waiting {
+            self.settle();
+        }
+        let now = self.now.unwrap_or(at);
+        match self.obey(order, now) {
+            Ok(reason) => {
+                self.replan(now, reason);
+                self.settle_after(true);
+                Ok(())
+            }
+            Err(refusal) => {
+                self.refuse(None, format!("`{order}` cannot be obeyed: {refusal}"), now);
+                Err(refusal)
+            }
+        }
+    }
+
+    /// The orders in force: what is forbidden, by file order, then what needs are tied to.
+    #[must_use]
+    pub fn standing_orders(&self) -> Vec<Order> {
+        let knowledge = &self.knowledge;
+        let forbidden = self.judge.forbidden().map(|it| Order::Forbid(Subject::of(knowledge, it)));
+        let forced = self.providers.enumerate().filter_map(|(need, provider)| {
+            let source = provider.forced()?.describe(knowledge);
+            Some(Order::Force { need: knowledge.needs()[need].signal.clone(), source })
+        });
+        forbidden.chain(forced).collect()
+    }
+
+    /// Does what an order says to itself, and gives the reason for what follows from it.
+    fn obey(&mut self, order: &Order, now: Time) -> Result<Option<String>, Refusal> {
+        match order {
+            Order::Forbid(subject) => match self.judge.forbid(self.usable(subject)?) {
+                true => Ok(Some(format!("{subject} must not be used, by order of the operator"))),
+                false => Err(already(order)),
+            },
+            Order::Allow(subject) => match self.judge.allow(self.usable(subject)?) {
+                true => Ok(Some(format!("{subject} may be used again, by order of the operator"))),
+                false => Err(Refusal::new(format!("{subject} is not forbidden"), self.in_force())),
+            },
+            Order::Force { need, source } => {
+                let need = find_need(&self.knowledge, need)?;
+                let way = self.source(need, source)?;
+                if self.providers[need].forced() == Some(&way) {
+                    return Err(already(order));
+                }
+                self.serve(need, Some(way), now);
+                Ok(None)
+            }
+            Order::Release(name) => {
+                let need = find_need(&self.knowledge, name)?;
+                if self.providers[need].forced().is_none() {
+                    let reason = format!("{name} chooses its source itself already");
+                    return Err(Refusal::new(reason, self.in_force()));
+                }
+                self.serve(need, None, now);
+                Ok(None)
+            }
+            Order::Clear(subject) => {
+                self.clear(subject, now)?;
+                Ok(Some(format!("{subject} was cleared by order of the operator")))
+            }
+        }
+    }
+
+    /// The signal or relation of a subject.
+    fn usable(&self, subject: &Subject) -> Result<Component, Refusal> {
+        match subject.find(&self.knowledge)? {
+            Component::Cause(cause) => {
+                let shared = &self.knowledge.causes()[cause].signals;
+                let names = shared.iter().map(|signal| self.knowledge.signals()[*signal].name.as_str());
+                let names: Vec<&str> = names.collect();
+                let help = format!("name the signals that share it: {}", names.join(", "));
+                Err(Refusal::new(format!("{subject} is no signal or relation"), help))
+            }
+            component => Ok(component),
+        }
+    }
+
+    fn in_force(&self) -> String {
+        let orders: Vec<String> = self.standing_orders().iter().map(|order| format!("`{order}`")).collect();
+        match orders.is_empty() {
+            true => "no order is in force".to_string(),
+            false => format!("in force: {}", orders.join(", ")),
+        }
+    }
+
+    /// Ties a need to a source, or sets it free.
+    fn serve(&mut self, need: NeedId, way: Option<Way>, now: Time) {
+        let reason = "the need chooses its source itself again, by order of the operator".to_string();
+        let (providers, outputs, situation) = self.situation(now, Some(reason));
+        let provider = &mut providers[need];
+        let event = match way {
+            Some(way) => provider.force(way, &situation),
+            None => provider.release(&situation),
+        };
+        outputs.extend(event.map(Output::Event));
+    }
+
+    /// The way of serving a need that has this description. A search among what the text can name: nothing else is looked
+    /// at, so that also those are found that are no good or are looked behind.
+    pub(super) fn source(&self, need: NeedId, text: &str) -> Result<Way, Refusal> {
+        let Engine { knowledge, graph, .. } = self;
+        let need_described = &knowledge.needs()[need];
+        let (signals, relations) = (knowledge.signals().enumerate(), knowledge.relations().enumerate());
+        let unnamed = Lost {
+            signals: signals.filter(|(_, it)| !text.contains(&it.name)).map(|(id, _)| id).collect(),
+            relations: relations.filter(|(_, it)| !text.contains(&it.name)).map(|(id, _)| id).collect(),
+        };
+        let mut found = ways(knowledge, graph, need_described.variable, &unnamed).into_iter();
+        let Some(source) = found.find(|source| source.way.describe(knowledge) == text) else {
+            let all = self.standby.sources(knowledge, graph, need, &Lost::default());
+            let all: Vec<String> = all.iter().map(|source| source.way.describe(knowledge)).collect();
+            let what = format!("source of {} that could run now:", need_described.signal);
+            return Err(Refusal::unknown(&what, text, all.iter().map(String::as_str)));
+        };
+        let lag = Service::lag(knowledge, &source.way);
+        if lag > need_described.max_age {
+            let (lag, most) = (explain::span(lag), explain::span(need_described.max_age));
+            let reason = format!("values of {text} are {lag} old when they come");
+            return Err(Refusal::new(reason, format!("the need asks for at most {most}")));
+        }
+        Ok(source.way)
+    }
+
+    fn clear(&mut self, subject: &Subject, now: Time) -> Result<(), Refusal> {
+        let component = subject.find(&self.knowledge)?;
+        let Component::Cause(cause) = component else {
+            return match self.vouch(component) {
+                true => {
+                    let event = explain::vouched(&self.knowledge, component, None, now);
+                    self.outputs.push_back(Output::Event(event));
+                    Ok(())
+                }
+                false => Err(self.nothing_to_clear(subject, component)),
+            };
+        };
+        let sharing = self.knowledge.causes()[cause].signals.clone();
+        let mut is_any = false;
+        for signal in sharing.into_iter().map(Component::Signal) {
+            if self.vouch(signal) {
+                is_any = true;
+                let event = explain::vouched(&self.knowledge, signal, Some(cause), now);
+                self.outputs.push_back(Output::Event(event));
+            }
+        }
+        match is_any {
+            true => Ok(()),
+            false => Err(self.nothing_to_clear(subject, component)),
+        }
+    }
+
+    /// Drops what speaks against a component; whether anything did. Nobody can vouch for what gives no value.
+    fn vouch(&mut self, component: Component) -> bool {
+        let signal = match component {
+            Component::Signal(signal) => Some(signal),
+            Component::Relation(_) | Component::Cause(_) => None,
+        };
+        if signal.is_some_and(|signal| self.absence(signal).is_some()) {
+            return false;
+        }
+        let count = self.returning.len();
+        self.returning.retain(|(returning, _)| Some(*returning) != signal);
+        if !self.judge.vouch(component) && self.returning.len() == count {
+            return false;
+        }
+        self.charges.remove(&component);
+        let pairs = self.monitor.pairs().iter().enumerate();
+        let about = pairs.filter(|(_, pair)| rests_on(&self.monitor, pair, component));
+        let about: Vec<usize> = about.map(|(place, _)| place).collect();
+        self.monitor.forget_pairs(&about);
+        signal.into_iter().for_each(|signal| self.monitor.forget_readings(signal));
+        true
+    }
+
+    fn nothing_to_clear(&self, subject: &Subject, component: Component) -> Refusal {
+        match component {
+            Component::Signal(signal) if self.absence(signal).is_some() => {
+                Refusal::new(format!("{subject} gives no usable value"), "clear it when it speaks again")
+            }
+            _ => Refusal::new(format!("{subject} is not accused"), "there is nothing to clear".to_string()),
+        }
+    }
+
+    /// Keeps the orders of the engine before a change or a restart, where what they name is there; tells of the others.
+    /// Needs are tied without a switch: that is up to those that go on.
+    pub(super) fn keep_orders(&mut self, orders: &[Order], now: Time) {
+        for order in orders {
+            let kept = match order {
+                Order::Forbid(subject) => {
+                    self.usable(subject).map(|component| _ = self.judge.forbid(component))
+                }
+                Order::Force { need, source } => find_need(&self.knowledge, need).and_then(|need| {
+                    let way = self.source(need, source)?;
+                    self.providers[need].tie(way);
+                    Ok(())
+                }),
+                Order::Allow(_) | Order::Release(_) | Order::Clear(_) => Ok(()),
+            };
+            if let Err(refusal) = kept {
+                self.refuse(None, format!("`{order}` is not in force any more: {refusal}"), now);
+            }
+        }
+    }
+
+    /// Tells of what cannot be done.
+    pub(super) fn refuse(&mut self, about: Option<Component>, because: String, now: Time) {
+        let event = explain::refused(&self.knowledge, about, because, now);
+        self.outputs.push_back(Output::Event(event));
+    }
+}

@@ -1,0 +1,172 @@
+//! A run outlasts its process: what is known is taken out as names, and a new engine goes on from it.
+//!
+//! A fresh engine knows nothing, and nothing is no reason to trust what had failed. So verdicts, silences, orders and
+//! sources go on; accusations end by evidence that the new engine has gathered itself, never by a restart.
+
+use super::Engine;
+use super::message::Output;
+use super::order::{Subject, find_need};
+use super::provider::Resumption;
+use super::snapshot::{Missing, Published, Remembered, Served, Snapshot, Trending};
+use crate::alignment::Sample;
+use crate::diagnosis::{Component, Record};
+use crate::interval::Interval;
+use crate::knowledge::NeedId;
+use crate::monitor::{Absence, Pair, TrendRecord, WatchedWay, WayIndex};
+use crate::time::Time;
+use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+impl Engine {
+    /// What must outlast the process. O(signals + pairs + what was ever accused); allocates.
+    #[must_use]
+    pub fn snapshot(&self) -> Snapshot {
+        let subject = |component| Subject::of(&self.knowledge, component);
+        let verdicts =
+            self.judge.records().filter(|(_, record)| is_worth(record)).map(|(component, record)| {
+                let charge = self.charges.get(&component).cloned();
+                Remembered { subject: subject(component), record, charge }
+            });
+        let missing = self.knowledge.signals().enumerate().filter_map(|(id, signal)| {
+            let absence = self.absence(id);
+            let is_missing = absence.is_some() || self.returning.iter().any(|(it, _)| *it == id);
+            is_missing.then(|| Missing { signal: signal.name.clone(), absence })
+        });
+        Snapshot {
+            time: self.now.unwrap_or_default(),
+            verdicts: verdicts.collect(),
+            absences: missing.collect(),
+            trends: self.monitor.pairs().iter().filter_map(|pair| self.trending(pair)).collect(),
+            orders: self.standing_orders(),
+            needs: self.providers.ids().map(|need| self.served(need)).collect(),
+        }
+    }
+
+    fn trending(&self, pair: &Pair) -> Option<Trending> {
+        let record = pair.trend.to_record()?;
+        let (way, other) = (self.monitor.way(pair.way)?, self.monitor.way(pair.other)?);
+        let words = |way: &WatchedWay| way.computation.way().describe(&self.knowledge);
+        let variable = self.knowledge.variables()[way.variable()].name.clone();
+        Some(Trending { variable, way: words(way), other: words(other), record })
+    }
+
+    fn served(&self, need: NeedId) -> Served {
+        let provider = &self.providers[need];
+        let published = |(time, sample): (Time, Sample)| {
+            let Sample { validity, value } = sample;
+            value.is_bounded().then_some(Published { time, validity, value })
+        };
+        Served {
+            need: self.knowledge.needs()[need].signal.clone(),
+            source: provider.active().map(|service| service.way().describe(&self.knowledge)),
+            switched: provider.switched(),
+            unserved: provider.is_unserved(),
+            last: provider.last().and_then(published),
+        }
+    }
+
+    /// Goes on from what was known before a restart, before anything else is put in. What has nothing to stand for in
+    /// this knowledge base is told as [`Refused`](super::EventKind::Refused); a need whose source may not be used any
+    /// more is served by another one, which is told, too.
+    ///
+    /// An accusation stands until new evidence has spoken for the accused as long as its probation says. A signal
+    /// that was silent stays so until it speaks, and one that had just come back begins its probation anew. Times after `at`
+    /// (the clock was set back) count as `at`.
+    pub fn restore(&mut self, snapshot: &Snapshot, at: Time) {
+        self.advance(at);
+        if self.waiting {
+            self.settle();
+        }
+        let now = self.now.unwrap_or(at);
+        snapshot.verdicts.iter().for_each(|verdict| self.recall(verdict, now));
+        snapshot.absences.iter().for_each(|missing| self.miss(missing, now));
+        self.recall_trends(&snapshot.trends, now);
+        self.keep_orders(&snapshot.orders, now);
+        let mut served: Vec<(NeedId, &Served)> = Vec::new();
+        for need in &snapshot.needs {
+            match find_need(&self.knowledge, &need.need) {
+                Ok(id) => served.push((id, need)),
+                Err(refusal) => {
+                    self.refuse(None, format!("what served {} is forgotten: {refusal}", need.need), now);
+                }
+            }
+        }
+        let (providers, outputs, situation) = self.situation(now, None);
+        for (need, served) in served {
+            let event = providers[need].resume(&resumption(served, now), &situation);
+            outputs.extend(event.map(Output::Event));
+        }
+        // Needs that are new, and those whose source is not what it was chosen from.
+        self.replan(now, None);
+        self.settle_after(true);
+    }
+
+    fn recall(&mut self, remembered: &Remembered, now: Time) {
+        let Remembered { subject, record, charge } = remembered;
+        match subject.find(&self.knowledge) {
+            Ok(component @ (Component::Signal(_) | Component::Relation(_))) => {
+                let cleared = record.cleared.map(|at| at.min(now));
+                self.judge.recall(component, Record { cleared, ..*record }, now);
+                if record.verdict.is_some() {
+                    self.charges.extend(charge.clone().map(|charge| (component, charge)));
+                }
+            }
+            Ok(Component::Cause(_)) => {}
+            Err(_) if record.verdict.is_none() => {}
+            Err(refusal) => {
+                self.refuse(None, format!("the accusation of {subject} is forgotten: {refusal}"), now);
+            }
+        }
+    }
+
+    /// Ways that are not watched any more, or compared the other way round, begin anew.
+    fn recall_trends(&mut self, trends: &[Trending], now: Time) {
+        let named = |(at, way): (usize, &WatchedWay)| {
+            let variable = self.knowledge.variables()[way.variable()].name.clone();
+            let index = WayIndex(u32::try_from(at).unwrap_or(u32::MAX));
+            ((variable, way.computation.way().describe(&self.knowledge)), index)
+        };
+        let ways: BTreeMap<(String, String), WayIndex> =
+            self.monitor.ways().iter().enumerate().map(named).collect();
+        let find = |variable: &String, way: &String| ways.get(&(variable.clone(), way.clone())).copied();
+        let pair =
+            |it: &Trending| Some(((find(&it.variable, &it.way)?, find(&it.variable, &it.other)?), it.record));
+        let found: BTreeMap<(WayIndex, WayIndex), TrendRecord> = trends.iter().filter_map(pair).collect();
+        self.monitor.recall_trends(&found, now);
+    }
+
+    fn miss(&mut self, missing: &Missing, now: Time) {
+        // A signal that is gone is missed by nobody.
+        let Some(signal) = self.knowledge.signal(&missing.signal) else { return };
+        match missing.absence {
+            // Without a timeout, silence is nothing to wait for the end of.
+            Some(Absence::Silent) if self.knowledge.signals()[signal].timeout.is_none() => {}
+            Some(absence) => self.monitor.expect_absent(signal, absence),
+            None => self.returning.push((signal, now)),
+        }
+    }
+}
+
+/// Whether anything stands, or may become a relapse.
+fn is_worth(record: &Record) -> bool {
+    record.verdict.is_some() || record.cleared.is_some()
+}
+
+fn resumption(served: &Served, now: Time) -> Resumption<'_> {
+    let last = |published: Published| {
+        let Published { time, validity, value } = published;
+        (time.min(now), Sample { validity, value })
+    };
+    Resumption {
+        source: served.source.as_deref(),
+        switched: served.switched.map(|at| at.min(now)),
+        unserved: served.unserved,
+        last: served.last.filter(|published| is_number(published.value)).map(last),
+    }
+}
+
+fn is_number(value: Interval) -> bool {
+    value.is_bounded() && !value.is_empty()
+}

@@ -1,0 +1,231 @@
+//! A run that is killed and goes on from its state: nobody is trusted or accused because of it.
+
+use proptest::prelude::*;
+use shsa_core::diagnosis::Verdict;
+use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Order, Output, Snapshot, Subject};
+use shsa_core::knowledge::{KnowledgeBase, SignalId};
+use shsa_core::observation::{Observation, RawValue};
+use shsa_core::time::{Span, Time};
+use shsa_format::drive::Given;
+use shsa_format::journal::{JournalWriter, read_journal};
+use shsa_format::model::live::{Live, Written};
+use shsa_format::state::{read_state, write_state};
+use shsa_format::story;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// Stories with faults of all kinds, and with orders.
+const STORIES: [&str; 12] = [
+    "01-dead-but-looks-alive",
+    "02-fallback-by-value",
+    "04-a-drift-is-found-before-values-disagree",
+    "06-a-device-fails-as-a-whole",
+    "07-fail-back-after-probation",
+    "08-no-flapping",
+    "12-several-faults-at-once",
+    "18-a-relation-no-longer-holds",
+    "20-invalid-is-not-missing",
+    "26-forbidden-is-not-used",
+    "26-forced-is-never-replaced",
+    "26-cleared-by-the-operator",
+];
+
+/// The observations and orders of a story.
+fn story(name: &str) -> (KnowledgeBase, Vec<Input>) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../stories").join(format!("{name}.yaml"));
+    let story = story::load_file(&path).story.expect("a story without problems");
+    let inputs = story.journal().into_iter().flat_map(|era| era.inputs);
+    (story.knowledge.clone(), inputs.filter(|input| !matches!(input, Input::Tick(_))).collect())
+}
+
+struct Stage {
+    engine: Engine,
+    events: Vec<Event>,
+    /// Accused, and not restored since.
+    accused: BTreeSet<SignalId>,
+}
+
+impl Stage {
+    fn new(engine: Engine, accused: BTreeSet<SignalId>) -> Stage {
+        Stage { engine, events: Vec::new(), accused }
+    }
+
+    fn give(&mut self, input: &Input) {
+        while let Some(due) = self.engine.next_deadline().filter(|due| *due < input.time()) {
+            self.engine.handle(Input::Tick(due));
+            self.listen();
+        }
+        self.engine.handle(input.clone());
+        self.listen();
+    }
+
+    fn listen(&mut self) {
+        while let Some(output) = self.engine.poll() {
+            let Output::Event(event) = output else { continue };
+            if let Some(signal) = event.signal {
+                match event.kind {
+                    EventKind::Failed | EventKind::Suspected => _ = self.accused.insert(signal),
+                    EventKind::Restored => _ = self.accused.remove(&signal),
+                    _ => {}
+                }
+            }
+            self.events.push(event);
+        }
+        let knowledge = self.engine.knowledge();
+        for need in knowledge.needs().ids() {
+            let status = self.engine.need_status(need);
+            let source = status.source.filter(|_| status.forced.is_none()).unwrap_or_default();
+            let signals = source.split(" by ").next().unwrap_or_default().split(", ");
+            for signal in signals.filter_map(|name| knowledge.signal(name)) {
+                assert!(
+                    !self.accused.contains(&signal),
+                    "{source} serves and is accused: {:#?}",
+                    self.events
+                );
+            }
+        }
+    }
+
+    /// Who is suspect or failed now.
+    fn untrusted(&self) -> BTreeSet<SignalId> {
+        let is_accused =
+            |signal: &SignalId| matches!(self.engine.verdict(*signal), Verdict::Suspect | Verdict::Failed);
+        self.engine.knowledge().signals().ids().filter(is_accused).collect()
+    }
+}
+
+/// Everyone who is accused in a run that nothing interrupts.
+fn ever_accused(knowledge: &KnowledgeBase, inputs: &[Input]) -> BTreeSet<SignalId> {
+    let mut stage = Stage::new(Engine::new(knowledge.clone(), Options::default()), BTreeSet::new());
+    inputs.iter().for_each(|input| stage.give(input));
+    let accuses = |event: &&Event| matches!(event.kind, EventKind::Failed | EventKind::Suspected);
+    stage.events.iter().filter(accuses).filter_map(|event| event.signal).collect()
+}
+
+fn restored(knowledge: &KnowledgeBase, snapshot: &Snapshot, at: Time) -> Engine {
+    let text = write_state(snapshot);
+    let read = read_state(&text).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    assert_eq!(read, *snapshot);
+    let mut engine = Engine::new(knowledge.clone(), Options::default());
+    engine.restore(&read, at);
+    engine
+}
+
+fn check(name: &str, cut: f64, down: Span) {
+    let (knowledge, inputs) = story(name);
+    let known = ever_accused(&knowledge, &inputs);
+    let at = ((inputs.len() - 1) as f64 * cut) as usize;
+    let mut stage = Stage::new(Engine::new(knowledge.clone(), Options::default()), BTreeSet::new());
+    inputs[..at].iter().for_each(|input| stage.give(input));
+    let snapshot = stage.engine.snapshot();
+    let untrusted = stage.untrusted();
+    let killed = snapshot.time;
+    let began = killed + down;
+
+    let mut after = Stage::new(restored(&knowledge, &snapshot, began), untrusted.clone());
+    after.listen();
+    assert_eq!(after.untrusted(), untrusted, "{name} at {killed:?}");
+    assert_eq!(after.engine.standing_orders(), snapshot.orders, "{name} at {killed:?}");
+    for (before, now) in snapshot.needs.iter().zip(&after.engine.snapshot().needs) {
+        assert_eq!(before.source, now.source, "{name} at {killed:?}: {:#?}", after.events);
+    }
+    let later = |input: &&Input| input.time() > began || matches!(input, Input::Order { .. });
+    inputs[at..].iter().filter(later).for_each(|input| after.give(input));
+    for event in &after.events {
+        let accuses = matches!(event.kind, EventKind::Failed | EventKind::Suspected);
+        let is_new = |signal: SignalId| accuses && !known.contains(&signal);
+        assert!(!event.signal.is_some_and(is_new), "{name} at {killed:?}: {event:?}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 96, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_restart_trusts_and_accuses_nobody(
+        which in 0..STORIES.len(),
+        cut in 0.0..1.0_f64,
+        down_ms in prop_oneof![Just(0), 0..5_000_i64],
+    ) {
+        check(STORIES[which], cut, Span::from_millis(down_ms));
+    }
+}
+
+#[track_caller]
+fn check_error(from: &str, to: &str, expected: &str) {
+    let (knowledge, inputs) = story("01-dead-but-looks-alive");
+    let mut stage = Stage::new(Engine::new(knowledge.clone(), Options::default()), BTreeSet::new());
+    inputs.iter().for_each(|input| stage.give(input));
+    let text = write_state(&stage.engine.snapshot());
+    assert!(text.contains(from), "{text}");
+    let error = read_state(&text.replacen(from, to, 1)).unwrap_err().to_string();
+    assert!(error.contains(expected), "{error}");
+}
+
+#[test]
+fn a_state_that_is_wrong_says_where() {
+    check_error("shsa-state-1", "shsa-state-9", "this says it is `shsa-state-9`, and only `shsa-state-1`");
+    check_error("\"failed\"", "\"broken\"", "`verdict` cannot be `broken`: known are `suspect`, `failed`");
+    check_error("\"alone\"", "\"lonely\"", "unknown field `lonely`");
+    check_error("\"relapses\": ", "\"relapses\": -", "at line");
+    check_error("\"signal\"", "\"relation\": \"r\", \"signal\"", "here it is about both");
+}
+
+#[test]
+fn what_a_changed_model_does_not_have_is_told_and_dropped() {
+    let (knowledge, inputs) = story("01-dead-but-looks-alive");
+    let mut stage = Stage::new(Engine::new(knowledge.clone(), Options::default()), BTreeSet::new());
+    inputs.iter().for_each(|input| stage.give(input));
+    let mut snapshot = stage.engine.snapshot();
+    let name = snapshot.verdicts.iter().find(|it| it.record.verdict.is_some()).map(|it| it.subject.clone());
+    let Some(Subject::Signal(name)) = name else { panic!("{snapshot:?}") };
+    snapshot.verdicts.iter_mut().for_each(|it| it.subject = Subject::Signal(format!("{name}/gone")));
+    let engine = restored(&knowledge, &snapshot, snapshot.time);
+    let mut stage = Stage::new(engine, BTreeSet::new());
+    stage.listen();
+    let refused = stage.events.iter().find(|event| event.kind == EventKind::Refused).expect("a refusal");
+    assert!(refused.because.contains("is forgotten: there is no signal"), "{}", refused.because);
+}
+
+#[test]
+fn a_journal_holds_orders_and_what_a_run_goes_on_from() {
+    const MODEL: &str = "shsa: 1\nvariables: { v: {} }\nsignals: { /a: { variable: v }, /b: { variable: v } }\nneeds: { v: { signal: /v } }\n";
+    let (live, _) = Live::load(Written { name: "m.yaml", text: MODEL }).expect("a model");
+    let knowledge = live.knowledge().clone();
+    let (_, inputs) = story("12-several-faults-at-once");
+    let mut stage = {
+        let (knowledge, _) = story("12-several-faults-at-once");
+        Stage::new(Engine::new(knowledge, Options::default()), BTreeSet::new())
+    };
+    inputs.iter().for_each(|input| stage.give(input));
+    let snapshot = Box::new(stage.engine.snapshot());
+    assert!(!snapshot.verdicts.is_empty() && !snapshot.trends.is_empty());
+    let observed = |at: i64, value: f64| {
+        let (signal, time) = (knowledge.signal("/b").expect("a signal"), Time(at));
+        Input::Observation(Observation {
+            signal,
+            stamp: time,
+            received: time,
+            value: RawValue::Number(value),
+        })
+    };
+    let order = |at: i64, order: Order| Input::Order { time: Time(at), order };
+    let given = vec![
+        Input::Restore { time: Time(1), snapshot },
+        order(2, Order::Forbid(Subject::Signal("/a".to_owned()))),
+        observed(3, 18.956_780_598_122_858),
+        order(4, Order::Force { need: "/v".to_owned(), source: "/b".to_owned() }),
+        order(5, Order::Clear(Subject::Cause("imu".to_owned()))),
+        Input::Tick(Time(6)),
+    ];
+    let mut journal = JournalWriter::new(Vec::new(), &knowledge).expect("a journal");
+    given.iter().for_each(|input| journal.record(Given::Input(input)).expect("a line"));
+    let bytes = journal.into_output();
+    let read = read_journal(&bytes[..], live).expect("a journal");
+    assert_eq!(read.damage, None);
+    assert_eq!(read.eras[0].inputs, given);
+    let broken = String::from_utf8_lossy(&bytes).replacen("forbid", "frobid", 1);
+    let (live, _) = Live::load(Written { name: "m.yaml", text: MODEL }).expect("a model");
+    let damage = read_journal(broken.as_bytes(), live).expect("a journal").damage;
+    assert!(damage.is_some_and(|(line, why)| line == 3 && why.contains("there is no order `frobid`")));
+}
