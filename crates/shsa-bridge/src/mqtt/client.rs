@@ -12,8 +12,8 @@ use std::error::Error;
 use std::io;
 use std::time::Duration;
 
-/// Requests that may wait for the connection's turn.
-const REQUESTS_MAX: usize = 1024;
+/// Requests that may wait for the connection's turn: a flood of one topic delays another by no more.
+const REQUESTS_MAX: usize = 128;
 /// Publications that the broker has not yet acknowledged.
 const UNACKNOWLEDGED_MAX: u16 = 256;
 /// Bytes of a message beside its payload: topic, properties, header.
@@ -42,10 +42,10 @@ pub(super) enum Happening {
     Subscribing(u16),
     /// The broker's answer to it; the reason of a refusal.
     Subscribed(u16, Option<String>),
-    /// A message was refused, for this reason.
-    Refused(String),
-    /// Everything that was asked for has gone out, and the connection is going to end.
-    Leaving,
+    /// A publication has gone out under this number; 0 without acknowledgement.
+    Publishing(u16),
+    /// The publication of this number was refused, for this reason.
+    Refused(u16, String),
     Other,
 }
 
@@ -266,7 +266,7 @@ fn happening_v4(event: rumqttc::Event) -> Happening {
             Happening::Subscribed(answer.pkid, is_refused.then(|| "the broker gives no reason".into()))
         }
         Event::Outgoing(Outgoing::Subscribe(number)) => Happening::Subscribing(number),
-        Event::Outgoing(Outgoing::Disconnect) => Happening::Leaving,
+        Event::Outgoing(Outgoing::Publish(number)) => Happening::Publishing(number),
         _ => Happening::Other,
     }
 }
@@ -291,10 +291,10 @@ fn happening_v5(event: v5::Event) -> Happening {
         v5::Event::Incoming(Packet::PubAck(answer))
             if !matches!(answer.reason, PubAckReason::Success | PubAckReason::NoMatchingSubscribers) =>
         {
-            Happening::Refused(format!("{:?}", answer.reason))
+            Happening::Refused(answer.pkid, format!("{:?}", answer.reason))
         }
         v5::Event::Outgoing(Outgoing::Subscribe(number)) => Happening::Subscribing(number),
-        v5::Event::Outgoing(Outgoing::Disconnect) => Happening::Leaving,
+        v5::Event::Outgoing(Outgoing::Publish(number)) => Happening::Publishing(number),
         _ => Happening::Other,
     }
 }

@@ -1,4 +1,4 @@
-//! What is to be published and has not surely arrived: the newest of each topic.
+//! What is to be published and has not surely arrived: some of each topic while connected, else the newest.
 
 use crate::Provenance;
 use bytes::Bytes;
@@ -16,11 +16,12 @@ pub(super) struct Publication {
     pub(super) provenance: Option<Provenance>,
 }
 
-/// Messages in the order in which their topics began to wait; a newer one takes the place of the older.
+/// A queue for each topic; the topics take turns, so that a flood of one delays another by one message.
 #[derive(Debug)]
 pub(super) struct Outbox {
-    order: VecDeque<Arc<str>>,
-    waiting: BTreeMap<Arc<str>, Publication>,
+    /// The topics that wait, in their turn.
+    turns: VecDeque<Arc<str>>,
+    waiting: BTreeMap<Arc<str>, VecDeque<Publication>>,
     /// The newest of each topic that was handed over, for when the connection breaks before it has arrived.
     handed_over: BTreeMap<Arc<str>, Publication>,
     topics_max: usize,
@@ -28,38 +29,55 @@ pub(super) struct Outbox {
 
 impl Outbox {
     pub(super) fn new(topics_max: usize) -> Outbox {
-        Outbox { order: VecDeque::new(), waiting: BTreeMap::new(), handed_over: BTreeMap::new(), topics_max }
+        Outbox { turns: VecDeque::new(), waiting: BTreeMap::new(), handed_over: BTreeMap::new(), topics_max }
     }
 
     pub(super) fn is_empty(&self) -> bool {
-        self.waiting.is_empty()
+        self.turns.is_empty()
     }
 
-    /// Keeps a message until it can be sent; gives back another topic's that had to make room.
-    pub(super) fn keep(&mut self, publication: Publication) -> Option<Publication> {
+    /// Keeps a message until it can be sent, as one of at most `depth` of its topic; gives back one that had to make
+    /// room: an older one, or another topic's.
+    pub(super) fn keep(&mut self, publication: Publication, depth: usize) -> Option<Publication> {
         let topic = publication.topic.clone();
-        if self.waiting.insert(topic.clone(), publication).is_some() {
+        if let Some(queue) = self.waiting.get_mut(&topic) {
+            queue.push_back(publication);
+            return if queue.len() > depth { queue.pop_front() } else { None };
+        }
+        self.waiting.insert(topic.clone(), VecDeque::from([publication]));
+        self.turns.push_back(topic);
+        if self.turns.len() <= self.topics_max {
             return None;
         }
-        self.order.push_back(topic);
-        if self.order.len() <= self.topics_max {
-            return None;
-        }
-        self.order.pop_front().and_then(|oldest| self.waiting.remove(&oldest))
+        self.turns.pop_front().and_then(|oldest| self.waiting.remove(&oldest)?.pop_back())
     }
 
-    /// The message that waits longest.
+    /// Forgets all but the newest of each topic.
+    pub(super) fn keep_newest(&mut self) {
+        for queue in self.waiting.values_mut() {
+            queue.drain(..queue.len().saturating_sub(1));
+        }
+    }
+
+    /// The message whose turn it is.
     pub(super) fn next(&self) -> Option<&Publication> {
-        self.order.front().and_then(|topic| self.waiting.get(topic))
+        self.turns.front().and_then(|topic| self.waiting.get(topic)?.front())
     }
 
-    /// The message that waits longest has been handed over.
+    /// The message whose turn it is has been handed over.
     pub(super) fn take(&mut self) {
-        let taken = self.order.pop_front().and_then(|topic| self.waiting.remove(&topic));
+        let Some(topic) = self.turns.pop_front() else { return };
+        let Some(queue) = self.waiting.get_mut(&topic) else { return };
+        let taken = queue.pop_front();
+        if queue.is_empty() {
+            self.waiting.remove(&topic);
+        } else {
+            self.turns.push_back(topic);
+        }
         taken.into_iter().for_each(|publication| self.remember(publication));
     }
 
-    /// A message has been handed over without waiting.
+    /// A message has been handed over.
     pub(super) fn remember(&mut self, publication: Publication) {
         if self.handed_over.len() < self.topics_max || self.handed_over.contains_key(&publication.topic) {
             self.handed_over.insert(publication.topic.clone(), publication);
@@ -71,7 +89,7 @@ impl Outbox {
         if !self.waiting.contains_key(topic)
             && let Some(publication) = self.handed_over.remove(topic)
         {
-            let _other = self.keep(publication);
+            let _other = self.keep(publication, 1);
         }
     }
 
@@ -90,6 +108,10 @@ mod tests {
         Publication { topic: topic.into(), payload, retain: false, stamp: Time(0), provenance: None }
     }
 
+    fn keep(outbox: &mut Outbox, depth: usize, all: &[(&str, &'static str)]) {
+        all.iter().for_each(|(topic, payload)| drop(outbox.keep(publication(topic, payload), depth)));
+    }
+
     fn drain(outbox: &mut Outbox) -> String {
         let mut sent = Vec::new();
         while let Some(Publication { topic, payload, .. }) = outbox.next() {
@@ -100,19 +122,26 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_of_each_topic_waits_in_its_turn() {
+    fn topics_take_turns() {
         let mut outbox = Outbox::new(8);
-        for (topic, payload) in [("a", "1"), ("b", "2"), ("a", "3")] {
-            assert_eq!(outbox.keep(publication(topic, payload)), None);
-        }
-        assert_eq!(drain(&mut outbox), "a=3 b=2");
+        keep(&mut outbox, 8, &[("a", "1"), ("a", "2"), ("a", "3"), ("b", "4")]);
+        assert_eq!(drain(&mut outbox), "a=1 b=4 a=2 a=3");
         assert!(outbox.is_empty());
+    }
+
+    #[test]
+    fn without_a_connection_the_newest_of_each_topic_waits() {
+        let mut outbox = Outbox::new(8);
+        keep(&mut outbox, 8, &[("a", "1"), ("b", "2"), ("a", "3")]);
+        outbox.keep_newest();
+        assert_eq!(outbox.keep(publication("b", "4"), 1), Some(publication("b", "2")));
+        assert_eq!(drain(&mut outbox), "a=3 b=4");
     }
 
     #[test]
     fn too_many_topics_push_the_oldest_out() {
         let mut outbox = Outbox::new(2);
-        let pushed: Vec<_> = ["a", "b", "c"].map(|topic| outbox.keep(publication(topic, "1"))).into();
+        let pushed = ["a", "b", "c"].map(|topic| outbox.keep(publication(topic, "1"), 1));
         assert_eq!(pushed, [None, None, Some(publication("a", "1"))]);
         assert_eq!(drain(&mut outbox), "b=1 c=1");
     }
@@ -120,11 +149,9 @@ mod tests {
     #[test]
     fn what_may_be_lost_is_sent_again_unless_something_newer_waits() {
         let mut outbox = Outbox::new(8);
-        for (topic, payload) in [("a", "1"), ("b", "2")] {
-            outbox.keep(publication(topic, payload));
-        }
+        keep(&mut outbox, 1, &[("a", "1"), ("b", "2")]);
         drain(&mut outbox);
-        outbox.keep(publication("b", "3"));
+        keep(&mut outbox, 1, &[("b", "3")]);
         for topic in ["a", "b", "c"] {
             outbox.again(topic);
         }

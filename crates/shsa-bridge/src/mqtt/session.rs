@@ -15,8 +15,14 @@ use tokio::runtime::Runtime;
 use tokio::sync::Notify;
 use tokio::time::timeout;
 
-/// Topics that may wait for a connection.
+/// Topics of which messages may wait.
 const TOPICS_MAX: usize = 4096;
+/// Messages of one topic that may wait for the connection's turn.
+const WAITING_MAX: usize = 1024;
+/// Messages that may wait for somebody to subscribe to their topics.
+const UNCLAIMED_MAX: usize = 16_384;
+/// As long do they wait, from the first connection on: a kept session delivers before anybody can say what is wanted.
+const CLAIM: Duration = Duration::from_secs(30);
 /// Troubles that are kept for who asks.
 const TROUBLES_MAX: usize = 64;
 /// The shortest pause before a connection is tried again; it doubles up to the longest.
@@ -25,6 +31,8 @@ const PAUSE_MIN: Duration = Duration::from_millis(100);
 const PAUSE_MAX: Duration = Duration::from_secs(30);
 /// Who has been connected for so long begins with the shortest pause again.
 const STABLE: Duration = Duration::from_secs(5);
+/// So many short connections one after the other look like a fight with another client for one name.
+const FIGHT: u32 = 3;
 /// As long may the goodbye take.
 const GOODBYE: Duration = Duration::from_secs(1);
 /// A message that breaks the connection so often is not sent again.
@@ -59,6 +67,12 @@ struct State {
     /// Subscriptions on their way to the connection, then by their number.
     asked: VecDeque<String>,
     numbered: BTreeMap<u16, String>,
+    /// The topics of publications on their way to the connection, then by their number until it is used again.
+    leaving: VecDeque<Arc<str>>,
+    unacknowledged: BTreeMap<u16, Arc<str>>,
+    /// What a kept session has delivered and nobody has asked for yet.
+    unclaimed: VecDeque<Message>,
+    connected_first: Option<Instant>,
     echo: Echo,
     /// How often messages of a topic were unfinished when a connection broke, in a row.
     attempts: BTreeMap<String, u32>,
@@ -82,6 +96,10 @@ impl Shared {
             requests: VecDeque::new(),
             asked: VecDeque::new(),
             numbered: BTreeMap::new(),
+            leaving: VecDeque::new(),
+            unacknowledged: BTreeMap::new(),
+            unclaimed: VecDeque::new(),
+            connected_first: None,
             echo: Echo::default(),
             attempts: BTreeMap::new(),
             troubles: VecDeque::new(),
@@ -118,7 +136,11 @@ impl Shared {
 
     pub(super) fn subscribe(&self, topic: &str) {
         let mut state = self.lock();
-        if state.wanted.insert(topic.into()) && state.sender.is_some() && !state.wants_everything {
+        if !state.wanted.insert(topic.into()) {
+            return;
+        }
+        state.claim(&self.inbox);
+        if state.sender.is_some() && !state.wants_everything {
             state.requests.push_back((topic.to_owned(), true));
             state.pump();
         }
@@ -126,7 +148,9 @@ impl Shared {
 
     pub(super) fn subscribe_all(&self) {
         let mut state = self.lock();
-        if !std::mem::replace(&mut state.wants_everything, true) && state.sender.is_some() {
+        let wanted_already = std::mem::replace(&mut state.wants_everything, true);
+        state.claim(&self.inbox);
+        if !wanted_already && state.sender.is_some() {
             // Of two subscriptions that overlap some brokers send a message twice.
             let single: Vec<String> = state.wanted.iter().map(|topic| topic.to_string()).collect();
             state.requests.extend(single.into_iter().map(|topic| (topic, false)));
@@ -161,6 +185,9 @@ impl Shared {
         state.sender = Some(sender.clone());
         state.asked.clear();
         state.numbered.clear();
+        state.leaving.clear();
+        state.unacknowledged.clear();
+        state.connected_first.get_or_insert_with(Instant::now);
         state.requests.clear();
         state.unwanted.clear();
         let all: Vec<String> = match state.wants_everything {
@@ -182,6 +209,7 @@ impl Shared {
         let mut state = self.lock();
         // Only now nothing more can get into the client's queue.
         state.sender = None;
+        state.outbox.keep_newest();
         for topic in client.unfinished() {
             state.unfinished(&topic);
         }
@@ -210,10 +238,19 @@ impl Shared {
                 let told = refusal.map(|reason| format!("the subscription to `{topic}`: {reason}"));
                 told.into_iter().for_each(|told| state.trouble(BridgeError::Refused(told)));
             }
-            Happening::Refused(reason) => {
-                self.lock().trouble(BridgeError::Refused(format!("a message: the broker says {reason}")));
+            Happening::Publishing(number) => {
+                let mut state = self.lock();
+                let topic = state.leaving.pop_front().filter(|_| number != 0);
+                state.unacknowledged.extend(topic.map(|topic| (number, topic)));
             }
-            Happening::Connected | Happening::Leaving | Happening::Other => {}
+            Happening::Refused(number, reason) => {
+                let mut state = self.lock();
+                let topic = state.unacknowledged.remove(&number).unwrap_or_default();
+                state.trouble(BridgeError::Refused(format!(
+                    "a message on `{topic}`: the broker says {reason}"
+                )));
+            }
+            Happening::Connected | Happening::Other => {}
         }
     }
 
@@ -225,20 +262,31 @@ impl Shared {
                 format!("a message of {} bytes on `{topic}`, more than {}", payload.len(), self.size_limit);
             return self.lock().trouble(BridgeError::Refused(told));
         }
-        let Some(topic) = self.lock().accepted(&topic, &payload, duplicate) else { return };
         let property = |name: &str| properties.iter().find(|(key, _)| key == name).map(|(_, value)| &**value);
         let publisher =
             property("publisher").and_then(|id| u128::from_str_radix(id, 16).ok()).map(PublisherId);
         if publisher == Some(self.publisher) {
             return;
         }
-        self.inbox.push(Message {
+        let mut state = self.lock();
+        if state.echo.is_own(&topic, &payload, duplicate, Instant::now()) {
+            return;
+        }
+        let name = state.wanted.get(&*topic).cloned();
+        let is_wanted = name.is_some() || state.wants_everything;
+        let message = Message {
             stamp: property("stamp_ns").and_then(|stamp| stamp.parse().ok()).map(Time),
             quality: property("quality").and_then(Quality::named),
             publisher,
             retained,
-            ..Message::new(topic, received, Payload::Bytes(payload))
-        });
+            ..Message::new(name.unwrap_or_else(|| topic.into()), received, Payload::Bytes(payload))
+        };
+        if is_wanted {
+            drop(state);
+            self.inbox.push(message);
+        } else {
+            state.nobody_wants(message);
+        }
     }
 
     /// Sends what waits, as far as the connection takes it.
@@ -249,18 +297,28 @@ impl Shared {
 
 impl State {
     fn publish(&mut self, publication: Publication) {
-        let at_once =
-            self.outbox.is_empty() && self.sender.as_ref().is_some_and(|sender| sender.publish(&publication));
-        if at_once {
+        let sends_at_once = |sender: &Sender| self.outbox.is_empty() && sender.publish(&publication);
+        if self.sender.as_ref().is_some_and(sends_at_once) {
             self.handed_over(&publication);
-            self.outbox.remember(publication);
-        } else if let Some(other) = self.outbox.keep(publication) {
+            return self.outbox.remember(publication);
+        }
+        let is_connected = self.sender.is_some();
+        let topic = publication.topic.clone();
+        let Some(other) = self.outbox.keep(publication, if is_connected { WAITING_MAX } else { 1 }) else {
+            return;
+        };
+        if other.topic != topic {
             self.trouble(BridgeError::Lost(format!("a message on `{}`: too many topics wait", other.topic)));
+        } else if is_connected {
+            self.trouble(BridgeError::Lost(format!(
+                "messages on `{topic}`: they come faster than they can be sent"
+            )));
         }
     }
 
-    /// Its echo is to be expected.
+    /// It is on its way, and its echo is to be expected.
     fn handed_over(&mut self, publication: &Publication) {
+        self.leaving.push_back(publication.topic.clone());
         let is_subscribed = self.wants_everything || self.wanted.contains(&publication.topic);
         if is_subscribed && !self.sender.as_ref().is_some_and(Sender::has_no_echo) {
             self.echo.sent(&publication.topic, &publication.payload, Instant::now());
@@ -287,20 +345,29 @@ impl State {
         }
     }
 
-    /// The shared name of a topic; `None` for a message that nobody has asked for, or one's own.
-    fn accepted(&mut self, topic: &str, payload: &[u8], duplicate: bool) -> Option<Arc<str>> {
-        let name = self.wanted.get(topic).cloned();
-        if name.is_none() && !self.wants_everything {
-            // The broker has kept the session of an earlier run that wanted more.
-            if self.unwanted.insert(topic.to_owned()) {
-                self.requests.push_back((topic.to_owned(), false));
+    /// The broker has kept the session of an earlier run. Perhaps this one has not yet come to subscribing; later, it does
+    /// not want the topic any more.
+    fn nobody_wants(&mut self, message: Message) {
+        if self.connected_first.is_some_and(|first| first.elapsed() < CLAIM) {
+            if self.unclaimed.len() == UNCLAIMED_MAX {
+                self.unclaimed.pop_front();
             }
-            return None;
+            self.unclaimed.push_back(message);
+            return;
         }
-        if self.echo.is_own(topic, payload, duplicate, Instant::now()) {
-            return None;
+        self.unclaimed = VecDeque::new();
+        if self.unwanted.insert(message.topic.to_string()) {
+            self.requests.push_back((message.topic.to_string(), false));
         }
-        Some(name.unwrap_or_else(|| topic.into()))
+    }
+
+    /// Delivers what has arrived before somebody asked for it.
+    fn claim(&mut self, inbox: &Inbox) {
+        let is_wanted = |message: &Message| self.wants_everything || self.wanted.contains(&message.topic);
+        let (wanted, others) = self.unclaimed.drain(..).partition(is_wanted);
+        self.unclaimed = others;
+        let wanted: VecDeque<Message> = wanted;
+        wanted.into_iter().for_each(|message| inbox.push(message));
     }
 
     /// A message of this topic may not have arrived when the connection broke.
@@ -317,7 +384,11 @@ impl State {
         )));
     }
 
+    /// The same is told once until somebody asks.
     fn trouble(&mut self, trouble: BridgeError) {
+        if self.troubles.contains(&trouble) {
+            return;
+        }
         if self.troubles.len() == TROUBLES_MAX {
             self.troubles.pop_front();
         }
@@ -328,13 +399,16 @@ impl State {
 /// Connects and serves until it is stopped.
 pub(super) fn run(shared: &Shared, options: &Options, runtime: Runtime) {
     let mut pause = PAUSE_MIN;
+    let mut short_lived = 0;
     while !shared.is_stopping() {
-        let Some((failure, connected)) = connection(shared, options, &runtime) else { break };
-        if connected >= STABLE {
+        let Some(end) = connection(shared, options, &runtime, short_lived) else { break };
+        if end.lasted >= STABLE {
             pause = PAUSE_MIN;
+            short_lived = 0;
             shared.lock().attempts.clear();
         }
-        let this_pause = if failure.is_refusal { PAUSE_MAX } else { with_jitter(pause) };
+        short_lived += u32::from(!end.lasted.is_zero());
+        let this_pause = if end.is_refusal { PAUSE_MAX } else { with_jitter(pause) };
         pause = (pause * 2).min(PAUSE_MAX);
         let stopped = runtime.block_on(async { timeout(this_pause, shared.stop.notified()).await });
         if stopped.is_ok() {
@@ -345,23 +419,37 @@ pub(super) fn run(shared: &Shared, options: &Options, runtime: Runtime) {
     runtime.shutdown_background();
 }
 
-/// One connection from its beginning to its end: why it ended, and how long it had lasted. `None`: it was stopped.
-fn connection(shared: &Shared, options: &Options, runtime: &Runtime) -> Option<(Failure, Duration)> {
+/// How a connection ended.
+struct End {
+    is_refusal: bool,
+    /// Zero: it never came about.
+    lasted: Duration,
+}
+
+/// One connection from its beginning to its end. `None`: it was stopped.
+fn connection(shared: &Shared, options: &Options, runtime: &Runtime, short_lived: u32) -> Option<End> {
     let (sender, mut client) = match client::new(options, shared.publisher) {
         Ok(both) => both,
-        Err(error) => return Some((Failure { is_refusal: true, reason: error.to_string() }, Duration::ZERO)),
+        Err(_) => return Some(End { is_refusal: true, lasted: Duration::ZERO }),
     };
     let mut since = None;
     // The library has places that panic; such a one costs the connection and not the bridge.
     let served =
         catch_unwind(AssertUnwindSafe(|| runtime.block_on(serve(shared, &sender, &mut client, &mut since))));
-    let failure = match served {
+    let mut failure = match served {
         Ok(Some(failure)) => failure,
         Ok(None) => return None,
         Err(_) => Failure { is_refusal: false, reason: "the client library has failed".to_owned() },
     };
+    let lasted = since.map_or(Duration::ZERO, |since: Instant| since.elapsed());
+    // Not every broker says so.
+    if short_lived >= FIGHT && !failure.is_refusal && (1..STABLE.as_nanos()).contains(&lasted.as_nanos()) {
+        let name = &options.name;
+        failure.reason +=
+            &format!(" again and again: perhaps another client has the same identifier `{name}`");
+    }
     shared.disconnected(&failure, &mut client);
-    Some((failure, since.map_or(Duration::ZERO, |since: Instant| since.elapsed())))
+    Some(End { is_refusal: failure.is_refusal, lasted })
 }
 
 /// `None`: it was stopped.

@@ -6,7 +6,7 @@ use shsa_core::time::Time;
 use std::time::{Duration, Instant};
 
 /// A middleware under test.
-pub trait Middleware {
+pub(crate) trait Middleware {
     /// A bridge of its own to it; it may take a while until it is connected.
     fn bridge(&mut self, name: &str, inbox: Inbox) -> Box<dyn Bridge>;
     /// Breaks what is between its bridges; `false`: it cannot break.
@@ -16,11 +16,11 @@ pub trait Middleware {
 }
 
 /// As long may anything take: much longer than it does, since machines are busy.
-pub const PATIENCE: Duration = Duration::from_secs(20);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Waits until a condition holds.
 #[track_caller]
-pub fn until(what: &str, mut holds: impl FnMut() -> bool) {
+pub(crate) fn until(what: &str, mut holds: impl FnMut() -> bool) {
     let start = Instant::now();
     while !holds() {
         assert!(start.elapsed() < PATIENCE, "{what}: not within {PATIENCE:?}");
@@ -28,31 +28,31 @@ pub fn until(what: &str, mut holds: impl FnMut() -> bool) {
     }
 }
 
-pub fn inbox(capacity: usize) -> Inbox {
+pub(crate) fn inbox(capacity: usize) -> Inbox {
     Inbox::new(capacity, Clock::running())
 }
 
-pub fn send(bridge: &mut dyn Bridge, topic: &str, payload: &str) {
+pub(crate) fn send(bridge: &mut dyn Bridge, topic: &str, payload: &str) {
     send_bytes(bridge, topic, payload.as_bytes().to_vec());
 }
 
-pub fn send_bytes(bridge: &mut dyn Bridge, topic: &str, payload: Vec<u8>) {
+pub(crate) fn send_bytes(bridge: &mut dyn Bridge, topic: &str, payload: Vec<u8>) {
     bridge.publish(Outgoing::new(topic, Time(1), Payload::Bytes(payload.into()))).unwrap();
 }
 
 #[track_caller]
-pub fn bytes(message: &Message) -> &[u8] {
+pub(crate) fn bytes(message: &Message) -> &[u8] {
     let Payload::Bytes(bytes) = &message.payload else { panic!("bytes were sent") };
     bytes
 }
 
-pub fn text(message: &Message) -> String {
+pub(crate) fn text(message: &Message) -> String {
     String::from_utf8_lossy(bytes(message)).into_owned()
 }
 
 /// The next message.
 #[track_caller]
-pub fn next(bridge: &mut dyn Bridge) -> Message {
+pub(crate) fn next(bridge: &mut dyn Bridge) -> Message {
     let mut found = None;
     until("a message", || {
         found = bridge.receive();
@@ -63,7 +63,8 @@ pub fn next(bridge: &mut dyn Bridge) -> Message {
 
 /// Everything of a topic until this payload has come, without what comes twice because a connection broke.
 #[track_caller]
-pub fn until_payload(bridge: &mut dyn Bridge, topic: &str, last: &str) -> Vec<String> {
+#[allow(dead_code, reason = "not every middleware keeps messages")]
+pub(crate) fn until_payload(bridge: &mut dyn Bridge, topic: &str, last: &str) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     while all.last().is_none_or(|payload| payload != last) {
         let message = next(bridge);
@@ -76,7 +77,7 @@ pub fn until_payload(bridge: &mut dyn Bridge, topic: &str, last: &str) -> Vec<St
 
 /// Sends on a topic until the other end gets it: from then on it gets everything.
 #[track_caller]
-pub fn join_up(source: &mut dyn Bridge, sink: &mut dyn Bridge, topic: &str) {
+pub(crate) fn join_up(source: &mut dyn Bridge, sink: &mut dyn Bridge, topic: &str) {
     sink.subscribe(topic, None).unwrap();
     until("the first message", || {
         send(source, topic, "probe");
@@ -87,14 +88,18 @@ pub fn join_up(source: &mut dyn Bridge, sink: &mut dyn Bridge, topic: &str) {
     until("the last probe", || sink.receive().is_some_and(|message| text(&message) == "go"));
 }
 
-fn pair(middleware: &mut impl Middleware, capacity: usize, topic: &str) -> (Box<dyn Bridge>, Box<dyn Bridge>) {
+fn pair(
+    middleware: &mut impl Middleware,
+    capacity: usize,
+    topic: &str,
+) -> (Box<dyn Bridge>, Box<dyn Bridge>) {
     let mut source = middleware.bridge("source", inbox(capacity));
     let mut sink = middleware.bridge("sink", inbox(capacity));
     join_up(&mut *source, &mut *sink, topic);
     (source, sink)
 }
 
-pub fn messages_come_in_their_order(mut middleware: impl Middleware) {
+pub(crate) fn messages_come_in_their_order(mut middleware: impl Middleware) {
     let (mut source, mut sink) = pair(&mut middleware, 4096, "a/x");
     sink.subscribe("a/y", None).unwrap();
     join_up(&mut *source, &mut *sink, "a/y");
@@ -111,7 +116,7 @@ pub fn messages_come_in_their_order(mut middleware: impl Middleware) {
     assert_eq!(got.len(), 500);
 }
 
-pub fn who_has_not_subscribed_gets_nothing(mut middleware: impl Middleware) {
+pub(crate) fn who_has_not_subscribed_gets_nothing(mut middleware: impl Middleware) {
     let (mut source, mut sink) = pair(&mut middleware, 64, "a/x");
     send(&mut *source, "a/other", "1");
     send(&mut *source, "a/x", "2");
@@ -119,28 +124,26 @@ pub fn who_has_not_subscribed_gets_nothing(mut middleware: impl Middleware) {
     assert_eq!(sink.receive(), None);
 }
 
-pub fn a_burst_arrives_whole(mut middleware: impl Middleware) {
+pub(crate) fn a_burst_arrives_in_order_up_to_its_newest(mut middleware: impl Middleware) {
     let (mut source, mut sink) = pair(&mut middleware, 20_000, "a/x");
     for number in 0..10_000 {
         send(&mut *source, "a/x", &number.to_string());
     }
-    // What waits for its turn is the newest: of a burst that outruns the connection only the newest is promised.
-    let got = until_payload_sorted(&mut *sink, 9_999);
-    assert!(!got.is_empty());
+    // What waits for its turn may be replaced by what is newer: only the newest is promised.
+    until_payload_sorted(&mut *sink, 9_999);
 }
 
 #[track_caller]
-fn until_payload_sorted(sink: &mut dyn Bridge, last: u32) -> Vec<u32> {
-    let mut got: Vec<u32> = Vec::new();
-    while got.last() != Some(&last) {
+fn until_payload_sorted(sink: &mut dyn Bridge, last: u32) {
+    let mut before = None;
+    while before != Some(last) {
         let number = text(&next(sink)).parse().unwrap();
-        assert!(got.last().is_none_or(|before| *before < number), "{number} after {:?}", got.last());
-        got.push(number);
+        assert!(before.is_none_or(|before| before < number), "{number} after {before:?}");
+        before = Some(number);
     }
-    got
 }
 
-pub fn a_huge_payload_harms_nobody(mut middleware: impl Middleware) {
+pub(crate) fn a_huge_payload_harms_nobody(mut middleware: impl Middleware) {
     let (mut source, mut sink) = pair(&mut middleware, 64, "a/x");
     let large = vec![b'7'; 1 << 20];
     send_bytes(&mut *source, "a/x", large.clone());
@@ -151,7 +154,7 @@ pub fn a_huge_payload_harms_nobody(mut middleware: impl Middleware) {
     until("what comes after it", || sink.receive().is_some_and(|message| bytes(&message) == b"after"));
 }
 
-pub fn garbage_is_delivered_as_it_is(mut middleware: impl Middleware) {
+pub(crate) fn garbage_is_delivered_as_it_is(mut middleware: impl Middleware) {
     let (mut source, mut sink) = pair(&mut middleware, 1024, "a/x");
     for length in 1..200_u8 {
         let garbage: Vec<u8> = (0..length).map(|at| at.wrapping_mul(151).wrapping_add(length)).collect();
@@ -160,7 +163,7 @@ pub fn garbage_is_delivered_as_it_is(mut middleware: impl Middleware) {
     }
 }
 
-pub fn own_messages_do_not_come_back(mut middleware: impl Middleware) {
+pub(crate) fn own_messages_do_not_come_back(mut middleware: impl Middleware) {
     let (mut source, mut healer) = pair(&mut middleware, 64, "a/x");
     source.subscribe("a/x", None).unwrap();
     join_up(&mut *healer, &mut *source, "a/x");
@@ -173,13 +176,15 @@ pub fn own_messages_do_not_come_back(mut middleware: impl Middleware) {
     assert_eq!(healer.receive(), None);
 }
 
-pub fn a_flood_of_one_topic_costs_no_other(mut middleware: impl Middleware) {
+pub(crate) fn a_flood_of_one_topic_costs_no_other(mut middleware: impl Middleware) {
     let (mut source, mut sink) = pair(&mut middleware, 16, "a/flood");
-    join_up(&mut *source, &mut *sink, "a/calm");
+    let mut calm_source = middleware.bridge("calm", inbox(16));
+    join_up(&mut *calm_source, &mut *sink, "a/calm");
     for number in 0..5_000 {
         send(&mut *source, "a/flood", &number.to_string());
         if number % 500 == 0 {
-            send(&mut *source, "a/calm", &number.to_string());
+            send(&mut *calm_source, "a/calm", &number.to_string());
+            std::thread::sleep(Duration::from_millis(2));
         }
     }
     let last = "4999".as_bytes();
@@ -196,12 +201,14 @@ pub fn a_flood_of_one_topic_costs_no_other(mut middleware: impl Middleware) {
     assert_eq!(calm, expected);
 }
 
-pub fn it_comes_back_after_a_break(mut middleware: impl Middleware) {
+pub(crate) fn it_comes_back_after_a_break(mut middleware: impl Middleware) {
     let (mut source, mut sink) = pair(&mut middleware, 1024, "a/x");
     if !middleware.break_it() {
         return;
     }
-    until("the break is noticed", || matches!(source.link(), Link::Down(_)) && matches!(sink.link(), Link::Down(_)));
+    until("the break is noticed", || {
+        matches!(source.link(), Link::Down(_)) && matches!(sink.link(), Link::Down(_))
+    });
     middleware.mend_it();
     until("it is mended", || source.link() == Link::Up && sink.link() == Link::Up);
     until("the first message after it", || {
@@ -211,7 +218,7 @@ pub fn it_comes_back_after_a_break(mut middleware: impl Middleware) {
     });
 }
 
-pub fn it_ends_when_it_is_dropped(mut middleware: impl Middleware) {
+pub(crate) fn it_ends_when_it_is_dropped(mut middleware: impl Middleware) {
     let (mut source, sink) = pair(&mut middleware, 64, "a/x");
     let start = Instant::now();
     drop(sink);
@@ -232,7 +239,7 @@ macro_rules! contract {
             contract!(@tests $middleware;
                 messages_come_in_their_order
                 who_has_not_subscribed_gets_nothing
-                a_burst_arrives_whole
+                a_burst_arrives_in_order_up_to_its_newest
                 a_huge_payload_harms_nobody
                 garbage_is_delivered_as_it_is
                 own_messages_do_not_come_back

@@ -1,0 +1,308 @@
+//! The MQTT bridge against Mosquitto, and against Python clients that know nothing of it.
+
+#[macro_use]
+mod contract;
+mod broker;
+#[allow(dead_code, reason = "shared with the tests of other bridges")]
+mod real;
+
+use broker::{Broker, Cut};
+use contract::{Middleware, until};
+use real::{Script, python};
+use serde_json::json;
+use shsa_bridge::mqtt::{MqttBridge, Options, Version, Will};
+use shsa_bridge::{Bridge, BridgeError, Inbox, Link, Outgoing, Payload, Provenance, Quality};
+use shsa_core::observation::RawValue;
+use shsa_core::time::Time;
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+/// A broker, and bridges to it by one version of the protocol.
+struct Mosquitto {
+    broker: Broker,
+    version: Version,
+}
+
+impl Mosquitto {
+    fn new(version: Version) -> Mosquitto {
+        Mosquitto { broker: Broker::start(&[]), version }
+    }
+}
+
+impl Middleware for Mosquitto {
+    fn bridge(&mut self, name: &str, inbox: Inbox) -> Box<dyn Bridge> {
+        let options = Options { version: self.version, ..self.broker.options(name) };
+        let bridge = MqttBridge::open(&options, inbox).unwrap();
+        until("the connection", || bridge.link() == Link::Up);
+        Box::new(bridge)
+    }
+
+    fn break_it(&mut self) -> bool {
+        self.broker.kill();
+        true
+    }
+
+    fn mend_it(&mut self) {
+        self.broker.restart();
+    }
+}
+
+contract!(version_5, Mosquitto::new(Version::V5));
+contract!(version_3, Mosquitto::new(Version::V311));
+
+const VERSIONS: [Version; 2] = [Version::V5, Version::V311];
+
+fn open(options: &Options) -> MqttBridge {
+    let bridge = MqttBridge::open(options, contract::inbox(100_000)).unwrap();
+    until("the connection", || bridge.link() == Link::Up);
+    bridge
+}
+
+fn versioned(broker: &Broker, name: &str, version: Version) -> Options {
+    Options { version, ..broker.options(name) }
+}
+
+fn client(python: &Path, broker: &Broker, name: &str) -> Script {
+    Script::start(python, "mqtt_client.py", &json!({ "name": name, "port": broker.port() }))
+}
+
+fn hex(text: &str) -> String {
+    text.bytes().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[test]
+fn a_client_that_is_not_ours_is_heard_and_hears() {
+    let Some(python) = python() else { return };
+    for version in VERSIONS {
+        let broker = Broker::start(&[]);
+        let mut bridge = open(&versioned(&broker, "healer", version));
+        let mut other = client(&python, &broker, "other");
+        other.order(&json!({"subscribe": "healed"}));
+        bridge.subscribe("source", None).unwrap();
+        until("the subscription", || {
+            other.order(&json!({"publish": "source", "text": "21.5", "properties": {"quality": "Bad", "stamp_ns": "7"}}));
+            !bridge.inbox().is_empty()
+        });
+        let message = contract::next(&mut bridge);
+        assert_eq!(
+            (&*message.topic, &*contract::text(&message), message.retained),
+            ("source", "21.5", false)
+        );
+        let beside = (message.quality, message.stamp.map(|stamp| stamp.0));
+        assert_eq!(beside, if version == Version::V5 { (Some(Quality::Bad), Some(7)) } else { (None, None) });
+        let provenance = Provenance { quality: Quality::Substitute, source: "wheel_2, turn".into() };
+        let value = Payload::Value(RawValue::Interval { lo: 1.0, hi: 2.0 });
+        let outgoing = Outgoing { provenance: Some(&provenance), ..Outgoing::new("healed", Time(5), value) };
+        bridge.publish(outgoing).unwrap();
+        let heard = other.next_with("topic");
+        assert_eq!((&heard["topic"], &heard["hex"]), (&json!("healed"), &json!(hex("1.5"))));
+        let expected = json!({
+            "publisher": bridge.publisher().to_string(), "stamp_ns": "5",
+            "quality": "UncertainSubstituteValue", "status": "1083244544", "source": "wheel_2, turn",
+        });
+        assert_eq!(heard["properties"], if version == Version::V5 { expected } else { json!({}) });
+    }
+}
+
+#[test]
+fn nothing_is_lost_that_the_broker_kept() {
+    let Some(python) = python() else { return };
+    for version in VERSIONS {
+        let mut broker = Broker::start(&[]);
+        let options = versioned(&broker, "healer", version);
+        let mut bridge = open(&options);
+        let mut other = client(&python, &broker, "other");
+        bridge.subscribe("a", None).unwrap();
+        until("the subscription", || {
+            other.order(&json!({"publish": "a", "text": "probe"}));
+            bridge.receive().is_some()
+        });
+        drop(bridge);
+        for number in 0..200 {
+            other.order(&json!({"publish": "a", "text": number.to_string()}));
+        }
+        broker.end();
+        broker.restart();
+        let mut bridge = open(&options);
+        bridge.subscribe("a", None).unwrap();
+        let mut got = contract::until_payload(&mut bridge, "a", "199");
+        got.retain(|text| text != "probe");
+        let expected: Vec<String> = (0..200).map(|number| number.to_string()).collect();
+        assert_eq!(got, expected, "{version:?}");
+    }
+}
+
+#[test]
+fn what_is_published_without_a_broker_waits_the_newest_of_each_topic() {
+    for version in VERSIONS {
+        let mut broker = Broker::start(&[]);
+        let mut source = open(&versioned(&broker, "source", version));
+        let mut sink = open(&versioned(&broker, "sink", version));
+        for topic in ["a", "b"] {
+            contract::join_up(&mut source, &mut sink, topic);
+        }
+        broker.end();
+        until("the end is noticed", || matches!(source.link(), Link::Down(_)));
+        for number in 0..100 {
+            contract::send(&mut source, if number % 2 == 0 { "a" } else { "b" }, &number.to_string());
+        }
+        broker.restart();
+        assert_eq!(contract::until_payload(&mut sink, "a", "98").pop().as_deref(), Some("98"));
+        assert_eq!(contract::until_payload(&mut sink, "b", "99").pop().as_deref(), Some("99"));
+        assert!(source.troubles().is_empty());
+    }
+}
+
+#[test]
+fn a_broker_that_comes_later_is_found() {
+    let mut broker = Broker::start(&[]);
+    broker.kill();
+    let mut options = broker.options("healer");
+    options.first_attempt = Duration::from_secs(1);
+    let mut bridge = MqttBridge::open(&options, contract::inbox(16)).unwrap();
+    bridge.subscribe("a", None).unwrap();
+    assert!(matches!(bridge.link(), Link::Down(reason) if reason.contains("refused")), "{:?}", bridge.link());
+    contract::send(&mut bridge, "b", "kept");
+    broker.restart();
+    let mut other = open(&broker.options("other"));
+    until("the connection", || bridge.link() == Link::Up);
+    contract::join_up(&mut other, &mut bridge, "a");
+}
+
+#[test]
+fn kept_messages_are_marked_and_come_once() {
+    for version in VERSIONS {
+        let mut broker = Broker::start(&[]);
+        let mut source = open(&versioned(&broker, "source", version));
+        let kept = Outgoing { retain: true, ..Outgoing::new("a", Time(1), Payload::Bytes("old".into())) };
+        source.publish(kept).unwrap();
+        let mut sink = open(&versioned(&broker, "sink", version));
+        sink.subscribe("a", None).unwrap();
+        let message = contract::next(&mut sink);
+        assert_eq!((contract::text(&message).as_str(), message.retained), ("old", true));
+        contract::send(&mut source, "a", "new");
+        let message = contract::next(&mut sink);
+        assert_eq!((contract::text(&message).as_str(), message.retained), ("new", false));
+        broker.end();
+    }
+}
+
+#[test]
+fn the_last_will_is_said_when_a_client_is_gone_without_a_word() {
+    let Some(python) = python() else { return };
+    let broker = Broker::start(&[]);
+    let mut other = client(&python, &broker, "other");
+    other.order(&json!({"subscribe": "status"}));
+    let will = Will { topic: "status".into(), payload: "gone".into() };
+    drop(open(&Options { will: Some(will.clone()), ..broker.options("orderly") }));
+    let cut = Cut::before(broker.port());
+    let bridge = open(&Options { will: Some(will), port: cut.port, ..broker.options("healer") });
+    cut.cut();
+    let heard = other.next_with("topic");
+    assert_eq!((&heard["topic"], &heard["hex"]), (&json!("status"), &json!(hex("gone"))));
+    drop(bridge);
+}
+
+#[test]
+fn two_clients_of_one_name_are_told_so() {
+    let broker = Broker::start(&[]);
+    let bridge = open(&broker.options("healer"));
+    let _thief = open(&broker.options("healer"));
+    until("the reason", || matches!(bridge.link(), Link::Down(reason) if reason.contains("same identifier")));
+}
+
+#[test]
+fn the_password_comes_from_a_file_and_a_wrong_one_is_refused() {
+    let lines = ["allow_anonymous false", "password_file FOLDER/users", "acl_file FOLDER/rights"];
+    let broker = Broker::start_with(&lines, |folder| {
+        let users = folder.join("users");
+        let made = Command::new("mosquitto_passwd")
+            .arg("-b")
+            .arg("-c")
+            .arg(&users)
+            .args(["ann", "right-word"])
+            .status();
+        assert!(made.unwrap().success());
+        std::fs::write(folder.join("rights"), "user ann\ntopic readwrite a/#\n").unwrap();
+        std::fs::write(folder.join("right"), "right-word\n").unwrap();
+        std::fs::write(folder.join("wrong"), "wrong-word\n").unwrap();
+    });
+    for version in ["5", "3.1.1"] {
+        let with = |file: &str| {
+            let settings =
+                format!("version={version}&user=ann&password-file={}", broker.folder().join(file).display());
+            Options::parse(&format!("mqtt://127.0.0.1:{}?{settings}", broker.port()), "healer").unwrap()
+        };
+        let error = MqttBridge::open(&with("wrong"), contract::inbox(4)).err().unwrap();
+        assert!(
+            matches!(&error, BridgeError::Refused(reason) if reason.contains("NotAuthorized")),
+            "{error}"
+        );
+        assert!(!format!("{error:?} {:?}", with("wrong")).contains("wrong-word"));
+        let mut bridge = open(&with("right"));
+        contract::send(&mut bridge, "forbidden", "1");
+        if version == "5" {
+            let mut troubles = Vec::new();
+            until("the broker's answer", || {
+                troubles.extend(bridge.troubles());
+                !troubles.is_empty()
+            });
+            let expected = "refused: a message on `forbidden`: the broker says NotAuthorized";
+            assert_eq!(troubles[0].to_string(), expected);
+        }
+        // Mosquitto 2.0.11 then throws the client out.
+        until("the connection", || bridge.link() == Link::Up);
+    }
+}
+
+/// An authority of our own, a broker's certificate from it, and an authority that nobody trusts.
+fn certificates(folder: &Path) {
+    use rcgen::{BasicConstraints, CertificateParams, IsCa, Issuer, KeyPair};
+    let authority = |name: &str| {
+        let mut params = CertificateParams::new(vec![name.to_owned()]).unwrap();
+        params.distinguished_name.push(rcgen::DnType::CommonName, name);
+        params.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
+        let key = KeyPair::generate().unwrap();
+        let certificate = params.self_signed(&key).unwrap();
+        std::fs::write(folder.join(format!("{name}.pem")), certificate.pem()).unwrap();
+        Issuer::new(params, key)
+    };
+    let (ours, _other) = (authority("ours"), authority("other"));
+    for name in ["broker", "healer"] {
+        let key = KeyPair::generate().unwrap();
+        let mut params =
+            CertificateParams::new(vec!["127.0.0.1".to_owned(), "localhost".to_owned()]).unwrap();
+        params.distinguished_name.push(rcgen::DnType::CommonName, name);
+        let certificate = params.signed_by(&key, &ours).unwrap();
+        std::fs::write(folder.join(format!("{name}.pem")), certificate.pem()).unwrap();
+        std::fs::write(folder.join(format!("{name}.key")), key.serialize_pem()).unwrap();
+    }
+}
+
+#[test]
+fn only_certificates_of_the_right_authority_are_accepted() {
+    let lines = [
+        "cafile FOLDER/ours.pem",
+        "certfile FOLDER/broker.pem",
+        "keyfile FOLDER/broker.key",
+        "require_certificate true",
+    ];
+    let broker = Broker::start_with(&lines, certificates);
+    for version in ["5", "3.1.1"] {
+        let with = |settings: &str| {
+            let settings = settings.replace("FOLDER", &broker.folder().display().to_string());
+            let address = format!("mqtts://localhost:{}?version={version}&{settings}", broker.port());
+            Options::parse(&address, "healer").unwrap()
+        };
+        let shown = "cert=FOLDER/healer.pem&key=FOLDER/healer.key";
+        let right = format!("ca=FOLDER/ours.pem&{shown}");
+        drop(open(&with(&right)));
+        for wrong in [format!("ca=FOLDER/other.pem&{shown}"), "ca=FOLDER/ours.pem".to_owned()] {
+            let error = MqttBridge::open(&with(&wrong), contract::inbox(4)).err();
+            assert!(matches!(&error, Some(BridgeError::Refused(_))), "{wrong}: {error:?}");
+        }
+        let error = MqttBridge::open(&with("ca=FOLDER/none.pem"), contract::inbox(4)).err().unwrap();
+        assert!(matches!(&error, BridgeError::Configuration(what) if what.contains("none.pem")), "{error}");
+    }
+}
