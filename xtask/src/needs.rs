@@ -14,8 +14,8 @@ struct Need {
 }
 
 /// A toolchain of the minimal profile has neither of the first two; SWI-Prolog answers beside our searches,
-/// and valgrind counts instructions.
-const NEEDS: [Need; 4] = [
+/// valgrind counts instructions, and Mosquitto is the broker that the MQTT bridge is tested with.
+const NEEDS: [Need; 5] = [
     Need {
         name: "rustfmt",
         probe: &["cargo", "fmt", "--version"],
@@ -30,6 +30,11 @@ const NEEDS: [Need; 4] = [
         name: "SWI-Prolog",
         probe: &["swipl", "--version"],
         install: &["sh", "-c", "apt-get update && apt-get install -y --no-install-recommends swi-prolog-nox"],
+    },
+    Need {
+        name: "Mosquitto",
+        probe: &["sh", "-c", "PATH=$PATH:/usr/sbin command -v mosquitto && command -v mosquitto_passwd"],
+        install: &["sh", "-c", "apt-get update && apt-get install -y --no-install-recommends mosquitto"],
     },
     Need {
         name: "valgrind",
