@@ -30,6 +30,11 @@ impl Weight {
         self.steps() == Weight::MAX.steps()
     }
 
+    /// Both together, where weights add up; the heaviest stays so.
+    pub(super) fn plus(self, other: Weight) -> Weight {
+        Weight(self.0.saturating_add(other.0))
+    }
+
     fn new(steps: u128, relations: u32) -> Weight {
         Weight((steps << COUNT_BITS) | u128::from(relations))
     }
@@ -79,7 +84,7 @@ impl Scale {
     /// The weight of two parts of a substitution together; in any order, however many.
     pub(super) fn join(self, one: Weight, other: Weight) -> Weight {
         match self.0 {
-            Aggregate::Product | Aggregate::Sum => Weight(one.0.saturating_add(other.0)),
+            Aggregate::Product | Aggregate::Sum => one.plus(other),
             Aggregate::Minimum => {
                 Weight::new(one.steps().max(other.steps()), one.relations().saturating_add(other.relations()))
             }

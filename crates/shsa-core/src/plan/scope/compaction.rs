@@ -17,16 +17,10 @@ impl<'a> Compaction<'a> {
     pub(super) fn new(old: &'a Scope) -> Self {
         let new = Scope {
             scale: old.scale,
-            variables: IdVec::new(),
-            choices: IdVec::new(),
             starts: Vec::from([0]),
-            inputs: Vec::new(),
-            hopes: IdVec::new(),
-            teams: IdVec::new(),
-            team_count: 0,
             ambiguous: old.ambiguous.clone(),
             tree: old.tree,
-            cyclic: old.cyclic,
+            ..Scope::default()
         };
         Compaction { old, new, from: IdVec::new(), to: IdVec::filled(old.len(), |_| None) }
     }
@@ -61,11 +55,12 @@ impl<'a> Compaction<'a> {
     }
 
     fn copy(&mut self, choice: ChoiceId) {
-        let inputs = self.new.inputs.len() as u32;
+        let start = self.new.inputs.len() as u32;
         for &input in self.old.inputs(choice) {
             let place = self.place(input);
             self.new.inputs.push(place);
         }
+        let inputs = (start, self.new.inputs.len() as u32);
         self.new.choices.push(Choice { inputs, ..self.old.choices[choice] });
     }
 }

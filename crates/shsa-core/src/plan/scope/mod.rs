@@ -2,9 +2,10 @@
 
 mod visit;
 mod compaction;
+mod tree;
 
-pub use visit::Marks;
-pub(super) use visit::Rules;
+pub(super) use tree::Reading;
+pub(super) use visit::{Marks, Rules};
 
 use super::graph::View;
 use super::utility::{Scale, Weight};
@@ -47,15 +48,15 @@ pub(super) struct Choice {
     pub(super) relation: Option<RelationId>,
     /// What it weighs, if the relation is not used already.
     pub(super) weight: Weight,
-    /// Where its inputs begin; they end where those of the next choice begin.
-    inputs: u32,
+    /// Where its inputs begin and end.
+    inputs: (u32, u32),
 }
 
 /// For how many places and choices there is room from the start.
 const ROOM: usize = 64;
 
 /// Places and choices; the root is the first place.
-#[derive(Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Scope {
     scale: Scale,
     variables: IdVec<Place, VariableId>,
@@ -65,6 +66,8 @@ pub(super) struct Scope {
     inputs: Vec<Place>,
     /// What knowing a place weighs at least, whatever else is known.
     hopes: IdVec<Place, Weight>,
+    /// The best choice of each place, where the hopes are exact.
+    best: IdVec<Place, ChoiceId>,
     /// Of each choice, if there is any: set when the relation may be used for another output at the same time.
     teams: IdVec<ChoiceId, Option<Team>>,
     team_count: usize,
@@ -76,37 +79,25 @@ pub(super) struct Scope {
 
 impl Scope {
     /// Finds what can be reached from `root` and is of use. Complexity: O(size of that part).
-    pub(super) fn new(view: &View, root: VariableId, rules: Rules, marks: &mut Marks) -> Scope {
-        let mut scope = match Visit::new(view, root, rules, marks, true).run() {
-            Some(scope) => scope,
-            None => Visit::new(view, root, rules, marks, false).run().unwrap_or_else(|| Scope::empty(view)),
-        };
-        if !scope.tree {
+    pub(super) fn find(&mut self, view: &View, root: VariableId, rules: Rules, marks: &mut Marks) {
+        if !Visit::new(view, root, rules, marks, self, true).run() {
+            Visit::new(view, root, rules, marks, self, false).run();
             // Of a tree, the hopes tell what is of use.
-            scope.drop_useless();
-            scope.cyclic = scope.has_cycle();
+            self.drop_useless();
+            self.cyclic = self.has_cycle();
         }
-        scope.find_teams(view);
-        scope.find_hopes();
-        scope
+        self.find_teams(view);
+        if self.is_exact() { self.find_best() } else { self.find_hopes() }
     }
 
-    fn empty(view: &View) -> Scope {
-        let mut scope = Scope {
-            scale: view.graph().scale(),
-            variables: IdVec::with_capacity(ROOM),
-            choices: IdVec::with_capacity(ROOM),
-            starts: Vec::with_capacity(ROOM),
-            inputs: Vec::with_capacity(ROOM),
-            hopes: IdVec::new(),
-            teams: IdVec::new(),
-            team_count: 0,
-            ambiguous: Vec::new(),
-            tree: true,
-            cyclic: false,
-        };
-        scope.starts.push(0);
-        scope
+    /// Forgets all, and keeps the room.
+    fn clear(&mut self, scale: Scale) {
+        let Scope { variables, choices, starts, inputs, hopes, best, teams, ambiguous, .. } = self;
+        (variables.clear(), choices.clear(), starts.clear(), inputs.clear());
+        (hopes.clear(), best.clear(), teams.clear(), ambiguous.clear());
+        (variables.reserve(ROOM), choices.reserve(ROOM), starts.reserve(ROOM), inputs.reserve(ROOM));
+        (self.scale, self.team_count, self.tree, self.cyclic) = (scale, 0, true, false);
+        self.starts.push(0);
     }
 
     /// How its weights are joined.
@@ -182,21 +173,7 @@ impl Scope {
 
     /// The places that a choice needs, in the order of their variables.
     pub(super) fn inputs(&self, choice: ChoiceId) -> &[Place] {
-        let start = self.choices[choice].inputs as usize;
-        let next = self.choices.find(ChoiceId(choice.0 + 1));
-        let end = next.map_or(self.inputs.len(), |next| next.inputs as usize);
-        self.inputs.get(start..end).unwrap_or_default()
-    }
-
-    /// What a choice weighs at least with all that it needs.
-    pub(super) fn hope_of(&self, choice: ChoiceId) -> Weight {
-        let inputs = self.inputs(choice).iter().map(|&input| self.hopes[input]);
-        inputs.fold(self.choices[choice].weight, |all, hope| self.scale.join(all, hope))
-    }
-
-    /// The best choice of a place, if the scope is exact; of equals the first.
-    pub(super) fn best(&self, place: Place) -> Option<ChoiceId> {
-        self.choices(place).find(|&choice| self.hope_of(choice) == self.hopes[place])
+        self.needed(&self.choices[choice])
     }
 
     /// Removes choices that cannot be completed, and places that nothing needs any more.
