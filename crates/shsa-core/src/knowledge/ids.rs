@@ -94,15 +94,6 @@ impl<I: Id, T> IdVec<I, T> {
         self.items.clear();
     }
 
-    /// Drops all elements, and puts `count` copies of `item` into their room.
-    pub fn refill(&mut self, count: usize, item: T)
-    where
-        T: Clone,
-    {
-        self.items.clear();
-        self.items.resize(count, item);
-    }
-
     /// Takes the last element.
     pub fn pop(&mut self) -> Option<T> {
         self.items.pop()

@@ -334,12 +334,16 @@ pub(super) struct View<'a> {
 
 impl<'a> View<'a> {
     pub(super) fn new(graph: &'a Graph, options: &Options) -> View<'a> {
+        let forbidden = sorted(&options.forbidden_relations);
+        if options.forbidden_signals.is_empty() {
+            return View { graph, changed: Vec::new(), forbidden };
+        }
         let signals = sorted(&options.forbidden_signals);
         let carried: Vec<_> = signals.iter().filter_map(|&s| graph.carried.find(s).copied()).collect();
         let without =
             |variable| (variable, status(&graph.variables[variable], graph.carriers.row(variable), &signals));
         let changed = sorted(&carried).into_iter().map(without).collect();
-        View { graph, changed, forbidden: sorted(&options.forbidden_relations) }
+        View { graph, changed, forbidden }
     }
 
     pub(super) fn graph(&self) -> &'a Graph {

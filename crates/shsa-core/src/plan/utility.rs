@@ -134,7 +134,10 @@ impl Scale {
 
     /// The utility, rounded to 12 significant digits; a heavier weight never has a higher one.
     pub(super) fn utility(self, weight: Weight) -> f64 {
-        let bad = weight.steps() as f64 / self.unit();
+        let steps = weight.steps();
+        // The same, but quicker where it is small.
+        let steps = u64::try_from(steps).map_or_else(|_| steps as f64, |steps| steps as f64);
+        let bad = steps / self.unit();
         match self.0 {
             Aggregate::Product | Aggregate::Minimum => rounded(libm::exp(-bad)),
             Aggregate::Sum => 0.0 - rounded(bad),

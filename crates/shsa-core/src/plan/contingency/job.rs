@@ -237,7 +237,8 @@ impl<'a> Job<'a> {
         self.pay(reached.work)?;
         let Ground { knowledge, graph, preparation, .. } = self.ground;
         let Preparation { count, limits, requirements, .. } = preparation;
-        let search = BestFirst::with_scratch(&mut self.workshop.scratch, graph, self.variable, &options, *limits);
+        let search =
+            BestFirst::with_scratch(&mut self.workshop.scratch, graph, self.variable, &options, *limits);
         let plan = Plan::of(&mut search.along_paths(knowledge, requirements, options), *count);
         self.left = self.left.saturating_sub(plan.expanded);
         self.reads.extend_from_slice(&reached.variables);

@@ -243,10 +243,7 @@ impl Contingency {
     ) -> Plan {
         let Preparation { count, limits, options, requirements, .. } = &self.preparation;
         let options = without(options, lost);
-        Plan::of(
-            &mut BestFirst::meeting(knowledge, graph, variable, &options, requirements, *limits),
-            *count,
-        )
+        Plan::of(&mut BestFirst::meeting(knowledge, graph, variable, &options, requirements, *limits), *count)
     }
 
     /// The plans of a variable by the lost signals, with nothing lost first. Signals whose loss can make no difference

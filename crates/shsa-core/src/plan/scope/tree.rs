@@ -18,21 +18,18 @@ pub(in crate::plan) struct Reading {
 impl Scope {
     /// As [`Scope::find_hopes`], where the hopes are exact: also the best choice of each place, of equals the first.
     pub(super) fn find_best(&mut self) {
-        self.hopes.refill(self.variables.len(), Weight::MAX);
-        self.best.refill(self.variables.len(), ChoiceId(0));
-        let mut end = self.choices.len();
-        for (place, &start) in self.variables.ids().zip(&self.starts).rev() {
+        for place in self.nodes.ids().rev() {
+            let (start, end) = self.nodes[place].choices;
             let mut least = (Weight::MAX, ChoiceId(start));
-            let choices = self.choices.slice(start as usize..end);
-            for (at, choice) in (start..).zip(choices) {
+            for (at, choice) in (start..end).zip(self.choices.slice(start as usize..end as usize)) {
                 let inputs = self.needed(choice).iter();
-                let weight = inputs.fold(choice.weight, |all, &input| all.plus(self.hopes[input]));
+                let weight = inputs.fold(choice.weight, |all, &input| all.plus(self.nodes[input].hope));
                 if weight < least.0 {
                     least = (weight, ChoiceId(at));
                 }
             }
-            (self.hopes[place], self.best[place]) = least;
-            end = start as usize;
+            let node = &mut self.nodes[place];
+            (node.hope, node.best) = least;
         }
     }
 
@@ -47,28 +44,36 @@ impl Scope {
         answer: &mut Substitution,
     ) -> u64 {
         let Reading { open, steps, sources } = reading;
-        (steps.clear(), sources.clear(), open.clear());
-        open.extend(self.variables.ids().next());
+        steps.clear();
+        sources.clear();
+        open.clear();
+        open.push(Place(0));
         let mut decisions = 0;
         // The last input first, and all from the back to the front: a step comes after those that it reads.
         while let Some(place) = open.pop() {
             decisions += 1;
-            let (choice, output) = (&self.choices[self.best[place]], self.variables[place]);
+            let node = &self.nodes[place];
+            let (choice, output) = (&self.choices[node.best], node.variable);
             let Some(relation) = choice.relation else {
                 sources.push(output);
                 continue;
             };
             steps.push(Step { relation, output });
-            let needed = self.needed(choice);
+            let mut needed = self.needed(choice);
             open.extend_from_slice(needed);
             // What is no place is used as it comes. Both lists have the same order.
-            let mut needed = needed.iter().map(|&place| self.variables[place]).peekable();
-            let inputs = graph.inputs(relation).iter().copied().filter(|&input| input != output);
-            sources.extend(inputs.filter(|&input| needed.next_if_eq(&input).is_none()));
+            for &input in graph.inputs(relation).iter().filter(|&&input| input != output) {
+                match needed.split_first() {
+                    Some((&first, rest)) if self.variable(first) == input => needed = rest,
+                    _ => sources.push(input),
+                }
+            }
         }
-        sources.sort_unstable();
-        sources.dedup();
-        answer.sink = self.variables[Place(0)];
+        if sources.len() > 1 {
+            sources.sort_unstable();
+            sources.dedup();
+        }
+        answer.sink = self.variable(Place(0));
         answer.steps.clear();
         answer.steps.extend(steps.iter().rev());
         answer.sources.clear();

@@ -1,6 +1,6 @@
 //! The walk that finds a scope.
 
-use super::{Choice, Place, Scope};
+use super::{Choice, Node, Place, Scope};
 use crate::knowledge::{Id, IdVec, RelationId, VariableId};
 use crate::plan::graph::{Producer, View};
 use crate::plan::utility::Weight;
@@ -126,13 +126,15 @@ impl<'a, 'b> Visit<'a, 'b> {
             }
             next += 1;
         }
-        self.scope.ambiguous.sort_unstable();
-        self.scope.ambiguous.dedup();
+        if !self.scope.ambiguous.is_empty() {
+            self.scope.ambiguous.sort_unstable();
+            self.scope.ambiguous.dedup();
+        }
         true
     }
 
     fn discover(&mut self, variable: VariableId, above: Above) -> Place {
-        let place = self.scope.variables.push(variable);
+        let place = self.scope.nodes.push(Node::of(variable));
         self.marks.above.push(above);
         self.marks.set_place(variable, place);
         place
@@ -140,7 +142,8 @@ impl<'a, 'b> Visit<'a, 'b> {
 
     fn visit(&mut self, place: Place) -> bool {
         let view = self.view;
-        let variable = self.scope.variables[place];
+        let variable = self.scope.variable(place);
+        let first = self.scope.choices.len() as u32;
         let is_root = place.index() == 0;
         let provided = view.is_provided(variable);
         if provided && !(self.rules.without_empty && is_root) {
@@ -160,13 +163,13 @@ impl<'a, 'b> Visit<'a, 'b> {
                 }
             }
         }
-        self.scope.starts.push(self.scope.choices.len() as u32);
+        self.scope.nodes[place].choices = (first, self.scope.choices.len() as u32);
         true
     }
 
     /// Puts the places that a relation needs at the end of the inputs; nothing when it would need its own output.
     fn find_inputs(&mut self, place: Place, variable: VariableId, producer: &Producer) -> Found {
-        let (start, known) = (self.scope.inputs.len(), self.scope.variables.len());
+        let (start, known) = (self.scope.inputs.len(), self.scope.len());
         let inputs = self.view.graph().inputs_of(producer);
         let mut shared = false;
         for &input in inputs.iter().filter(|&&input| input != variable) {
@@ -197,10 +200,10 @@ impl<'a, 'b> Visit<'a, 'b> {
     fn forget(&mut self, inputs: usize, places: usize) {
         self.scope.inputs.truncate(inputs);
         self.marks.above.truncate(places);
-        while self.scope.variables.len() > places
-            && let Some(variable) = self.scope.variables.pop()
+        while self.scope.len() > places
+            && let Some(node) = self.scope.nodes.pop()
         {
-            self.marks.forget_place(variable);
+            self.marks.forget_place(node.variable);
         }
     }
 
