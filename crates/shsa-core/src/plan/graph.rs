@@ -376,9 +376,14 @@ impl<'a> View<'a> {
     }
 
     /// The weight of a relation for an output, as it is without the forbidden signals.
+    #[inline]
     pub(super) fn weight(&self, producer: &Producer, output: VariableId) -> Weight {
+        if self.changed.is_empty() { producer.weight } else { self.changed_weight(producer, output) }
+    }
+
+    fn changed_weight(&self, producer: &Producer, output: VariableId) -> Weight {
         let is_changed = |&input: &VariableId| self.change(input).is_some();
-        if self.changed.is_empty() || !self.graph.inputs.row(producer.relation).iter().any(is_changed) {
+        if !self.graph.inputs_of(producer).iter().any(is_changed) {
             return producer.weight;
         }
         self.graph.weight(producer.relation, output, |input| self.status(input))

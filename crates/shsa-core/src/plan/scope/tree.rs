@@ -60,7 +60,9 @@ impl Scope {
             };
             steps.push(Step { relation, output });
             let mut needed = self.needed(choice);
-            open.extend_from_slice(needed);
+            for &input in needed {
+                open.push(input);
+            }
             // What is no place is used as it comes. Both lists have the same order.
             for &input in graph.inputs(relation).iter().filter(|&&input| input != output) {
                 match needed.split_first() {
