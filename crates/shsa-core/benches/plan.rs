@@ -8,7 +8,7 @@ mod plan_support;
 use criterion::{Criterion, criterion_group, criterion_main};
 use plan_support::{drivetrain, first, large, reference, reference_tree, tree};
 use shsa_core::knowledge::{Element, Id, KnowledgeBase, SignalId, VariableId};
-use shsa_core::plan::{BestFirst, Contingency, Graph, Limits, Marks, Options, Preparation};
+use shsa_core::plan::{BestFirst, Contingency, Graph, Limits, Options, Plan, Preparation, Scratch};
 use std::hint::black_box;
 
 /// What a search has to beat: a breadth-first visit of the variables that it can reach.
@@ -50,16 +50,18 @@ impl Visit {
 fn bench_model(c: &mut Criterion, name: &str, knowledge: &KnowledgeBase, root: VariableId, count: usize) {
     let graph = Graph::new(knowledge);
     let options = Options::default();
-    let mut marks = Marks::default();
+    let (mut scratch, mut plan) = (Scratch::default(), Plan::default());
     let what = if count == usize::MAX { "all".to_owned() } else { format!("first {count}") };
     let mut group = c.benchmark_group(name);
     group.bench_function(&what, |b| {
         b.iter(|| {
-            let search = BestFirst::with_marks(&mut marks, &graph, black_box(root), &options, Limits::NONE);
-            search.take(count).fold(0.0, |sum, (_, utility)| sum + utility)
+            let search =
+                &mut BestFirst::with_scratch(&mut scratch, &graph, black_box(root), &options, Limits::NONE);
+            plan.refill(search, count);
+            plan.bound
         });
     });
-    group.bench_function(format!("{what}, marks anew"), |b| {
+    group.bench_function(format!("{what}, memory anew"), |b| {
         b.iter(|| BestFirst::new(&graph, black_box(root), &options, Limits::NONE).take(count).count());
     });
     let mut visit = Visit::new(knowledge);

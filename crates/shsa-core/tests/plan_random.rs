@@ -12,13 +12,16 @@ use plan_support::{
     KINDS, Kind, NORM, Random, check_sound, options, question, random, random_utility, utility,
 };
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
-use shsa_core::plan::{BestFirst, Graph, Limits, Options, Part, StopReason, best, best_in_parts, exhaustive};
+use shsa_core::plan::{
+    BestFirst, Graph, Limits, Options, Part, Plan, Scratch, StopReason, best, best_in_parts, exhaustive,
+};
 use shsa_core::substitution::Substitution;
 
 /// Enough for the oracle on everything that is generated here.
 const LIMITS: Limits = Limits { expansions: 10_000_000, states: 3_000_000 };
 
-fn check(seed: u64) -> usize {
+/// Compares the answers; `memory` is that of the searches before, about other knowledge bases.
+fn check(memory: &mut (Scratch, Plan), seed: u64) -> usize {
     let mut numbers = Random(seed);
     let (kind, knowledge, root, options) = question(&mut numbers);
 
@@ -39,6 +42,8 @@ fn check(seed: u64) -> usize {
     let count = numbers.below(found.len() + 2);
     let first = best(&graph, root, &options, count, LIMITS);
     assert_eq!(first.substitutions, found[..count.min(found.len())], "seed {seed} {kind:?}: first {count}");
+    memory.1.refill(&mut BestFirst::with_scratch(&mut memory.0, &graph, root, &options, LIMITS), count);
+    assert_eq!(memory.1, first, "seed {seed} {kind:?}: first {count}, in used memory");
     check_any(&knowledge, root, &options, &found);
     found.len()
 }
@@ -58,7 +63,8 @@ fn check_any(knowledge: &KnowledgeBase, root: VariableId, options: &Options, fou
 
 #[test]
 fn best_first_equals_exhaustive_on_10_000_random_knowledge_bases() {
-    let answers: Vec<usize> = (0..10_000).map(check).collect();
+    let mut memory = (Scratch::default(), Plan::default());
+    let answers: Vec<usize> = (0..10_000).map(|seed| check(&mut memory, seed)).collect();
     let several = answers.iter().filter(|&&count| count > 1).count();
     assert!(several > 3_000, "the knowledge bases are too simple: {several} have several substitutions");
 }

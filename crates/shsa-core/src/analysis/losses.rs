@@ -10,7 +10,7 @@ use super::budget::Budget;
 use super::hitting::smallest_hitting_set;
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId, SignalSet, VariableId};
 use crate::monitor::rests_on;
-use crate::plan::{BestFirst, Graph, Limits, Marks, Options, StopReason};
+use crate::plan::{BestFirst, Graph, Limits, Options, Scratch, StopReason};
 use crate::service::Service;
 use crate::substitution::{Substitution, Way};
 use crate::time::Span;
@@ -111,7 +111,7 @@ pub(super) struct Losses<'a> {
     knowledge: &'a KnowledgeBase,
     graph: &'a Graph,
     basis: &'a Basis,
-    marks: Marks,
+    scratch: Scratch,
     /// The signals that are lost with each: itself, what is derived from it, and what comes from the same source.
     followers: IdVec<SignalId, SignalSet>,
 }
@@ -128,7 +128,7 @@ impl<'a> Losses<'a> {
             let same = followers[knowledge.witness(signal)].clone();
             followers[signal].extend(&same);
         }
-        Losses { knowledge, graph, basis, marks: Marks::default(), followers }
+        Losses { knowledge, graph, basis, scratch: Scratch::default(), followers }
     }
 
     /// A way of knowing the target when these signals are lost, and with them what is derived from them.
@@ -140,21 +140,22 @@ impl<'a> Losses<'a> {
             ..Options::default()
         };
         let limits = Limits { expansions: budget.at_most(LIMITS.expansions), ..LIMITS };
-        let mut search =
-            BestFirst::with_marks(&mut self.marks, self.graph, target.variable, &options, limits);
+        let Losses { knowledge, graph, basis, scratch, .. } = self;
+        let judge = Judge { knowledge, basis, target, lost: &lost };
+        let mut search = BestFirst::with_scratch(scratch, graph, target.variable, &options, limits);
         budget.spend(1 + STEPS_A_LOSS * lost.len() as u64);
         // Put together greedily, without a search: whichever it is, it survives.
         let Some((any, _)) = search.any() else {
             let refused = search.stop() == StopReason::NotMonotone;
             return if refused { Left::Unclear } else { Left::Nothing };
         };
-        let mut found = self.survivor(target, &any, &lost);
+        let mut found = judge.survivor(&any);
         for _ in 0..MOST_TRIED {
             if found.is_some() {
                 break;
             }
             let Some((substitution, _)) = search.next() else { break };
-            found = self.survivor(target, &substitution, &lost);
+            found = judge.survivor(&substitution);
         }
         budget.spend(search.reach() as u64 + search.expanded());
         match found {
@@ -168,18 +169,6 @@ impl<'a> Losses<'a> {
         let mut all = SignalSet::new();
         lost.iter().for_each(|signal| all.extend(&self.followers[signal]));
         all
-    }
-
-    fn survivor(&self, target: Target, substitution: &Substitution, lost: &SignalSet) -> Option<Survivor> {
-        let knowledge = self.knowledge;
-        let usable = |signal| knowledge.is_available(signal) && !lost.contains(signal);
-        let ways = Way::choices(knowledge, substitution, usable, MOST_CHOICES);
-        let serves =
-            |way: &&Way| Service::lag(knowledge, way) <= target.max_age && self.basis.admits(knowledge, way);
-        let way = ways.iter().find(serves)?;
-        let passed = || way.substitution.steps.iter().filter(|step| step.output != target.variable);
-        let lasting = passed().all(|step| knowledge.carriers(step.output).is_empty());
-        Some(Survivor { rests_on: rests_on(knowledge, way), lasting })
     }
 
     /// How many losses a target survives.
@@ -241,6 +230,29 @@ impl<'a> Losses<'a> {
     /// something younger may be refused, so that fewer losses could be worse.
     fn may_be_too_old(&self, target: Target) -> bool {
         self.knowledge.signals().iter().any(|signal| signal.delay > target.max_age)
+    }
+}
+
+/// What a way must be to survive.
+struct Judge<'a> {
+    knowledge: &'a KnowledgeBase,
+    basis: &'a Basis,
+    target: Target,
+    lost: &'a SignalSet,
+}
+
+impl Judge<'_> {
+    /// A way of a substitution that survives.
+    fn survivor(&self, substitution: &Substitution) -> Option<Survivor> {
+        let Judge { knowledge, basis, target, lost } = *self;
+        let usable = |signal| knowledge.is_available(signal) && !lost.contains(signal);
+        let ways = Way::choices(knowledge, substitution, usable, MOST_CHOICES);
+        let serves =
+            |way: &&Way| Service::lag(knowledge, way) <= target.max_age && basis.admits(knowledge, way);
+        let way = ways.iter().find(serves)?;
+        let passed = || way.substitution.steps.iter().filter(|step| step.output != target.variable);
+        let lasting = passed().all(|step| knowledge.carriers(step.output).is_empty());
+        Some(Survivor { rests_on: rests_on(knowledge, way), lasting })
     }
 }
 

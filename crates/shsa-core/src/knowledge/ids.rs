@@ -84,10 +84,14 @@ impl<I: Id, T> IdVec<I, T> {
         IdVec { items: Vec::with_capacity(capacity), kind: PhantomData }
     }
 
-    /// How many elements there is room for.
-    #[must_use]
-    pub fn capacity(&self) -> usize {
-        self.items.capacity()
+    /// Makes room for so many more elements.
+    pub fn reserve(&mut self, additional: usize) {
+        self.items.reserve(additional);
+    }
+
+    /// Drops all elements, and keeps their room.
+    pub fn clear(&mut self) {
+        self.items.clear();
     }
 
     /// Takes the last element.
@@ -134,6 +138,12 @@ impl<I: Id, T> IdVec<I, T> {
     /// Ids with their elements, in order.
     pub fn enumerate(&self) -> impl DoubleEndedIterator<Item = (I, &T)> + Clone {
         self.items.iter().enumerate().map(|(index, item)| (I::from_index(index), item))
+    }
+
+    /// The elements of a range of ids; none if there are not so many.
+    #[must_use]
+    pub fn slice(&self, range: core::ops::Range<usize>) -> &[T] {
+        self.items.get(range).unwrap_or_default()
     }
 
     /// The element of an id that may be of another vector.

@@ -12,11 +12,13 @@ use super::graph::{Graph, Options, View};
 use super::greedy;
 use super::limits::{Limits, StopReason};
 use super::requirements::{Paths, Requirements};
-use super::scope::{ChoiceId, Marks, Place, Rules, Scope};
-use super::trail::{self, Trail};
+use super::scope::{ChoiceId, Place, Rules, Scope};
+use super::scratch::{Held, Scratch};
+use super::trail::Trail;
 use super::utility::Weight;
 use crate::knowledge::{KnowledgeBase, RelationId, VariableId};
 use crate::substitution::Substitution;
+use alloc::boxed::Box;
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
@@ -29,18 +31,21 @@ use alloc::vec::Vec;
 pub struct BestFirst<'a> {
     graph: &'a Graph,
     root: VariableId,
-    scope: Scope,
+    /// With the scope of the search.
+    scratch: Held<'a>,
     /// Made when the first answer cannot be read off the scope, or a second one is wanted.
-    open: Option<Open>,
+    open: Option<Box<Open>>,
     limits: Limits,
     /// Decisions that were read off.
     read: u64,
     found: usize,
     stop: Option<StopReason>,
     /// What must be met along substitutions.
-    paths: Option<Paths<'a>>,
+    paths: Option<Box<Paths<'a>>>,
     /// What the caller keeps, in states.
     kept: usize,
+    /// The answer that was read off, as its bound is the search's.
+    rated: Option<(Weight, f64)>,
 }
 
 /// Where the search stands.
@@ -61,33 +66,46 @@ impl<'a> BestFirst<'a> {
     /// Starts a search for ways of knowing `root`. Complexity: O(part of the graph that can be reached).
     #[must_use]
     pub fn new(graph: &'a Graph, root: VariableId, options: &Options, limits: Limits) -> BestFirst<'a> {
-        BestFirst::with_marks(&mut Marks::default(), graph, root, options, limits)
+        BestFirst::over(Held::Own(Box::default()), graph, root, options, limits)
     }
 
-    /// As [`BestFirst::new`]; many searches that share their marks do not set them up anew.
+    /// As [`BestFirst::new`], in the working memory of searches before it.
     #[must_use]
-    pub fn with_marks(
-        marks: &mut Marks,
+    pub fn with_scratch(
+        scratch: &'a mut Scratch,
         graph: &'a Graph,
         root: VariableId,
         options: &Options,
         limits: Limits,
     ) -> BestFirst<'a> {
+        BestFirst::over(Held::Lent(scratch), graph, root, options, limits)
+    }
+
+    fn over(
+        mut scratch: Held<'a>,
+        graph: &'a Graph,
+        root: VariableId,
+        options: &Options,
+        limits: Limits,
+    ) -> BestFirst<'a> {
+        let Scratch { marks, scope, .. } = scratch.get_mut();
         marks.fit(graph.variables(), graph.relations());
         let rules =
             Rules { substitute_provided: options.substitute_provided, without_empty: options.without_empty };
-        let scope = Scope::new(&View::new(graph, options), root, rules, marks);
+        scope.find(&View::new(graph, options), root, rules, marks);
+        let stop = BestFirst::refusal(graph, scope);
         BestFirst {
             graph,
             root,
+            scratch,
             open: None,
             limits,
             read: 0,
             found: 0,
-            stop: BestFirst::refusal(graph, &scope),
+            stop,
             paths: None,
             kept: 0,
-            scope,
+            rated: None,
         }
     }
 
@@ -115,9 +133,19 @@ impl<'a> BestFirst<'a> {
         options: Options,
     ) -> BestFirst<'a> {
         if requirements.limits_paths() {
-            self.paths = Some(Paths::new(knowledge, requirements.clone(), options, &self.scope));
+            let paths = Paths::new(knowledge, requirements.clone(), options, self.scope());
+            self.paths = Some(Box::new(paths));
         }
         self
+    }
+
+    fn scope(&self) -> &Scope {
+        &self.scratch.get().scope
+    }
+
+    /// Where an answer can be put.
+    pub(super) fn blank(&self) -> Substitution {
+        Substitution { sink: self.root, steps: Vec::new(), sources: Vec::new() }
     }
 
     /// Counts answers that the caller keeps into the limit of states.
@@ -129,7 +157,7 @@ impl<'a> BestFirst<'a> {
     /// [`BestFirst::any`].
     #[must_use]
     pub fn reach(&self) -> usize {
-        self.scope.count()
+        self.scope().count()
     }
 
     /// How many partial and complete substitutions were dropped as they cannot meet the requirements.
@@ -140,7 +168,7 @@ impl<'a> BestFirst<'a> {
 
     /// A search of its own over the same scope, from the beginning.
     pub(super) fn begin(&self) -> Open {
-        Open::new(&self.scope)
+        Open::new(self.scope())
     }
 
     /// Deals out what is open.
@@ -161,7 +189,7 @@ impl<'a> BestFirst<'a> {
 
     /// What a search stands at, once everything is decided.
     pub(super) fn substitution(&self, open: &Open) -> Substitution {
-        self.graph.substitution(self.root, open.trail.steps(&self.scope))
+        self.graph.substitution(self.root, open.trail.steps(self.scope()))
     }
 
     fn refusal(graph: &Graph, scope: &Scope) -> Option<StopReason> {
@@ -187,12 +215,15 @@ impl<'a> BestFirst<'a> {
     #[must_use]
     pub fn bound(&self) -> f64 {
         let scale = self.graph.scale();
-        let hope = || self.scope.root().map(|root| self.scope.hope(root));
+        let hope = || self.scope().root().map(|root| self.scope().hope(root));
         let open = || self.open.as_ref().map_or_else(hope, |open| open.frontier.open_bound());
         match self.stop {
             Some(StopReason::Complete) => scale.worst(),
             Some(StopReason::NotMonotone) => scale.best(),
-            _ => open().map_or(scale.worst(), |bound| scale.utility(bound)),
+            _ => open().map_or(scale.worst(), |bound| match self.rated {
+                Some((weight, utility)) if weight == bound => utility,
+                _ => scale.utility(bound),
+            }),
         }
     }
 
@@ -204,40 +235,39 @@ impl<'a> BestFirst<'a> {
         if self.stop == Some(StopReason::NotMonotone) {
             return None;
         }
-        let choices = greedy::choices(&self.scope);
-        let mut trail = Trail::new(&self.scope);
+        let scope = self.scope();
+        let choices = greedy::choices(scope);
+        let mut trail = Trail::new(scope);
         while let Some(choice) = trail.next().and_then(|place| choices[place]) {
-            trail.take(&self.scope, choice);
+            trail.take(scope, choice);
         }
-        let complete = self.scope.root().is_some() && trail.next().is_none() && self.may_meet(&trail);
+        let complete = scope.root().is_some() && trail.next().is_none() && self.may_meet(&trail);
         complete.then(|| self.answer(&trail))
     }
 
     fn answer(&self, trail: &Trail) -> (Substitution, f64) {
-        let substitution = self.graph.substitution(self.root, trail.steps(&self.scope));
+        let substitution = self.graph.substitution(self.root, trail.steps(self.scope()));
         (substitution, self.graph.scale().utility(trail.bound()))
     }
 
-    /// The best substitution of a scope that tells it at once.
-    fn read_off(&mut self) -> Option<(Substitution, f64)> {
-        let scope = &self.scope;
-        let root = scope.root()?;
-        let mut decisions = 0;
-        let steps = trail::steps(scope, 16, |place| {
-            decisions += 1;
-            scope.best(place)
-        });
+    /// The best substitution of a scope that tells it at once; its utility.
+    fn read_off(&mut self, answer: &mut Substitution) -> Option<f64> {
+        let Scratch { scope, reading, .. } = self.scratch.get_mut();
+        let weight = scope.hope(scope.root()?);
+        let decisions = scope.read_off(self.graph, reading, answer);
         if decisions > self.limits.expansions {
             self.stop = Some(StopReason::LimitExpansions);
             return None;
         }
         self.read = decisions;
-        Some((self.graph.substitution(self.root, steps), scope.scale().utility(scope.hope(root))))
+        let utility = self.graph.scale().utility(weight);
+        self.rated = Some((weight, utility));
+        Some(utility)
     }
 
     /// The next best substitution, by search.
     fn search(&mut self) -> Option<(Substitution, f64)> {
-        let mut open = self.open.take().unwrap_or_else(|| Open::new(&self.scope));
+        let mut open = self.open.take().unwrap_or_else(|| Box::new(Open::new(self.scope())));
         let mut found = None;
         while self.stop.is_none() && found.is_none() {
             self.stop = open.limit(self.limits, self.kept);
@@ -256,7 +286,8 @@ impl<'a> BestFirst<'a> {
     /// Takes the first open state: opens those after it, or stands at an answer.
     pub(super) fn advance(&self, open: &mut Open) -> Progress {
         let Some(state) = open.frontier.pop() else { return Progress::End };
-        open.expanded += open.go_to(&self.scope, state);
+        let scope = self.scope();
+        open.expanded += open.go_to(scope, state);
         if !self.may_meet(&open.trail) {
             open.pruned += 1;
             return Progress::Decision;
@@ -264,10 +295,10 @@ impl<'a> BestFirst<'a> {
         match open.trail.next() {
             Some(place) => {
                 open.expanded += 1;
-                open.expand(&self.scope, state, place);
+                open.expand(scope, state, place);
                 Progress::Decision
             }
-            None if open.is_new(&self.scope) => Progress::Answer,
+            None if open.is_new(scope) => Progress::Answer,
             None => Progress::Decision,
         }
     }
@@ -275,7 +306,7 @@ impl<'a> BestFirst<'a> {
     /// Whether something that follows from where the trail stands may meet the requirements.
     fn may_meet(&self, trail: &Trail) -> bool {
         let Some(paths) = &self.paths else { return true };
-        let steps = trail.steps(&self.scope);
+        let steps = trail.steps(self.scope());
         match trail.next() {
             Some(_) => paths.allow(self.root, &steps),
             None => paths.admit(&self.graph.substitution(self.root, steps)),
@@ -390,25 +421,38 @@ impl Open {
     }
 }
 
-impl Iterator for BestFirst<'_> {
-    type Item = (Substitution, f64);
-
-    /// The next best substitution and its utility; `None` tells that [`BestFirst::stop`] has a reason.
-    fn next(&mut self) -> Option<Self::Item> {
+impl BestFirst<'_> {
+    /// As `next`, with the substitution in the place of one that is not needed any more; the utility.
+    ///
+    /// When it gives `None` what stands in that place has no meaning.
+    pub fn next_into(&mut self, answer: &mut Substitution) -> Option<f64> {
         if self.stop.is_some() {
             return None;
         }
-        let answer = if self.found == 0 && self.scope.is_exact() && self.paths.is_none() {
-            self.read_off()
+        let utility = if self.found == 0 && self.scope().is_exact() && self.paths.is_none() {
+            self.read_off(answer)
         } else {
             if self.found == 1 && self.open.is_none() && self.paths.is_none() {
                 // The search begins with what was read off, and decides it again.
                 self.read = 0;
                 self.search();
             }
-            self.search()
+            self.search().map(|(substitution, utility)| {
+                *answer = substitution;
+                utility
+            })
         };
-        self.found += usize::from(answer.is_some());
-        answer
+        self.found += usize::from(utility.is_some());
+        utility
+    }
+}
+
+impl Iterator for BestFirst<'_> {
+    type Item = (Substitution, f64);
+
+    /// The next best substitution and its utility; `None` tells that [`BestFirst::stop`] has a reason.
+    fn next(&mut self) -> Option<Self::Item> {
+        let mut answer = self.blank();
+        self.next_into(&mut answer).map(|utility| (answer, utility))
     }
 }

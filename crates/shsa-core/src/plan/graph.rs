@@ -33,16 +33,24 @@ impl<I: Id, T> Rows<I, T> {
 
     /// The list of an id; empty for an id of another graph.
     pub(super) fn row(&self, id: I) -> &[T] {
-        let start = self.starts.get(id.index()).map_or(0, |&start| start as usize);
-        let end = self.starts.get(id.index() + 1).map_or(start, |&end| end as usize);
-        self.items.get(start..end).unwrap_or_default()
+        self.between(self.bounds(id))
+    }
+
+    /// Where the list of an id begins and ends.
+    fn bounds(&self, id: I) -> (u32, u32) {
+        let start = self.starts.get(id.index()).copied().unwrap_or_default();
+        (start, self.starts.get(id.index() + 1).copied().unwrap_or(start))
+    }
+
+    /// The list between two bounds.
+    fn between(&self, (start, end): (u32, u32)) -> &[T] {
+        self.items.get(start as usize..end as usize).unwrap_or_default()
     }
 
     /// The list of an id, to change its items.
     fn row_mut(&mut self, id: I) -> &mut [T] {
-        let start = self.starts.get(id.index()).map_or(0, |&start| start as usize);
-        let end = self.starts.get(id.index() + 1).map_or(start, |&end| end as usize);
-        self.items.get_mut(start..end).unwrap_or_default()
+        let (start, end) = self.bounds(id);
+        self.items.get_mut(start as usize..end as usize).unwrap_or_default()
     }
 }
 
@@ -73,15 +81,20 @@ struct Carrier {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct RelationFacts {
-    several_outputs: bool,
-    exclusive: bool,
+pub(super) struct RelationFacts {
+    /// Whether it can produce several variables.
+    pub(super) several_outputs: bool,
+    /// Whether it can be used only once in a substitution: each of its outputs needs all the others.
+    pub(super) exclusive: bool,
 }
 
-/// A relation that can produce a variable.
+/// A relation that can produce a variable, with what a walk asks about it: so it need not look elsewhere.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Producer {
     pub(super) relation: RelationId,
+    /// Where its inputs begin and end.
+    inputs: (u32, u32),
+    pub(super) facts: RelationFacts,
     /// With the signals that are available in the knowledge base.
     pub(super) weight: Weight,
 }
@@ -215,7 +228,8 @@ impl Graph {
             all.push(relations.filter(|&relation| last.replace(relation) != Some(relation)).map(
                 |relation| {
                     let weight = self.weight(relation, variable, |input| self.variables[input].status);
-                    Producer { relation, weight }
+                    let inputs = self.inputs.bounds(relation);
+                    Producer { relation, inputs, facts: self.relations[relation], weight }
                 },
             ));
         }
@@ -270,6 +284,11 @@ impl Graph {
         self.inputs.row(relation)
     }
 
+    /// As [`Graph::inputs`], of a relation whose place is known.
+    pub(super) fn inputs_of(&self, producer: &Producer) -> &[VariableId] {
+        self.inputs.between(producer.inputs)
+    }
+
     /// Whether a relation can produce several variables.
     pub(super) fn has_several_outputs(&self, relation: RelationId) -> bool {
         self.relations[relation].several_outputs
@@ -315,12 +334,16 @@ pub(super) struct View<'a> {
 
 impl<'a> View<'a> {
     pub(super) fn new(graph: &'a Graph, options: &Options) -> View<'a> {
+        let forbidden = sorted(&options.forbidden_relations);
+        if options.forbidden_signals.is_empty() {
+            return View { graph, changed: Vec::new(), forbidden };
+        }
         let signals = sorted(&options.forbidden_signals);
         let carried: Vec<_> = signals.iter().filter_map(|&s| graph.carried.find(s).copied()).collect();
         let without =
             |variable| (variable, status(&graph.variables[variable], graph.carriers.row(variable), &signals));
         let changed = sorted(&carried).into_iter().map(without).collect();
-        View { graph, changed, forbidden: sorted(&options.forbidden_relations) }
+        View { graph, changed, forbidden }
     }
 
     pub(super) fn graph(&self) -> &'a Graph {
@@ -345,15 +368,22 @@ impl<'a> View<'a> {
     }
 
     /// The relations that may produce a variable, ascending.
-    pub(super) fn producers(&self, variable: VariableId) -> impl Iterator<Item = Producer> + '_ {
-        let allowed = |producer: &&Producer| self.forbidden.binary_search(&producer.relation).is_err();
-        self.graph.producers.row(variable).iter().filter(allowed).copied()
+    pub(super) fn producers(&self, variable: VariableId) -> impl Iterator<Item = &'a Producer> + '_ {
+        let allowed = |producer: &&Producer| {
+            self.forbidden.is_empty() || self.forbidden.binary_search(&producer.relation).is_err()
+        };
+        self.graph.producers.row(variable).iter().filter(allowed)
     }
 
     /// The weight of a relation for an output, as it is without the forbidden signals.
-    pub(super) fn weight(&self, producer: Producer, output: VariableId) -> Weight {
+    #[inline]
+    pub(super) fn weight(&self, producer: &Producer, output: VariableId) -> Weight {
+        if self.changed.is_empty() { producer.weight } else { self.changed_weight(producer, output) }
+    }
+
+    fn changed_weight(&self, producer: &Producer, output: VariableId) -> Weight {
         let is_changed = |&input: &VariableId| self.change(input).is_some();
-        if self.changed.is_empty() || !self.graph.inputs.row(producer.relation).iter().any(is_changed) {
+        if !self.graph.inputs_of(producer).iter().any(is_changed) {
             return producer.weight;
         }
         self.graph.weight(producer.relation, output, |input| self.status(input))
@@ -361,6 +391,9 @@ impl<'a> View<'a> {
 }
 
 fn sorted<T: Copy + Ord>(items: &[T]) -> Vec<T> {
+    if items.is_empty() {
+        return Vec::new();
+    }
     let mut items = items.to_vec();
     items.sort_unstable();
     items.dedup();

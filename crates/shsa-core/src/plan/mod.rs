@@ -15,6 +15,7 @@ mod partial;
 mod workers;
 mod property_guided;
 mod scope;
+mod scratch;
 mod trail;
 mod greedy;
 mod frontier;
@@ -33,7 +34,7 @@ pub use ontology::ontology;
 pub use parallel::{Part, best_in_parts};
 pub use property_guided::property_guided;
 pub use requirements::{Requirements, Shortfall};
-pub use scope::Marks;
+pub use scratch::Scratch;
 
 use crate::knowledge::{KnowledgeBase, VariableId};
 use crate::substitution::Substitution;
@@ -58,7 +59,7 @@ pub struct Plan {
 /// when its utility is not below [`Plan::bound`].
 #[must_use]
 pub fn best(graph: &Graph, root: VariableId, options: &Options, count: usize, limits: Limits) -> Plan {
-    first(BestFirst::new(graph, root, options, limits), count)
+    Plan::of(&mut BestFirst::new(graph, root, options, limits), count)
 }
 
 /// The `count` best substitutions of `root` that meet requirements; as [`best`].
@@ -72,20 +73,43 @@ pub fn best_meeting(
     count: usize,
     limits: Limits,
 ) -> Plan {
-    first(BestFirst::meeting(knowledge, graph, root, options, requirements, limits), count)
+    Plan::of(&mut BestFirst::meeting(knowledge, graph, root, options, requirements, limits), count)
 }
 
-fn first(mut search: BestFirst, count: usize) -> Plan {
-    let mut substitutions = Vec::new();
-    while substitutions.len() < count
-        && let Some(answer) = search.next()
-    {
-        search.keep(limits::states(answer.0.steps.len() + answer.0.sources.len()));
-        substitutions.push(answer);
+impl Plan {
+    /// The first `count` answers of a search that was just begun; as [`best`].
+    #[must_use]
+    pub fn of(search: &mut BestFirst, count: usize) -> Plan {
+        let mut plan = Plan::default();
+        plan.refill(search, count);
+        plan
     }
-    let limited = matches!(search.stop(), StopReason::LimitExpansions | StopReason::LimitStates);
-    if limited && substitutions.is_empty() {
-        substitutions.extend(search.any());
+
+    /// As [`Plan::of`], in the memory of a plan that is not needed any more.
+    pub fn refill(&mut self, search: &mut BestFirst, count: usize) {
+        let mut found = 0;
+        while found < count {
+            if found == self.substitutions.len() {
+                self.substitutions.push((search.blank(), 0.0));
+            }
+            let Some((substitution, utility)) = self.substitutions.get_mut(found) else { break };
+            let Some(rated) = search.next_into(substitution) else { break };
+            *utility = rated;
+            search.keep(limits::states(substitution.steps.len() + substitution.sources.len()));
+            found += 1;
+        }
+        self.substitutions.truncate(found);
+        self.stop = search.stop();
+        if found == 0 && matches!(self.stop, StopReason::LimitExpansions | StopReason::LimitStates) {
+            self.substitutions.extend(BestFirst::any(search));
+        }
+        (self.expanded, self.bound) = (search.expanded(), search.bound());
     }
-    Plan { substitutions, stop: search.stop(), expanded: search.expanded(), bound: search.bound() }
+}
+
+impl Default for Plan {
+    /// Nothing was searched for.
+    fn default() -> Plan {
+        Plan { substitutions: Vec::new(), stop: StopReason::Found(0), expanded: 0, bound: f64::INFINITY }
+    }
 }

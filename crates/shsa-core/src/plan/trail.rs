@@ -181,35 +181,27 @@ impl Trail {
         Some(relations)
     }
 
-    /// The steps of the substitution, once everything is decided.
+    /// The steps of the substitution, once everything is decided: a depth-first walk that lists a step after all that
+    /// it reads.
     pub(super) fn steps(&self, scope: &Scope) -> Vec<Step> {
-        steps(scope, self.frames.len(), |place| self.chosen[place])
-    }
-}
-
-/// The steps that about so many decisions make: a depth-first walk that lists a step after all that it reads.
-pub(super) fn steps(
-    scope: &Scope,
-    count: usize,
-    mut chosen: impl FnMut(Place) -> Option<ChoiceId>,
-) -> Vec<Step> {
-    let mut steps = Vec::with_capacity(count);
-    let mut done = IdVec::filled(scope.len(), |_: Place| false);
-    let mut stack: Vec<(Place, Option<ChoiceId>, usize)> = Vec::with_capacity(16);
-    stack.extend(scope.root().map(|root| (root, chosen(root), 0)));
-    while let Some((place, choice, at)) = stack.pop() {
-        let Some(choice) = choice else { continue };
-        if let Some(&input) = scope.inputs(choice).get(at) {
-            stack.push((place, Some(choice), at + 1));
-            if !done[input] {
-                stack.push((input, chosen(input), 0));
+        let mut steps = Vec::with_capacity(self.frames.len());
+        let mut done = IdVec::filled(scope.len(), |_: Place| false);
+        let mut stack: Vec<(Place, Option<ChoiceId>, usize)> = Vec::with_capacity(16);
+        stack.extend(scope.root().map(|root| (root, self.chosen[root], 0)));
+        while let Some((place, choice, at)) = stack.pop() {
+            let Some(choice) = choice else { continue };
+            if let Some(&input) = scope.inputs(choice).get(at) {
+                stack.push((place, Some(choice), at + 1));
+                if !done[input] {
+                    stack.push((input, self.chosen[input], 0));
+                }
+                continue;
             }
-            continue;
+            let step = |relation| Step { relation, output: scope.variable(place) };
+            if !core::mem::replace(&mut done[place], true) {
+                steps.extend(scope.choice(choice).relation.map(step));
+            }
         }
-        let step = |relation| Step { relation, output: scope.variable(place) };
-        if !core::mem::replace(&mut done[place], true) {
-            steps.extend(scope.choice(choice).relation.map(step));
-        }
+        steps
     }
-    steps
 }

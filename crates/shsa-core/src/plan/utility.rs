@@ -6,6 +6,8 @@ use crate::knowledge::Aggregate;
 const COUNT_BITS: u32 = 32;
 /// How many steps a neper has: weights are whole steps, so that sums are exact in any order.
 const STEPS_PER_NEPER: f64 = (1_u64 << 50) as f64;
+/// The same the other way round, as exact.
+const NEPERS_PER_STEP: f64 = 1.0 / STEPS_PER_NEPER;
 /// How many steps a unit of cost has: a decimal number, as costs are written.
 const STEPS_PER_COST: f64 = 1e9;
 /// The badness of a rating of 0, which is as good as infinite and can still be added up.
@@ -28,6 +30,11 @@ impl Weight {
     /// Whether it is the weight of something that cannot be had.
     pub(super) fn is_impossible(self) -> bool {
         self.steps() == Weight::MAX.steps()
+    }
+
+    /// Both together, where weights add up; the heaviest stays so.
+    pub(super) fn plus(self, other: Weight) -> Weight {
+        Weight(self.0.saturating_add(other.0))
     }
 
     fn new(steps: u128, relations: u32) -> Weight {
@@ -79,7 +86,7 @@ impl Scale {
     /// The weight of two parts of a substitution together; in any order, however many.
     pub(super) fn join(self, one: Weight, other: Weight) -> Weight {
         match self.0 {
-            Aggregate::Product | Aggregate::Sum => Weight(one.0.saturating_add(other.0)),
+            Aggregate::Product | Aggregate::Sum => one.plus(other),
             Aggregate::Minimum => {
                 Weight::new(one.steps().max(other.steps()), one.relations().saturating_add(other.relations()))
             }
@@ -129,7 +136,12 @@ impl Scale {
 
     /// The utility, rounded to 12 significant digits; a heavier weight never has a higher one.
     pub(super) fn utility(self, weight: Weight) -> f64 {
-        let bad = weight.steps() as f64 / self.unit();
+        let steps = match weight.0 >> (COUNT_BITS + u64::BITS) {
+            // The same, but quicker.
+            0 => (weight.0 >> COUNT_BITS) as u64 as f64,
+            _ => large(weight.steps()),
+        };
+        let bad = if self.0 == Aggregate::Sum { steps / STEPS_PER_COST } else { steps * NEPERS_PER_STEP };
         match self.0 {
             Aggregate::Product | Aggregate::Minimum => rounded(libm::exp(-bad)),
             Aggregate::Sum => 0.0 - rounded(bad),
@@ -148,6 +160,13 @@ impl Scale {
             Aggregate::Sum => f64::NEG_INFINITY,
         }
     }
+}
+
+/// Apart from where it is called, so that it is not computed and thrown away.
+#[cold]
+#[inline(never)]
+fn large(steps: u128) -> f64 {
+    steps as f64
 }
 
 /// A number from 0 on to 12 significant digits, so that 0.9 is shown as 0.9.

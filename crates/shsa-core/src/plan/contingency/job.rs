@@ -3,7 +3,7 @@
 use super::super::best_first::BestFirst;
 use super::super::graph::{Graph, Options, View};
 use super::super::utility::Weight;
-use super::super::{Marks, Plan, StopReason, first};
+use super::super::{Plan, Scratch, StopReason};
 use super::derivation::Derivations;
 use super::prepare::{Entry, Preparation, Prepared, with, without};
 use super::reach::{Reach, Reached};
@@ -25,7 +25,7 @@ pub(super) struct Ground<'a> {
 /// What is needed to make plans, and can be used again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Workshop {
-    marks: Marks,
+    scratch: Scratch,
     reach: Reach,
 }
 
@@ -206,7 +206,7 @@ impl<'a> Job<'a> {
             let beyond = if core::ptr::eq(base, known) { &[][..] } else { known.reached.readings(variable) };
             for reading in base.reached.readings(variable).iter().chain(beyond) {
                 self.pay(1 + self.ground.graph.inputs(reading.producer.relation).len() as u64)?;
-                let weight = |view: &View| view.weight(reading.producer, reading.place);
+                let weight = |view: &View| view.weight(&reading.producer, reading.place);
                 if weight(view) < weight(&known.view) {
                     return Some(false);
                 }
@@ -237,8 +237,9 @@ impl<'a> Job<'a> {
         self.pay(reached.work)?;
         let Ground { knowledge, graph, preparation, .. } = self.ground;
         let Preparation { count, limits, requirements, .. } = preparation;
-        let search = BestFirst::with_marks(&mut self.workshop.marks, graph, self.variable, &options, *limits);
-        let plan = first(search.along_paths(knowledge, requirements, options), *count);
+        let search =
+            BestFirst::with_scratch(&mut self.workshop.scratch, graph, self.variable, &options, *limits);
+        let plan = Plan::of(&mut search.along_paths(knowledge, requirements, options), *count);
         self.left = self.left.saturating_sub(plan.expanded);
         self.reads.extend_from_slice(&reached.variables);
         let matters = self.carriers(&reached);

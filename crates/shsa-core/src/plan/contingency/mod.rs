@@ -20,7 +20,7 @@ pub use prepare::Preparation;
 
 use super::best_first::BestFirst;
 use super::graph::{Graph, Options};
-use super::{Plan, Requirements, first};
+use super::{Plan, Requirements};
 use crate::knowledge::{Element, Id, IdVec, KnowledgeBase, Lineage, SignalId, VariableId};
 use alloc::borrow::Cow;
 use alloc::collections::BTreeSet;
@@ -243,7 +243,7 @@ impl Contingency {
     ) -> Plan {
         let Preparation { count, limits, options, requirements, .. } = &self.preparation;
         let options = without(options, lost);
-        first(BestFirst::meeting(knowledge, graph, variable, &options, requirements, *limits), *count)
+        Plan::of(&mut BestFirst::meeting(knowledge, graph, variable, &options, requirements, *limits), *count)
     }
 
     /// The plans of a variable by the lost signals, with nothing lost first. Signals whose loss can make no difference

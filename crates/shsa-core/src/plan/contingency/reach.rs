@@ -91,7 +91,7 @@ impl Reach {
         open.iter().for_each(|&variable| self.stamps[variable] = self.base);
         while let Some(place) = open.pop() {
             for producer in view.producers(place) {
-                let inputs = view.graph().inputs(producer.relation);
+                let inputs = view.graph().inputs_of(producer);
                 reached.work += 1 + inputs.len() as u64;
                 if reached.work > most {
                     return None;
@@ -99,7 +99,7 @@ impl Reach {
                 for &input in inputs.iter().filter(|&&input| input != place) {
                     let provided = view.is_provided(input);
                     if provided {
-                        reached.readings.push(Reading { input, place, producer });
+                        reached.readings.push(Reading { input, place, producer: *producer });
                     }
                     if self.is_new(input) {
                         reached.variables.push(input);

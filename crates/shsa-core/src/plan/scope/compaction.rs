@@ -1,8 +1,7 @@
 //! What is of use in a scope, on its own.
 
-use super::{Choice, ChoiceId, Place, Scope};
+use super::{Choice, ChoiceId, Node, Place, Scope};
 use crate::knowledge::{Id, IdVec};
-use alloc::vec::Vec;
 
 /// Copies what is of use, renumbered breadth first.
 pub(super) struct Compaction<'a> {
@@ -15,25 +14,14 @@ pub(super) struct Compaction<'a> {
 
 impl<'a> Compaction<'a> {
     pub(super) fn new(old: &'a Scope) -> Self {
-        let new = Scope {
-            scale: old.scale,
-            variables: IdVec::new(),
-            choices: IdVec::new(),
-            starts: Vec::from([0]),
-            inputs: Vec::new(),
-            hopes: IdVec::new(),
-            teams: IdVec::new(),
-            team_count: 0,
-            ambiguous: old.ambiguous.clone(),
-            tree: old.tree,
-            cyclic: old.cyclic,
-        };
+        let new =
+            Scope { scale: old.scale, ambiguous: old.ambiguous.clone(), tree: old.tree, ..Scope::default() };
         Compaction { old, new, from: IdVec::new(), to: IdVec::filled(old.len(), |_| None) }
     }
 
     pub(super) fn run(mut self, missing: &IdVec<ChoiceId, u32>) -> Scope {
         let useful = |choice: &ChoiceId| missing[*choice] == 0;
-        let Some(root) = self.old.variables.ids().next() else { return self.new };
+        let Some(root) = self.old.nodes.ids().next() else { return self.new };
         if !self.old.choices(root).any(|choice| useful(&choice)) {
             return self.new;
         }
@@ -41,10 +29,11 @@ impl<'a> Compaction<'a> {
         let mut next = 0;
         while next < self.new.len() {
             let place = self.from[Place::from_index(next)];
+            let start = self.new.choices.len() as u32;
             for choice in self.old.choices(place).filter(useful) {
                 self.copy(choice);
             }
-            self.new.starts.push(self.new.choices.len() as u32);
+            self.new.nodes[Place::from_index(next)].choices = (start, self.new.choices.len() as u32);
             next += 1;
         }
         self.new
@@ -54,18 +43,19 @@ impl<'a> Compaction<'a> {
         if let Some(place) = self.to[old] {
             return place;
         }
-        let place = self.new.variables.push(self.old.variables[old]);
+        let place = self.new.nodes.push(Node::of(self.old.variable(old)));
         self.from.push(old);
         self.to[old] = Some(place);
         place
     }
 
     fn copy(&mut self, choice: ChoiceId) {
-        let inputs = self.new.inputs.len() as u32;
+        let start = self.new.inputs.len() as u32;
         for &input in self.old.inputs(choice) {
             let place = self.place(input);
             self.new.inputs.push(place);
         }
+        let inputs = (start, self.new.inputs.len() as u32);
         self.new.choices.push(Choice { inputs, ..self.old.choices[choice] });
     }
 }

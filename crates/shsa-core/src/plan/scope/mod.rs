@@ -2,9 +2,10 @@
 
 mod visit;
 mod compaction;
+mod tree;
 
-pub use visit::Marks;
-pub(super) use visit::Rules;
+pub(super) use tree::Reading;
+pub(super) use visit::{Marks, Rules};
 
 use super::graph::View;
 use super::utility::{Scale, Weight};
@@ -47,24 +48,39 @@ pub(super) struct Choice {
     pub(super) relation: Option<RelationId>,
     /// What it weighs, if the relation is not used already.
     pub(super) weight: Weight,
-    /// Where its inputs begin; they end where those of the next choice begin.
-    inputs: u32,
+    /// Where its inputs begin and end.
+    inputs: (u32, u32),
+}
+
+/// A variable that has to be decided.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    /// What knowing it weighs at least, whatever else is known.
+    hope: Weight,
+    variable: VariableId,
+    /// Where its choices begin and end.
+    choices: (u32, u32),
+    /// The best choice, where the hopes are exact.
+    best: ChoiceId,
+}
+
+impl Node {
+    /// Before its choices are known.
+    fn of(variable: VariableId) -> Node {
+        Node { hope: Weight::ZERO, variable, choices: (0, 0), best: ChoiceId(0) }
+    }
 }
 
 /// For how many places and choices there is room from the start.
 const ROOM: usize = 64;
 
 /// Places and choices; the root is the first place.
-#[derive(Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Scope {
     scale: Scale,
-    variables: IdVec<Place, VariableId>,
+    nodes: IdVec<Place, Node>,
     choices: IdVec<ChoiceId, Choice>,
-    /// The first choice of each place, and the end of the last place's.
-    starts: Vec<u32>,
     inputs: Vec<Place>,
-    /// What knowing a place weighs at least, whatever else is known.
-    hopes: IdVec<Place, Weight>,
     /// Of each choice, if there is any: set when the relation may be used for another output at the same time.
     teams: IdVec<ChoiceId, Option<Team>>,
     team_count: usize,
@@ -76,37 +92,29 @@ pub(super) struct Scope {
 
 impl Scope {
     /// Finds what can be reached from `root` and is of use. Complexity: O(size of that part).
-    pub(super) fn new(view: &View, root: VariableId, rules: Rules, marks: &mut Marks) -> Scope {
-        let mut scope = match Visit::new(view, root, rules, marks, true).run() {
-            Some(scope) => scope,
-            None => Visit::new(view, root, rules, marks, false).run().unwrap_or_else(|| Scope::empty(view)),
-        };
-        if !scope.tree {
+    pub(super) fn find(&mut self, view: &View, root: VariableId, rules: Rules, marks: &mut Marks) {
+        if !Visit::new(view, root, rules, marks, self, true).run() {
+            Visit::new(view, root, rules, marks, self, false).run();
             // Of a tree, the hopes tell what is of use.
-            scope.drop_useless();
-            scope.cyclic = scope.has_cycle();
+            self.drop_useless();
+            self.cyclic = self.has_cycle();
         }
-        scope.find_teams(view);
-        scope.find_hopes();
-        scope
+        self.find_teams(view);
+        if self.is_exact() { self.find_best() } else { self.find_hopes() }
     }
 
-    fn empty(view: &View) -> Scope {
-        let mut scope = Scope {
-            scale: view.graph().scale(),
-            variables: IdVec::with_capacity(ROOM),
-            choices: IdVec::with_capacity(ROOM),
-            starts: Vec::with_capacity(ROOM),
-            inputs: Vec::with_capacity(ROOM),
-            hopes: IdVec::new(),
-            teams: IdVec::new(),
-            team_count: 0,
-            ambiguous: Vec::new(),
-            tree: true,
-            cyclic: false,
-        };
-        scope.starts.push(0);
-        scope
+    /// Forgets all, and keeps the room.
+    fn clear(&mut self, scale: Scale) {
+        let Scope { nodes, choices, inputs, teams, ambiguous, .. } = self;
+        nodes.clear();
+        choices.clear();
+        inputs.clear();
+        teams.clear();
+        ambiguous.clear();
+        nodes.reserve(ROOM);
+        choices.reserve(ROOM);
+        inputs.reserve(ROOM);
+        (self.scale, self.team_count, self.tree, self.cyclic) = (scale, 0, true, false);
     }
 
     /// How its weights are joined.
@@ -116,12 +124,12 @@ impl Scope {
 
     /// The root, unless nothing can provide it.
     pub(super) fn root(&self) -> Option<Place> {
-        self.variables.ids().next().filter(|&root| !self.hopes[root].is_impossible())
+        self.nodes.ids().next().filter(|&root| !self.hope(root).is_impossible())
     }
 
     /// How many places there are.
     pub(super) fn len(&self) -> usize {
-        self.variables.len()
+        self.nodes.len()
     }
 
     /// How many choices there are.
@@ -146,23 +154,23 @@ impl Scope {
 
     /// All places, the root first.
     pub(super) fn places(&self) -> impl DoubleEndedIterator<Item = Place> + use<> {
-        self.variables.ids()
+        self.nodes.ids()
     }
 
     /// The variable of a place.
     pub(super) fn variable(&self, place: Place) -> VariableId {
-        self.variables[place]
+        self.nodes[place].variable
     }
 
     /// What knowing a place weighs at least, whatever else is known.
     pub(super) fn hope(&self, place: Place) -> Weight {
-        self.hopes[place]
+        self.nodes[place].hope
     }
 
     /// The choices of a place: its own signals first, then relations in file order.
     pub(super) fn choices(&self, place: Place) -> impl DoubleEndedIterator<Item = ChoiceId> + use<> {
-        let bound = |index: usize| self.starts.get(index).map_or(0, |&at| at as usize);
-        (bound(place.index())..bound(place.index() + 1)).map(ChoiceId::from_index)
+        let (start, end) = self.nodes[place].choices;
+        (start..end).map(ChoiceId)
     }
 
     /// What a choice is.
@@ -182,21 +190,7 @@ impl Scope {
 
     /// The places that a choice needs, in the order of their variables.
     pub(super) fn inputs(&self, choice: ChoiceId) -> &[Place] {
-        let start = self.choices[choice].inputs as usize;
-        let next = self.choices.find(ChoiceId(choice.0 + 1));
-        let end = next.map_or(self.inputs.len(), |next| next.inputs as usize);
-        self.inputs.get(start..end).unwrap_or_default()
-    }
-
-    /// What a choice weighs at least with all that it needs.
-    pub(super) fn hope_of(&self, choice: ChoiceId) -> Weight {
-        let inputs = self.inputs(choice).iter().map(|&input| self.hopes[input]);
-        inputs.fold(self.choices[choice].weight, |all, hope| self.scale.join(all, hope))
-    }
-
-    /// The best choice of a place, if the scope is exact; of equals the first.
-    pub(super) fn best(&self, place: Place) -> Option<ChoiceId> {
-        self.choices(place).find(|&choice| self.hope_of(choice) == self.hopes[place])
+        self.needed(&self.choices[choice])
     }
 
     /// Removes choices that cannot be completed, and places that nothing needs any more.
@@ -232,7 +226,7 @@ impl Scope {
     /// The place that each choice is one of.
     pub(super) fn outputs(&self) -> IdVec<ChoiceId, Place> {
         let mut outputs = IdVec::new();
-        for place in self.variables.ids() {
+        for place in self.nodes.ids() {
             for _ in self.choices(place) {
                 outputs.push(place);
             }
@@ -290,7 +284,7 @@ impl Scope {
         for &input in &self.inputs {
             needed[input] += 1;
         }
-        let mut free: Vec<Place> = self.variables.ids().filter(|&place| needed[place] == 0).collect();
+        let mut free: Vec<Place> = self.nodes.ids().filter(|&place| needed[place] == 0).collect();
         let mut removed = 0;
         while let Some(place) = free.pop() {
             removed += 1;
@@ -311,17 +305,16 @@ impl Scope {
     /// that is decided already: together they are a lower bound of what is still to be paid. Where nothing is shared
     /// it is exact. A relation that may also serve another output may be paid for there: it counts as nothing.
     fn find_hopes(&mut self) {
-        self.hopes = IdVec::filled(self.len(), |_| Weight::ZERO);
         let private = if self.tree { IdVec::new() } else { self.private() };
-        for place in self.variables.ids().rev() {
+        for place in self.nodes.ids().rev() {
             let hope = |choice| {
                 let own = self.team(choice).map_or(self.choices[choice].weight, |_| Weight::ZERO);
                 let hoped = |input: &&Place| self.tree || private[**input];
                 let inputs = self.inputs(choice).iter().filter(hoped);
-                inputs.fold(own, |all, &input| self.scale.join(all, self.hopes[input]))
+                inputs.fold(own, |all, &input| self.scale.join(all, self.hope(input)))
             };
             let hopes = self.choices(place).map(hope);
-            self.hopes[place] = hopes.fold(Weight::MAX, |least, hope| self.scale.least(least, hope));
+            self.nodes[place].hope = hopes.fold(Weight::MAX, |least, hope| self.scale.least(least, hope));
         }
     }
 
@@ -329,7 +322,7 @@ impl Scope {
     fn private(&self) -> IdVec<Place, bool> {
         let mut private = IdVec::filled(self.len(), |_| true);
         let mut above: IdVec<Place, Option<Place>> = IdVec::filled(self.len(), |_| None);
-        for place in self.variables.ids() {
+        for place in self.nodes.ids() {
             for &input in self.choices(place).flat_map(|choice| self.inputs(choice)) {
                 private[input] &= above[input].is_none_or(|above| above == place);
                 above[input] = Some(place);

@@ -1,6 +1,6 @@
 //! The walk that finds a scope.
 
-use super::{Choice, Place, Scope};
+use super::{Choice, Node, Place, Scope};
 use crate::knowledge::{Id, IdVec, RelationId, VariableId};
 use crate::plan::graph::{Producer, View};
 use crate::plan::utility::Weight;
@@ -25,10 +25,19 @@ struct Mark {
 /// Marks on the variables and relations of a graph, by rounds, so that searches that share them cost nothing in the
 /// size of the graph.
 #[derive(Clone, Debug, Default)]
-pub struct Marks {
+pub(in crate::plan) struct Marks {
     round: u32,
     places: IdVec<VariableId, Mark>,
     relations: IdVec<RelationId, Mark>,
+    /// For what each place was first needed.
+    above: Vec<Above>,
+}
+
+/// A place that needs another, and the relation for which it does; the root's is itself.
+#[derive(Clone, Copy, Debug)]
+struct Above {
+    place: Place,
+    relation: Option<RelationId>,
 }
 
 impl Marks {
@@ -48,6 +57,7 @@ impl Marks {
             self.round = 0;
         }
         self.round += 1;
+        self.above.clear();
     }
 
     fn place(&self, variable: VariableId) -> Option<Place> {
@@ -79,12 +89,12 @@ impl Marks {
 /// two sides, the walk is repeated without this assumption.
 pub(super) struct Visit<'a, 'b> {
     view: &'a View<'b>,
+    root: VariableId,
     rules: Rules,
     /// Provided variables are places, too: they may be substituted, or using them has a weight.
     provided_places: bool,
     marks: &'a mut Marks,
-    scope: Scope,
-    above: Vec<Place>,
+    scope: &'a mut Scope,
 }
 
 /// How far up a walk looks for a variable that would be needed for itself.
@@ -96,90 +106,104 @@ impl<'a, 'b> Visit<'a, 'b> {
         root: VariableId,
         rules: Rules,
         marks: &'a mut Marks,
+        scope: &'a mut Scope,
         tree: bool,
     ) -> Self {
         marks.begin();
-        let scope = Scope { tree, ..Scope::empty(view) };
+        scope.clear(view.graph().scale());
+        scope.tree = tree;
         let provided_places = rules.substitute_provided || view.graph().rates_signals();
-        let above = Vec::with_capacity(scope.variables.capacity());
-        let mut visit = Visit { view, rules, provided_places, marks, scope, above };
-        visit.discover(root, Place(0));
-        visit
+        Visit { view, root, rules, provided_places, marks, scope }
     }
 
-    /// `None` when the part turns out to be no tree.
-    pub(super) fn run(mut self) -> Option<Scope> {
+    /// `false` when the part turns out to be no tree.
+    pub(super) fn run(mut self) -> bool {
+        self.discover(self.root, Above { place: Place(0), relation: None });
         let mut next = 0;
         while next < self.scope.len() {
             if !self.visit(Place::from_index(next)) {
-                return None;
+                return false;
             }
             next += 1;
         }
-        self.scope.ambiguous.sort_unstable();
-        self.scope.ambiguous.dedup();
-        Some(self.scope)
+        if !self.scope.ambiguous.is_empty() {
+            self.scope.ambiguous.sort_unstable();
+            self.scope.ambiguous.dedup();
+        }
+        true
     }
 
-    fn discover(&mut self, variable: VariableId, above: Place) -> Place {
-        let place = self.scope.variables.push(variable);
-        self.above.push(above);
+    fn discover(&mut self, variable: VariableId, above: Above) -> Place {
+        let place = self.scope.nodes.push(Node::of(variable));
+        self.marks.above.push(above);
         self.marks.set_place(variable, place);
         place
     }
 
     fn visit(&mut self, place: Place) -> bool {
         let view = self.view;
-        let variable = self.scope.variables[place];
+        let variable = self.scope.variable(place);
+        let first = self.scope.choices.len() as u32;
         let is_root = place.index() == 0;
         let provided = view.is_provided(variable);
         if provided && !(self.rules.without_empty && is_root) {
             self.add_choice(None, view.status(variable).weight, self.scope.inputs.len());
         }
         if !provided || is_root || self.rules.substitute_provided {
+            let above = self.above(place).and_then(|above| above.relation).filter(|_| self.scope.tree);
             for producer in view.producers(variable) {
-                match self.find_inputs(place, variable, producer.relation) {
+                if producer.facts.exclusive && Some(producer.relation) == above {
+                    // It needs what it was needed for.
+                    continue;
+                }
+                match self.find_inputs(place, variable, producer) {
                     Found::Inputs(start) => self.add_relation(producer, variable, start),
                     Found::Itself => {}
                     Found::NoTree => return false,
                 }
             }
         }
-        self.scope.starts.push(self.scope.choices.len() as u32);
+        self.scope.nodes[place].choices = (first, self.scope.choices.len() as u32);
         true
     }
 
     /// Puts the places that a relation needs at the end of the inputs; nothing when it would need its own output.
-    fn find_inputs(&mut self, place: Place, variable: VariableId, relation: RelationId) -> Found {
-        let (start, known) = (self.scope.inputs.len(), self.scope.variables.len());
-        let inputs = self.view.graph().inputs(relation);
+    fn find_inputs(&mut self, place: Place, variable: VariableId, producer: &Producer) -> Found {
+        let (start, known) = (self.scope.inputs.len(), self.scope.len());
+        let inputs = self.view.graph().inputs_of(producer);
         let mut shared = false;
         for &input in inputs.iter().filter(|&&input| input != variable) {
+            if !self.provided_places && input != self.root && self.view.is_provided(input) {
+                continue;
+            }
             let needed = match self.marks.place(input) {
                 Some(needed) if self.leads_up(needed, place) => {
                     self.forget(start, known);
                     return Found::Itself;
                 }
                 Some(needed) => {
-                    shared |= self.above.get(needed.index()) != Some(&place);
+                    shared |= self.above(needed).is_none_or(|above| above.place != place);
                     needed
                 }
-                None if !self.provided_places && self.view.is_provided(input) => continue,
-                None => self.discover(input, place),
+                None => self.discover(input, Above { place, relation: Some(producer.relation) }),
             };
             self.scope.inputs.push(needed);
         }
         if shared && self.scope.tree { Found::NoTree } else { Found::Inputs(start) }
     }
 
+    fn above(&self, place: Place) -> Option<Above> {
+        self.marks.above.get(place.index()).copied()
+    }
+
     /// Takes back what was found after so many inputs and places.
     fn forget(&mut self, inputs: usize, places: usize) {
         self.scope.inputs.truncate(inputs);
-        self.above.truncate(places);
-        while self.scope.variables.len() > places
-            && let Some(variable) = self.scope.variables.pop()
+        self.marks.above.truncate(places);
+        while self.scope.len() > places
+            && let Some(node) = self.scope.nodes.pop()
         {
-            self.marks.forget_place(variable);
+            self.marks.forget_place(node.variable);
         }
     }
 
@@ -189,21 +213,24 @@ impl<'a, 'b> Visit<'a, 'b> {
     }
 
     fn is_above(&self, upper: Place, place: Place) -> bool {
-        let above = |place: &Place| self.above.get(place.index()).copied();
+        let above = |place: &Place| self.above(*place).map(|above| above.place);
         let up = core::iter::successors(Some(place), above);
         up.take(LOOK_UP).take_while(|&place| place >= upper).any(|place| place == upper)
     }
 
-    fn add_relation(&mut self, producer: Producer, variable: VariableId, inputs: usize) {
-        let relation = producer.relation;
-        if self.view.graph().has_several_outputs(relation) && self.marks.use_relation(relation) > 0 {
+    fn add_relation(&mut self, producer: &Producer, variable: VariableId, inputs: usize) {
+        let Producer { relation, facts, .. } = *producer;
+        // In a tree nothing needs an output of an exclusive relation but what it is used for.
+        let may_be_used_twice = facts.several_outputs && !(facts.exclusive && self.scope.tree);
+        if may_be_used_twice && self.marks.use_relation(relation) > 0 {
             self.scope.ambiguous.push(relation);
         }
         self.add_choice(Some(relation), self.view.weight(producer, variable), inputs);
     }
 
     fn add_choice(&mut self, relation: Option<RelationId>, weight: Weight, inputs: usize) {
-        self.scope.choices.push(Choice { relation, weight, inputs: inputs as u32 });
+        let inputs = (inputs as u32, self.scope.inputs.len() as u32);
+        self.scope.choices.push(Choice { relation, weight, inputs });
     }
 }
 

@@ -4,7 +4,7 @@ use crate::bench::processor::memory_bytes;
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use shsa_core::knowledge::{Element, Id, IdVec, KnowledgeBase, Lineage, Relation, SignalId, VariableId};
-use shsa_core::plan::{BestFirst, Contingency, Graph, Limits, Marks, Options, Preparation};
+use shsa_core::plan::{BestFirst, Contingency, Graph, Limits, Options, Preparation, Scratch};
 use shsa_format::model;
 use std::path::Path;
 use std::time::Instant;
@@ -119,12 +119,12 @@ pub(super) fn measure(path: &Path) -> anyhow::Result<Measured> {
 
 /// How long the best plan of each variable takes, and how many searches a limit has stopped.
 fn plans(graph: &Graph, variables: &[VariableId]) -> (Vec<f64>, usize) {
-    let mut marks = Marks::default();
+    let mut scratch = Scratch::default();
     let options = Options { substitute_provided: false, without_empty: true, ..Options::default() };
     let mut limited = 0;
     let time = |&variable: &VariableId| {
         let began = Instant::now();
-        let mut search = BestFirst::with_marks(&mut marks, graph, variable, &options, Limits::default());
+        let mut search = BestFirst::with_scratch(&mut scratch, graph, variable, &options, Limits::default());
         limited += usize::from(search.next().is_none());
         began.elapsed().as_secs_f64()
     };

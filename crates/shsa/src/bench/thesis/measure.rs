@@ -5,8 +5,8 @@ use super::record::{Record, Search};
 use super::visit::Visit;
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::plan::{
-    BestFirst, Contingency, Graph, Limits, Marks, Options, Plan, Preparation, Take, depth_first, exhaustive,
-    ontology, property_guided,
+    BestFirst, Contingency, Graph, Limits, Options, Plan, Preparation, Scratch, Take, depth_first,
+    exhaustive, ontology, property_guided,
 };
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -70,12 +70,17 @@ impl Subject<'_> {
         let count = |take| if take == Take::First { 1 } else { usize::MAX };
         Some(match search {
             Search::Visit | Search::Table => return None,
-            Search::BestFirst(take) => {
-                let mut marks = Marks::default();
-                time(|| {
-                    let search = BestFirst::with_marks(&mut marks, graph, black_box(root), options, limits);
-                    best(search, count(take))
-                })
+            Search::BestFirst(Take::First) => {
+                let (mut scratch, mut plan) = (Scratch::default(), Plan::default());
+                let ((), seconds) = time(|| {
+                    let root = black_box(root);
+                    plan.refill(&mut BestFirst::with_scratch(&mut scratch, graph, root, options, limits), 1);
+                });
+                (plan, seconds)
+            }
+            Search::BestFirst(Take::All) => {
+                let mut scratch = Scratch::default();
+                time(|| all(BestFirst::with_scratch(&mut scratch, graph, black_box(root), options, limits)))
             }
             Search::PropertyGuided(take) => {
                 time(|| property_guided(graph, black_box(root), options, count(take), limits))
@@ -96,8 +101,9 @@ impl Subject<'_> {
     }
 }
 
-fn best(mut search: BestFirst, count: usize) -> Plan {
-    let substitutions = search.by_ref().take(count).collect();
+/// All answers; they are not counted as states that are kept.
+fn all(mut search: BestFirst) -> Plan {
+    let substitutions = search.by_ref().collect();
     Plan { substitutions, stop: search.stop(), expanded: search.expanded(), bound: search.bound() }
 }
 

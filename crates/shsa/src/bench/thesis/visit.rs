@@ -1,4 +1,7 @@
 //! A plain breadth-first visit of what a search can reach: what it costs merely to look at each node once.
+//!
+//! Its marks and its queue are kept between visits, as the searches that are compared with it keep theirs: to set up a
+//! mark for each node of the graph would cost more than to visit those that can be reached.
 
 use shsa_core::knowledge::{Id, KnowledgeBase, VariableId};
 
