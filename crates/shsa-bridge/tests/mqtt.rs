@@ -10,7 +10,7 @@ use broker::{Broker, Cut};
 use contract::{Middleware, until};
 use real::{Script, python};
 use serde_json::json;
-use shsa_bridge::mqtt::{MqttBridge, Options, Version, Will};
+use shsa_bridge::mqtt::{MqttBridge, Options, Presence, Version};
 use shsa_bridge::{Bridge, BridgeError, Inbox, Link, Outgoing, Payload, Provenance, Quality};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
@@ -189,19 +189,25 @@ fn kept_messages_are_marked_and_come_once() {
 }
 
 #[test]
-fn the_last_will_is_said_when_a_client_is_gone_without_a_word() {
+fn others_learn_whether_a_client_is_there() {
     let Some(python) = python() else { return };
-    let broker = Broker::start(&[]);
-    let mut other = client(&python, &broker, "other");
-    other.order(&json!({"subscribe": "status"}));
-    let will = Will { topic: "status".into(), payload: "gone".into() };
-    drop(open(&Options { will: Some(will.clone()), ..broker.options("orderly") }));
-    let cut = Cut::before(broker.port());
-    let bridge = open(&Options { will: Some(will), port: cut.port, ..broker.options("healer") });
-    cut.cut();
-    let heard = other.next_with("topic");
-    assert_eq!((&heard["topic"], &heard["hex"]), (&json!("status"), &json!(hex("gone"))));
-    drop(bridge);
+    for version in VERSIONS {
+        let broker = Broker::start(&[]);
+        let mut other = client(&python, &broker, "other");
+        other.order(&json!({"subscribe": "status"}));
+        let mut expect =
+            |text: &str| assert_eq!(other.next_with("topic")["hex"], json!(hex(text)), "{version:?}");
+        let presence = Presence { topic: "status".into(), here: "here".into(), gone: "gone".into() };
+        let cut = Cut::before(broker.port());
+        let options = versioned(&broker, "healer", version);
+        let bridge = open(&Options { presence: Some(presence), port: cut.port, ..options });
+        expect("here");
+        cut.cut();
+        expect("gone");
+        expect("here");
+        drop(bridge);
+        expect("gone");
+    }
 }
 
 #[test]

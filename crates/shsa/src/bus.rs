@@ -1,6 +1,8 @@
 //! `--bus ..`: which middleware, and how to reach it.
 
 use shsa_bridge::memory::MemoryBus;
+#[cfg(feature = "mqtt")]
+use shsa_bridge::mqtt;
 #[cfg(feature = "zenoh")]
 use shsa_bridge::zenoh;
 use shsa_bridge::{Bridge, BridgeError, Inbox};
@@ -13,6 +15,8 @@ use std::str::FromStr;
 pub(crate) enum Address {
     /// Within this process.
     Memory,
+    /// An MQTT broker, by its address with all settings.
+    Mqtt(String),
     /// A Zenoh network, reached at these endpoints, or as a configuration file says.
     Zenoh(Vec<String>),
 }
@@ -27,12 +31,15 @@ impl FromStr for Address {
             text.split_once("://").map_or((text, None), |(scheme, place)| (scheme, Some(place)));
         match (scheme, place) {
             ("memory", None) => Ok(Address::Memory),
+            ("mqtt" | "mqtts", Some(_)) => Ok(Address::Mqtt(text.to_owned())),
             ("zenoh", place) => {
                 let places =
                     place.into_iter().flat_map(|place| place.split(',')).filter(|place| !place.is_empty());
                 Ok(Address::Zenoh(places.map(endpoint).collect()))
             }
-            _ => Err(format!("`{text}` is no bus; write memory, zenoh, or zenoh://HOST:PORT")),
+            _ => Err(format!(
+                "`{text}` is no bus; write memory, mqtt://HOST:PORT, mqtts://HOST:PORT, zenoh, or zenoh://HOST:PORT"
+            )),
         }
     }
 }
@@ -46,6 +53,7 @@ impl fmt::Display for Address {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Address::Memory => f.write_str("memory"),
+            Address::Mqtt(address) => f.write_str(address),
             Address::Zenoh(places) if places.is_empty() => f.write_str("zenoh"),
             Address::Zenoh(places) => write!(f, "zenoh://{}", places.join(",")),
         }
@@ -56,7 +64,9 @@ impl fmt::Display for Address {
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Bus")]
 pub(crate) struct BusArguments {
-    /// The middleware: memory (a simulated robot in this process), zenoh, zenoh://HOST:PORT,.. or zenoh://tls/HOST:PORT.
+    /// The middleware: memory (a simulated robot in this process), zenoh, zenoh://HOST:PORT,.. or zenoh://tls/HOST:PORT;
+    /// mqtt://HOST:PORT, or mqtts:// for TLS, with settings like ?version=3.1.1&qos=0&session=60. User and password of
+    /// MQTT are taken from SHSA_MQTT_USER and SHSA_MQTT_PASSWORD, or ?user=NAME&password-file=FILE.
     #[arg(long, value_name = "BUS", default_value = "memory")]
     pub(crate) bus: Address,
     /// Messages of one topic that may wait; the oldest make room for newer ones.
@@ -89,17 +99,38 @@ impl BusArguments {
     /// When the address or the configuration cannot be used, or the other side refuses.
     pub(crate) fn open(
         &self,
-        _name: &str,
+        name: &str,
         inbox: Inbox,
         memory: &MemoryBus,
     ) -> Result<Box<dyn Bridge>, BridgeError> {
         match &self.bus {
             Address::Memory => Ok(Box::new(memory.join_with(inbox))),
+            #[cfg(feature = "mqtt")]
+            Address::Mqtt(address) => {
+                Ok(Box::new(mqtt::MqttBridge::open(&self.mqtt(address, name)?, inbox)?))
+            }
+            #[cfg(not(feature = "mqtt"))]
+            Address::Mqtt(_) => Err(not_built("mqtt")),
             #[cfg(feature = "zenoh")]
             Address::Zenoh(places) => Ok(Box::new(zenoh::ZenohBridge::open(&self.zenoh(places), inbox)?)),
             #[cfg(not(feature = "zenoh"))]
             Address::Zenoh(_) => Err(not_built("zenoh")),
         }
+    }
+
+    /// `shsa/NAME/status` says whether it is there.
+    #[cfg(feature = "mqtt")]
+    fn mqtt(&self, address: &str, name: &str) -> Result<mqtt::Options, BridgeError> {
+        let mut options =
+            mqtt::Options::parse(address, name)?.with_environment(|key| std::env::var(key).ok());
+        let (here, gone) = ("online".into(), "offline".into());
+        options.presence = Some(mqtt::Presence { topic: format!("shsa/{name}/status"), here, gone });
+        if let Some(tls) = &mut options.tls {
+            tls.authorities = tls.authorities.take().or_else(|| self.ca.clone());
+            tls.certificate = tls.certificate.take().or_else(|| self.certificate.clone());
+            tls.key = tls.key.take().or_else(|| self.key.clone());
+        }
+        Ok(options)
     }
 
     #[cfg(feature = "zenoh")]
@@ -116,7 +147,7 @@ impl BusArguments {
     }
 }
 
-#[cfg(not(feature = "zenoh"))]
+#[cfg(not(all(feature = "mqtt", feature = "zenoh")))]
 fn not_built(feature: &str) -> BridgeError {
     BridgeError::Configuration(format!("this program was built without its feature `{feature}`"))
 }
@@ -129,6 +160,7 @@ mod tests {
     fn addresses_are_read_and_shown() {
         for (text, shown) in [
             ("memory", "memory"),
+            ("mqtt://broker:1883?qos=0", "mqtt://broker:1883?qos=0"),
             ("zenoh", "zenoh"),
             ("zenoh://127.0.0.1:7447", "zenoh://tcp/127.0.0.1:7447"),
             ("zenoh://tls/router:7447,[::1]:7448", "zenoh://tls/router:7447,tcp/[::1]:7448"),

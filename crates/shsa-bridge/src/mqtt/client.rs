@@ -3,7 +3,7 @@
 //! A new client is made for each connection: what the last one had not finished is told by [`Client::unfinished`], and
 //! nothing else of its state goes on.
 
-use super::options::{Delivery, Options, Version};
+use super::options::{Delivery, Options, Presence, Version};
 use super::outbox::Publication;
 use crate::{BridgeError, PublisherId};
 use bytes::Bytes;
@@ -91,13 +91,8 @@ fn new_v4(options: &Options, transport: Transport, network: NetworkOptions) -> (
     if let Some(credentials) = &options.credentials {
         mqtt.set_credentials(&credentials.user, &credentials.password);
     }
-    if let Some(will) = &options.will {
-        mqtt.set_last_will(rumqttc::LastWill::new(
-            &will.topic,
-            will.payload.to_vec(),
-            QoS::AtLeastOnce,
-            true,
-        ));
+    if let Some(Presence { topic, gone, .. }) = &options.presence {
+        mqtt.set_last_will(rumqttc::LastWill::new(topic, gone.to_vec(), QoS::AtLeastOnce, true));
     }
     let qos = match options.delivery {
         Delivery::AtMostOnce => QoS::AtMostOnce,
@@ -129,9 +124,8 @@ fn new_v5(
     if let Some(credentials) = &options.credentials {
         mqtt.set_credentials(&credentials.user, &credentials.password);
     }
-    if let Some(will) = &options.will {
-        let payload = will.payload.to_vec();
-        let will = v5::mqttbytes::v5::LastWill::new(&will.topic, payload, QoS::AtLeastOnce, true, None);
+    if let Some(Presence { topic, gone, .. }) = &options.presence {
+        let will = v5::mqttbytes::v5::LastWill::new(topic, gone.to_vec(), QoS::AtLeastOnce, true, None);
         mqtt.set_last_will(will);
     }
     let qos = match options.delivery {

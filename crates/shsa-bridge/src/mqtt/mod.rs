@@ -15,7 +15,7 @@ mod outbox;
 mod session;
 mod tls;
 
-pub use options::{Credentials, Delivery, Options, Version, Will};
+pub use options::{Credentials, Delivery, Options, Presence, Version};
 pub use tls::Tls;
 
 use crate::{Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId, payload};

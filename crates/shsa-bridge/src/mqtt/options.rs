@@ -43,13 +43,15 @@ impl fmt::Debug for Credentials {
     }
 }
 
-/// What the broker publishes, retained, when this client is gone without a word.
+/// How others learn whether this client is there: retained messages on a topic of its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Will {
+pub struct Presence {
     /// The name to publish under.
     pub topic: String,
-    /// What to publish.
-    pub payload: Bytes,
+    /// What this client publishes whenever it has connected.
+    pub here: Bytes,
+    /// What it publishes when it leaves, and the broker for it when it is gone without a word (its last will).
+    pub gone: Bytes,
 }
 
 /// How to reach a broker.
@@ -74,8 +76,8 @@ pub struct Options {
     pub session: Duration,
     /// A connection that says nothing for up to twice this time is given up; at least 5 s.
     pub keep_alive: Duration,
-    /// What is said when this client is gone without a word.
-    pub will: Option<Will>,
+    /// How others learn whether this client is there; `None`: not at all.
+    pub presence: Option<Presence>,
     /// Larger payloads are dropped and told of, bytes.
     pub size_limit: usize,
     /// How long [`MqttBridge::open`](super::MqttBridge::open) waits for the first answer.
@@ -118,7 +120,7 @@ impl Options {
             delivery: Delivery::AtLeastOnce,
             session: Duration::from_secs(3600),
             keep_alive: Duration::from_secs(5),
-            will: None,
+            presence: None,
             size_limit: crate::payload::SIZE_LIMIT,
             first_attempt: Duration::from_secs(5),
         };

@@ -2,9 +2,10 @@
 
 use super::client::{self, Arrived, Client, Failure, Happening, Sender};
 use super::echo::Echo;
-use super::options::Options;
+use super::options::{Options, Presence};
 use super::outbox::{Outbox, Publication};
 use crate::{BridgeError, Inbox, Link, Message, Payload, PublisherId, Quality};
+use bytes::Bytes;
 use shsa_core::time::Time;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::hash::{BuildHasher, RandomState};
@@ -47,6 +48,7 @@ pub(super) struct Shared {
     pub(super) inbox: Inbox,
     pub(super) publisher: PublisherId,
     size_limit: usize,
+    presence: Option<Presence>,
 }
 
 struct State {
@@ -104,7 +106,7 @@ impl Shared {
             attempts: BTreeMap::new(),
             troubles: VecDeque::new(),
         };
-        let size_limit = options.size_limit;
+        let (size_limit, presence) = (options.size_limit, options.presence.clone());
         Shared {
             state: Mutex::new(state),
             attempted: Condvar::new(),
@@ -112,6 +114,7 @@ impl Shared {
             inbox,
             publisher,
             size_limit,
+            presence,
         }
     }
 
@@ -171,7 +174,10 @@ impl Shared {
 
     /// Ends the thread; what waits is sent first if that is quick.
     pub(super) fn stop(&self) {
-        self.lock().stopping = true;
+        let mut state = self.lock();
+        state.stopping = true;
+        let gone = self.presence.as_ref().map(|presence| (&presence.topic, &presence.gone));
+        state.say(gone, self.inbox.clock().now());
         self.stop.notify_one();
     }
 
@@ -196,6 +202,8 @@ impl Shared {
         };
         state.requests.extend(all.into_iter().map(|topic| (topic, true)));
         self.attempt_ended(&mut state, Ok(()));
+        let here = self.presence.as_ref().map(|presence| (&presence.topic, &presence.here));
+        state.say(here, self.inbox.clock().now());
         state.pump();
     }
 
@@ -313,6 +321,16 @@ impl State {
             self.trouble(BridgeError::Lost(format!(
                 "messages on `{topic}`: they come faster than they can be sent"
             )));
+        }
+    }
+
+    /// Tells others, those of later too, whether this client is there.
+    fn say(&mut self, what: Option<(&String, &Bytes)>, stamp: Time) {
+        if let Some((topic, payload)) = what {
+            let (topic, payload) = (topic.as_str().into(), payload.clone());
+            // Alone: what was said before and may not have arrived is out of date.
+            let _older =
+                self.outbox.keep(Publication { topic, payload, retain: true, stamp, provenance: None }, 1);
         }
     }
 
