@@ -52,6 +52,18 @@ impl Script {
     /// Starts a script, and waits until it says that it is ready.
     #[track_caller]
     pub(crate) fn start(python: &Path, script: &str, argument: &Value) -> Script {
+        Script::begin(python, script, argument, PATIENCE).0
+    }
+
+    /// Starts a script, and waits for what it says when it is ready; it may take a minute more.
+    #[track_caller]
+    #[allow(dead_code, reason = "not every test has a script that answers once")]
+    pub(crate) fn start_and_keep(python: &Path, script: &str, argument: &Value) -> Value {
+        Script::begin(python, script, argument, PATIENCE + Duration::from_secs(60)).1
+    }
+
+    #[track_caller]
+    fn begin(python: &Path, script: &str, argument: &Value, patience: Duration) -> (Script, Value) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python").join(script);
         let mut command = Command::new(python);
         command.arg(path).arg(argument.to_string()).stdin(Stdio::piped()).stdout(Stdio::piped());
@@ -67,8 +79,8 @@ impl Script {
             }
         });
         let mut script = Script { child, orders, answers };
-        script.next_with("ready");
-        script
+        let ready = script.next_within("ready", patience);
+        (script, ready)
     }
 
     /// Sends it a signal of Unix by its id.
@@ -87,7 +99,12 @@ impl Script {
     /// What it says next that has this key; what it says before is passed over.
     #[track_caller]
     pub(crate) fn next_with(&mut self, key: &str) -> Value {
-        let end = Instant::now() + PATIENCE;
+        self.next_within(key, PATIENCE)
+    }
+
+    #[track_caller]
+    fn next_within(&mut self, key: &str, patience: Duration) -> Value {
+        let end = Instant::now() + patience;
         loop {
             match self.answers.recv_timeout(end.saturating_duration_since(Instant::now())) {
                 Ok(answer) if answer.get(key).is_some() => return answer,

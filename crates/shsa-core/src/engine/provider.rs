@@ -488,7 +488,9 @@ impl Provider {
             outputs.push_back(Output::Event(event));
         }
         let is_preferred = self.active.as_ref().map(Service::way) == self.preferred.as_ref();
-        let quality = if is_preferred && !self.is_doubted { Quality::Good } else { Quality::Substitute };
+        let stands_in = matches!(self.server, Some(Server::StandIn(_)));
+        let is_own = is_preferred && !stands_in && !self.is_doubted;
+        let quality = if is_own { Quality::Good } else { Quality::Substitute };
         outputs.push_back(Output::Publication(Publication {
             need: self.need,
             time: now,

@@ -1,13 +1,14 @@
 //! One knowledge base at work on a bus: messages become observations, publications become messages.
 
 use super::journal::{Bounds, Journal, Missing};
+use super::memory::Memory;
 use super::outlet::{Form, Outlet};
 use super::wires::Wires;
 use crate::show;
 use anyhow::Context;
 use serde_json::{Value, json};
 use shsa_bridge::{Bridge, Clock, Message, Quality};
-use shsa_core::engine::{self, Engine, Event, EventKind, Input, NeedStatus, Output, Publication};
+use shsa_core::engine::{self, Engine, Event, EventKind, Input, NeedStatus, Order, Output, Publication};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::monitor::Symptom;
 use shsa_core::time::Time;
@@ -35,6 +36,9 @@ pub(super) struct Healer {
     wires: Wires,
     form: Form,
     journal: Option<Journal>,
+    memory: Option<Memory>,
+    /// Whether something was decided that is not remembered yet.
+    has_decided: bool,
     outlets: IdVec<NeedId, Outlet>,
 }
 
@@ -60,6 +64,8 @@ impl Healer {
             wires: Wires::default(),
             form,
             journal: None,
+            memory: None,
+            has_decided: false,
             outlets: IdVec::new(),
         };
         healer.connect(bridge)?;
@@ -73,6 +79,24 @@ impl Healer {
     pub(super) fn keep_journal(&mut self, folder: &Path, bounds: Bounds) -> anyhow::Result<()> {
         let journal = Journal::begin(folder, &self.name, bounds, self.engine.knowledge());
         self.journal = Some(journal.with_context(|| format!("writing a journal in {}", folder.display()))?);
+        Ok(())
+    }
+
+    /// Goes on from the state of an earlier run, if there is one, and saves its own from now on.
+    ///
+    /// # Errors
+    /// When the state is none, or cannot be written.
+    pub(super) fn keep_state(&mut self, folder: &Path, now: Time) -> anyhow::Result<()> {
+        let (memory, snapshot) = Memory::open(folder, &self.name)?;
+        self.memory = Some(memory);
+        if let Some(snapshot) = snapshot {
+            give(
+                &mut self.engine,
+                &mut self.journal,
+                Input::Restore { time: now, snapshot: Box::new(snapshot) },
+            );
+        }
+        self.remember_all();
         Ok(())
     }
 
@@ -161,9 +185,41 @@ impl Healer {
         }
     }
 
-    /// What its journal lacks.
-    pub(super) fn missing(&self) -> Option<Missing> {
-        self.journal.as_ref().map(Journal::missing)
+    /// What its journal and its state lack.
+    pub(super) fn missing(&self) -> impl Iterator<Item = Missing> {
+        let journal = self.journal.as_ref().map(Journal::missing);
+        journal.into_iter().chain(self.memory.as_ref().map(|memory| memory.missing().clone()))
+    }
+
+    /// Does what the operator orders.
+    ///
+    /// # Errors
+    /// Why it cannot be done; nothing has changed then.
+    pub(super) fn order(&mut self, order: &Order, now: Time) -> Result<(), String> {
+        self.engine.order(order, now).map_err(|refusal| refusal.to_string())?;
+        self.record(&Input::Order { time: now, order: order.clone() });
+        Ok(())
+    }
+
+    /// Saves what must outlast the process, if that has changed.
+    pub(super) fn remember(&mut self) {
+        if let Some(memory) = self.memory.as_mut().filter(|_| self.has_decided) {
+            memory.save(&self.engine.snapshot());
+            self.has_decided = false;
+        }
+    }
+
+    /// Saves what must outlast the process, at its end.
+    pub(super) fn remember_all(&mut self) {
+        self.has_decided = true;
+        self.remember();
+    }
+
+    fn record(&mut self, input: &Input) {
+        if let Some(journal) = &mut self.journal {
+            // What cannot be written is counted by the journal itself.
+            let _ = journal.record(Given::Input(input));
+        }
     }
 
     /// Lets the model that its file holds now take over.
@@ -203,6 +259,7 @@ impl Healer {
             match output {
                 Output::Event(event) => {
                     self.follow(&event);
+                    self.has_decided = true;
                     return Ok(Some(Deed::Decided(event)));
                 }
                 Output::Publication(publication) => return Ok(Some(Deed::Served(publication))),

@@ -13,6 +13,7 @@ mod figures;
 mod healer;
 mod herald;
 mod journal;
+mod memory;
 mod metrics;
 mod outlet;
 mod session;
@@ -75,6 +76,10 @@ pub(crate) struct Arguments {
     /// How the values of needs are written.
     #[arg(long, value_name = "FORM", default_value = "plain")]
     form: Form,
+    /// Keep in FOLDER/MODEL.json what must outlast the process: verdicts, orders, what serves each need; and go on from
+    /// there.
+    #[arg(long, value_name = "FOLDER")]
+    state: Option<PathBuf>,
     /// Write every input to FOLDER/MODEL.jsonl, which can be replayed and explained.
     #[arg(long, value_name = "FOLDER")]
     journal: Option<PathBuf>,
@@ -123,6 +128,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(folder) = &arguments.journal {
         let bounds = Bounds { size: arguments.journal_size << 20, older: arguments.journal_keep };
         healers.iter_mut().try_for_each(|healer| healer.keep_journal(folder, bounds))?;
+    }
+
+    if let Some(folder) = &arguments.state {
+        healers.iter_mut().try_for_each(|healer| healer.keep_state(folder, clock.now()))?;
     }
 
     let style = if arguments.json { Style::Json } else { Style::Text };

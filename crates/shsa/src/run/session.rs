@@ -43,7 +43,7 @@ pub(super) struct House {
     next: Time,
     link: Link,
     losses: BTreeMap<Arc<str>, u64>,
-    /// Inputs that are not in the journals.
+    /// Inputs that are not in the journals, and states that were not saved.
     missing: u64,
     /// The quality of each need that was told on the bus last, model by model.
     qualities: Vec<Vec<Quality>>,
@@ -65,9 +65,11 @@ impl Session {
             self.hear()?;
             self.pass()?;
             self.answer()?;
+            self.healers.iter_mut().for_each(Healer::remember);
             self.keep_house()?;
             self.rest();
         }
+        self.healers.iter_mut().for_each(Healer::remember_all);
         let now = self.now();
         let outlets = self.healers.iter().flat_map(Healer::outlets);
         let all_served =
@@ -112,7 +114,7 @@ impl Session {
     /// Publishes and tells what the healers have done.
     fn deliver(&mut self) -> anyhow::Result<()> {
         let Session { bridge, healers, herald, figures, .. } = self;
-        for healer in healers {
+        for healer in healers.iter_mut() {
             while let Some(deed) = healer.poll(bridge.as_mut())? {
                 match deed {
                     Deed::Decided(event) => {
@@ -152,6 +154,10 @@ impl Session {
         let done = match order {
             Order::Reload => self.reload(),
             Order::Change { model, text } => self.change(model.as_deref(), text),
+            Order::Engine { model, order } => {
+                let healer = find(&mut self.healers, model.as_deref());
+                healer.and_then(|healer| healer.order(order, now)).map(|()| order.to_string())
+            }
         };
         let reply = match done {
             Ok(done) => {
@@ -187,6 +193,9 @@ impl Session {
         self.house.next = now + HOUSEKEEPING;
         self.follow_clock(now)?;
         self.tell_link(now)?;
+        for trouble in self.bridge.troubles() {
+            self.herald.noted(now, "trouble", &trouble.to_string(), self.bridge.as_mut())?;
+        }
         self.tell_losses(now)?;
         self.tell_missing(now)?;
         self.house.qualities.clear();
@@ -230,7 +239,7 @@ impl Session {
     }
 
     fn tell_missing(&mut self, now: Time) -> anyhow::Result<()> {
-        let missing = self.healers.iter().filter_map(Healer::missing);
+        let missing = self.healers.iter().flat_map(Healer::missing);
         let (inputs, because) = missing.fold((0, String::new()), |(inputs, because), missing| {
             (inputs + missing.inputs, if missing.inputs > 0 { missing.because } else { because })
         });
@@ -238,8 +247,8 @@ impl Session {
         if inputs == told {
             return Ok(());
         }
-        let because = format!("{} inputs are not in the journal: {because}", inputs - told);
-        self.herald.noted(now, "journal", &because, self.bridge.as_mut())
+        let because = format!("{} could not be written: {because}", inputs - told);
+        self.herald.noted(now, "disk", &because, self.bridge.as_mut())
     }
 
     /// Tells on the bus how each need is served, when that has changed, and now and then although it has not.

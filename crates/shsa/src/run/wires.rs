@@ -2,7 +2,7 @@
 
 use anyhow::{Context, anyhow};
 use shsa_bridge::payload::{Field, Reader, Reading, SIZE_LIMIT, StampField, Unreadable};
-use shsa_bridge::{Clock, Message, Payload};
+use shsa_bridge::{Clock, Message, Payload, Quality};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_format::recording::Source;
@@ -70,8 +70,12 @@ impl Wires {
         (end.unreadable, end.because.as_ref().map(ToString::to_string))
     }
 
-    /// What a message says about signals. What cannot be read is an invalid value.
+    /// What a message says about signals. What cannot be read is an invalid value. A substitute of somebody else says
+    /// nothing about the signal whose place it takes, nor does a kept message that does not say how old it is.
     pub(super) fn read(&mut self, message: &Message, clock: &Clock, mut each: impl FnMut(Observation)) {
+        if message.quality.is_some_and(|quality| quality != Quality::Good) {
+            return;
+        }
         let Some(Bundle { reader, signals }) = self.topics.get_mut(&message.topic) else { return };
         let ends = &mut self.ends;
         let mut tell = |signal: SignalId, reading: Result<Reading, Unreadable>| {
@@ -83,10 +87,11 @@ impl Wires {
                     (RawValue::Number(f64::NAN), None)
                 }
             };
-            if ends[signal].repeats(&value) {
+            let stamp = stamp.or(message.stamp);
+            if ends[signal].repeats(&value) || message.retained && stamp.is_none() {
                 return;
             }
-            let stamp = stamp.or(message.stamp).map_or(message.received, |stamp| clock.steady(stamp));
+            let stamp = stamp.map_or(message.received, |stamp| clock.steady(stamp));
             each(Observation { signal, stamp, received: message.received, value });
         };
         match &message.payload {
@@ -151,16 +156,13 @@ signals:
 
     /// What comes of a message: signal, stamp, value.
     fn read(knowledge: &KnowledgeBase, wires: &mut Wires, topic: &str, payload: &str) -> String {
-        let message = Message {
-            topic: topic.into(),
-            stamp: None,
-            received: Time(70),
-            publisher: None,
-            message_type: None,
-            payload: Payload::Bytes(payload.to_owned().into()),
-        };
+        let payload = Payload::Bytes(payload.to_owned().into());
+        told(knowledge, wires, &Message::new(topic.into(), Time(70), payload))
+    }
+
+    fn told(knowledge: &KnowledgeBase, wires: &mut Wires, message: &Message) -> String {
         let mut told = Vec::new();
-        wires.read(&message, &Clock::manual(), |observation| {
+        wires.read(message, &Clock::manual(), |observation| {
             let name = &knowledge.signals()[observation.signal].name;
             let RawValue::Number(number) = observation.value else { panic!("only numbers") };
             told.push(format!("{name}@{}={number}", observation.stamp.0));
@@ -175,6 +177,19 @@ signals:
         let told = read(&knowledge, &mut wires, "wheels", r#"{"left": 1.5, "right": 2, "at": 1e-7}"#);
         assert_eq!(told, "left@100=1.5 right@70=2");
         assert_eq!(read(&knowledge, &mut wires, "elsewhere", "1"), "");
+    }
+
+    #[test]
+    fn substitutes_and_values_of_unknown_age_are_no_evidence() {
+        let (knowledge, mut wires) = wires();
+        let payload = Payload::Bytes(r#"{"left": 1, "right": 2, "at": 1e-7}"#.into());
+        let message = Message::new("wheels".into(), Time(70), payload);
+        let substitute = Message { quality: Some(Quality::Substitute), ..message.clone() };
+        assert_eq!(told(&knowledge, &mut wires, &substitute), "");
+        let good = Message { quality: Some(Quality::Good), ..message.clone() };
+        assert_eq!(told(&knowledge, &mut wires, &good), "left@100=1 right@70=2");
+        let kept = Message { retained: true, ..message };
+        assert_eq!(told(&knowledge, &mut wires, &kept), "left@100=1");
     }
 
     #[test]

@@ -33,7 +33,7 @@ fn it_always_starts_and_serves_the_need() {
 #[test]
 fn a_change_by_order_is_healed_at_once_and_told() {
     let run = settled(&[]);
-    let order = r#"{"do": "change", "text": "available: { /lidar/scan: false }"}"#;
+    let order = r#"{"order": "change", "text": "available: { /lidar/scan: false }"}"#;
     let (status, answer) = run.order(Some(TOKEN), order);
     assert_eq!(status, 200, "{answer}");
     let decision = run.decision("substituted");
@@ -52,9 +52,9 @@ fn a_change_by_order_is_healed_at_once_and_told() {
 fn what_is_wrong_with_an_order_is_told_and_changes_nothing() {
     let run = Running::start([]);
     let wrong = [
-        (400, r#"{"do": "explode"}"#, "unknown variant"),
-        (422, r#"{"do": "change", "text": "relations: { nearest: 7 }"}"#, "nearest"),
-        (422, r#"{"do": "change", "text": "{}", "model": "car"}"#, "no model 'car'; there are: rover"),
+        (400, r#"{"order": "explode"}"#, "there is no order `explode`"),
+        (422, r#"{"order": "change", "text": "relations: { nearest: 7 }"}"#, "nearest"),
+        (422, r#"{"order": "change", "text": "{}", "model": "car"}"#, "no model 'car'; there are: rover"),
     ];
     for (expected, order, words) in wrong {
         let (status, answer) = run.order(Some(TOKEN), order);
@@ -67,10 +67,10 @@ fn what_is_wrong_with_an_order_is_told_and_changes_nothing() {
 #[test]
 fn without_the_token_nothing_is_changed_and_guessing_is_limited() {
     let run = Running::start([]);
-    assert_eq!(run.order(None, r#"{"do": "reload"}"#).0, 401);
-    let guesses: Vec<u16> = (0..7).map(|_| run.order(Some("a guess"), r#"{"do": "reload"}"#).0).collect();
+    assert_eq!(run.order(None, r#"{"order": "reload"}"#).0, 401);
+    let guesses: Vec<u16> = (0..7).map(|_| run.order(Some("a guess"), r#"{"order": "reload"}"#).0).collect();
     assert_eq!(guesses, [401, 401, 401, 401, 401, 429, 429]);
-    assert_eq!(run.order(Some(TOKEN), r#"{"do": "reload"}"#).0, 429);
+    assert_eq!(run.order(Some(TOKEN), r#"{"order": "reload"}"#).0, 429);
     assert_eq!(run.get("/events").1.as_array().unwrap().len(), 0);
     let (_, state) = run.get("/state");
     assert!(!state.to_string().contains(TOKEN));
@@ -81,7 +81,7 @@ fn its_journal_replays_to_the_same_decisions() {
     let folder = Folder::new();
     let journal = folder.path("journal");
     let run = settled(&["--journal", journal.to_str().unwrap()]);
-    run.order(Some(TOKEN), r#"{"do": "change", "text": "available: { /lidar/scan: false }"}"#);
+    run.order(Some(TOKEN), r#"{"order": "change", "text": "available: { /lidar/scan: false }"}"#);
     run.decision("ordered");
     run.decision("substituted");
     run.until("more has come", |state| state["figures"]["messages"].as_u64() > Some(200));

@@ -1,6 +1,15 @@
 //! `shsa run` from outside: real time, real processes, requests over HTTP.
 #![cfg(test)]
 
+#[allow(dead_code, reason = "the bridges' tests use all of it")]
+#[path = "../../../shsa-bridge/tests/real/mod.rs"]
+mod real;
+
+#[allow(dead_code, reason = "the bridges' tests use all of it")]
+#[path = "../../../shsa-bridge/tests/broker/mod.rs"]
+mod broker;
+
 mod running;
 
+mod car;
 mod embedded;

@@ -164,7 +164,7 @@ async fn order(State(shared): State<Shared>, headers: HeaderMap, body: String) -
             return problem(StatusCode::FORBIDDEN, why);
         }
     }
-    match serde_json::from_str::<Order>(&body) {
+    match Order::read(&body) {
         Ok(order) => answer(ask(&shared, Request::Order(order)).await),
         Err(error) => problem(StatusCode::BAD_REQUEST, &format!("no order: {error}")),
     }

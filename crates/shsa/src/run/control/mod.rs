@@ -6,8 +6,10 @@ mod token;
 pub(super) use token::{Guard, Token};
 
 use serde::Deserialize;
-use serde_json::Value;
+use serde_json::{Map, Value};
 use shsa_bridge::Inbox;
+use shsa_core::engine;
+use shsa_format::order::OrderForm;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 
 /// Requests that may wait; more are refused.
@@ -29,8 +31,7 @@ pub(super) enum Request {
 }
 
 /// What an operator may order.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Order {
     /// Reads the files of the models again.
     Reload,
@@ -41,6 +42,55 @@ pub(super) enum Order {
         /// YAML or JSON, as in a file given to `replay --reload`.
         text: String,
     },
+    /// To the engine of a model.
+    Engine {
+        /// The name of the model; may be left out where there is only one.
+        model: Option<String>,
+        /// What it shall do.
+        order: engine::Order,
+    },
+}
+
+/// The fields of [`Order::Change`].
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Change {
+    text: String,
+}
+
+impl Order {
+    /// Reads `{"order": "reload"}`, `{"order": "change", "text": ".."}`, or an order to the engine such as
+    /// `{"order": "forbid", "signal": "/a"}`; the two last may have `"model": ".."`.
+    ///
+    /// # Errors
+    /// Says what is missing or wrong.
+    pub(super) fn read(text: &str) -> Result<Order, String> {
+        let mut fields: Map<String, Value> = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        let model = match fields.remove("model") {
+            None | Some(Value::Null) => None,
+            Some(Value::String(model)) => Some(model),
+            Some(other) => return Err(format!("`model` is the name of a model, not {other}")),
+        };
+        match fields.get("order").and_then(Value::as_str) {
+            Some("reload") if fields.len() == 1 && model.is_none() => Ok(Order::Reload),
+            Some("reload") => Err("`reload` takes nothing else".into()),
+            Some("change") => {
+                fields.remove("order");
+                let Change { text } = from_fields(fields)?;
+                Ok(Order::Change { model, text })
+            }
+            _ => {
+                let form: OrderForm = from_fields(fields)?;
+                let order =
+                    form.order().map_err(|error| format!("{error}; and here also: reload, change"))?;
+                Ok(Order::Engine { model, order })
+            }
+        }
+    }
+}
+
+fn from_fields<T: for<'de> Deserialize<'de>>(fields: Map<String, Value>) -> Result<T, String> {
+    serde_json::from_value(Value::Object(fields)).map_err(|error| error.to_string())
 }
 
 /// What comes back.
@@ -93,14 +143,24 @@ mod tests {
 
     #[test]
     fn orders_are_read_strictly() {
-        let order = |text: &str| serde_json::from_str::<Order>(text);
-        assert_eq!(order(r#"{"do": "reload"}"#).unwrap(), Order::Reload);
-        let change = Order::Change { model: None, text: "relations: {}".into() };
-        assert_eq!(order(r#"{"do": "change", "text": "relations: {}"}"#).unwrap(), change);
-        for wrong in
-            [r#"{"do": "explode"}"#, r#"{"do": "change"}"#, r#"{"do": "change", "txt": ""}"#, "[]", "{}"]
-        {
-            assert!(order(wrong).is_err(), "{wrong}");
+        assert_eq!(Order::read(r#"{"order": "reload"}"#).unwrap(), Order::Reload);
+        let change = Order::Change { model: Some("car".into()), text: "relations: {}".into() };
+        let text = r#"{"order": "change", "model": "car", "text": "relations: {}"}"#;
+        assert_eq!(Order::read(text).unwrap(), change);
+        let order = engine::Order::Forbid(engine::Subject::Signal("/a".into()));
+        let forbid = Order::read(r#"{"order": "forbid", "signal": "/a"}"#).unwrap();
+        assert_eq!(forbid, Order::Engine { model: None, order });
+        for wrong in [
+            r#"{"order": "explode"}"#,
+            r#"{"order": "change"}"#,
+            r#"{"order": "change", "txt": ""}"#,
+            r#"{"order": "reload", "signal": "/a"}"#,
+            r#"{"order": "forbid"}"#,
+            r#"{"order": "forbid", "signal": "/a", "model": 7}"#,
+            "[]",
+            "{}",
+        ] {
+            assert!(Order::read(wrong).is_err(), "{wrong}");
         }
     }
 

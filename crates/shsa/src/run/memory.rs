@@ -1,0 +1,70 @@
+//! What must outlast the process, in `FOLDER/MODEL.json`: written beside and then moved into its place, so that it is whole
+//! whenever the process or the machine ends.
+
+use super::journal::Missing;
+use anyhow::{Context, anyhow};
+use shsa_core::engine::Snapshot;
+use shsa_format::state::{read_state, write_state};
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::thread;
+
+/// The state of one model on the disk.
+#[derive(Debug)]
+pub(super) struct Memory {
+    path: PathBuf,
+    /// Asks for what was written to reach the disk itself; that takes long, and nobody waits for it.
+    sync: SyncSender<()>,
+    missing: Missing,
+}
+
+impl Memory {
+    /// The memory of a model, and what was in it.
+    ///
+    /// # Errors
+    /// When the folder cannot be made, or there is a state that cannot be read.
+    pub(super) fn open(folder: &Path, model: &str) -> anyhow::Result<(Memory, Option<Snapshot>)> {
+        fs::create_dir_all(folder).with_context(|| format!("making the folder {}", folder.display()))?;
+        let path = folder.join(format!("{model}.json"));
+        let snapshot = match fs::read_to_string(&path) {
+            Ok(text) => Some(
+                read_state(&text)
+                    .map_err(|error| anyhow!("{}: {error}; move it away to begin without", path.display()))?,
+            ),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+            Err(error) => return Err(anyhow!("reading {}: {error}", path.display())),
+        };
+        let (sync, asked) = sync_channel(1);
+        let synced = path.clone();
+        thread::Builder::new().name("state".into()).spawn(move || {
+            // A power failure may cost what could not be synchronised; a lost process costs nothing.
+            asked.iter().for_each(|()| drop(File::open(&synced).and_then(|file| file.sync_all())));
+        })?;
+        Ok((Memory { path, sync, missing: Missing::default() }, snapshot))
+    }
+
+    /// Takes the place of what was saved before. What cannot be saved is counted.
+    pub(super) fn save(&mut self, snapshot: &Snapshot) {
+        match self.replace(&write_state(snapshot)) {
+            // One that waits will see this one, too.
+            Ok(()) => drop(self.sync.try_send(())),
+            Err(error) => {
+                self.missing.inputs += 1;
+                self.missing.because = error.to_string();
+            }
+        }
+    }
+
+    /// How often the state could not be saved, and why the last time.
+    pub(super) fn missing(&self) -> &Missing {
+        &self.missing
+    }
+
+    fn replace(&self, text: &str) -> io::Result<()> {
+        let beside = self.path.with_extension("json.new");
+        File::create(&beside)?.write_all(text.as_bytes())?;
+        fs::rename(&beside, &self.path)
+    }
+}

@@ -1,0 +1,142 @@
+"""A car and a consumer of its speed, which know nothing of shsa: plays a recording in real time, breaks a sensor, and
+writes down what arrives under the name of the need.
+
+The argument is a JSON object:
+
+    {"bus": "mqtt" | "zenoh", "port": N, "data": FOLDER, "skip": SECONDS, "seconds": SECONDS, "need": NAME,
+     "fault": {"topic": NAME, "column": NAME, "kind": "stop" | "bias", "amount": NUMBER, "at": SECONDS}}
+
+The answer is one, too: the values, the statuses and the round trips of a topic of its own, each with its time in seconds
+from the beginning.
+"""
+
+import csv
+import json
+import sys
+import threading
+import time
+
+TOPICS = ["wheel_speed", "gnss_ublox", "gyro", "steering_angle"]
+PING = "test/ping"
+
+
+class Mqtt:
+    """Two clients: one publishes, one listens."""
+
+    def __init__(self, port):
+        import paho.mqtt.client as mqtt
+
+        self.clients = [mqtt.Client(mqtt.CallbackAPIVersion.VERSION2, protocol=mqtt.MQTTv5) for _ in range(2)]
+        for client in self.clients:
+            client.connect("127.0.0.1", port, keepalive=10)
+            client.loop_start()
+
+    def publish(self, topic, text):
+        self.clients[0].publish(topic, text, qos=0)
+
+    def subscribe(self, topics, heard):
+        def on_message(client, userdata, message):
+            properties = dict(getattr(message.properties, "UserProperty", []) or [])
+            heard(message.topic, message.payload.decode(), properties.get("quality"))
+
+        subscribed = threading.Event()
+        self.clients[1].on_message = on_message
+        self.clients[1].on_subscribe = lambda *_: subscribed.set()
+        self.clients[1].subscribe([(topic, 0) for topic in topics])
+        assert subscribed.wait(20)
+
+    def close(self):
+        for client in self.clients:
+            client.disconnect()
+            client.loop_stop()
+
+
+class Zenoh:
+    """Two sessions that connect to a router: one publishes, one listens."""
+
+    def __init__(self, port):
+        import zenoh
+
+        config = zenoh.Config()
+        config.insert_json5("mode", '"client"')
+        config.insert_json5("scouting/multicast/enabled", "false")
+        config.insert_json5("connect/endpoints", json.dumps([f"tcp/127.0.0.1:{port}"]))
+        self.sessions = [zenoh.open(config) for _ in range(2)]
+        self.publishers, self.subscribers = {}, []
+
+    def publish(self, topic, text):
+        if topic not in self.publishers:
+            self.publishers[topic] = self.sessions[0].declare_publisher(topic, express=True)
+        self.publishers[topic].put(text)
+
+    def subscribe(self, topics, heard):
+        def on_sample(sample):
+            beside = sample.attachment and json.loads(sample.attachment.to_bytes())
+            heard(str(sample.key_expr), sample.payload.to_bytes().decode(), (beside or {}).get("quality"))
+
+        for topic in topics:
+            self.subscribers.append(self.sessions[1].declare_subscriber(topic.strip("/").replace("#", "**"), on_sample))
+
+    def close(self):
+        for session in self.sessions:
+            session.close()
+
+
+def rows(folder, topic, skip, seconds):
+    """The rows of a topic with their times from the beginning, columns without their units."""
+    with open(f"{folder}/{topic}.csv", newline="") as file:
+        for row in csv.DictReader(file):
+            at = float(row.pop("t [s]")) - skip
+            if 0 <= at < seconds:
+                yield at, topic, {name.split(" [")[0]: float(value) for name, value in row.items()}
+
+
+def broken(topic, columns, at, fault):
+    """The columns as the broken sensor gives them; None where it gives nothing."""
+    if not fault or topic != fault["topic"] or at < fault["at"]:
+        return columns
+    if fault["kind"] == "stop":
+        rest = {name: value for name, value in columns.items() if name != fault["column"]}
+        return rest if topic == "wheel_speed" else None
+    return {**columns, fault["column"]: columns[fault["column"]] + fault["amount"]}
+
+
+def main():
+    order = json.loads(sys.argv[1])
+    bus = {"mqtt": Mqtt, "zenoh": Zenoh}[order["bus"]](order["port"])
+    values, statuses, trips = [], [], []
+    start = time.monotonic()
+
+    def heard(topic, text, quality):
+        now = time.monotonic() - start
+        if topic == PING:
+            trips.append(now - float(text))
+        elif topic.strip("/") == order["need"].strip("/"):
+            values.append([now, float(text), quality])
+        else:
+            statuses.append([now, json.loads(text)])
+
+    bus.subscribe([order["need"], "shsa/+/need/#" if order["bus"] == "mqtt" else "shsa/*/need/#", PING], heard)
+    recording = sorted(
+        (row for topic in TOPICS for row in rows(order["data"], topic, order["skip"], order["seconds"])),
+        key=lambda row: row[0],
+    )
+    time.sleep(0.5)
+    start = time.monotonic()
+    ping = 0
+    for at, topic, columns in recording:
+        left = at - (time.monotonic() - start)
+        if left > 0:
+            time.sleep(left)
+        columns = broken(topic, columns, at, order.get("fault"))
+        if columns is not None:
+            bus.publish(topic, json.dumps(columns))
+        if at >= ping:
+            ping = at + 0.05
+            bus.publish(PING, str(time.monotonic() - start))
+    time.sleep(0.5)
+    bus.close()
+    print(json.dumps({"ready": True, "values": values, "statuses": statuses, "trips": trips}), flush=True)
+
+
+main()
