@@ -13,9 +13,14 @@ struct Need {
     install: &'static [&'static str],
 }
 
+/// Whether every wheel that `xtask/python.txt` pins is there, in this version.
+const PINNED_WHEELS_ARE_THERE: &str = "from importlib.metadata import version; \
+     assert all(version(name) == pin for name, pin in (line.split('==') for line in open('xtask/python.txt').read().split()))";
+
 /// A toolchain of the minimal profile has neither of the first two; SWI-Prolog answers beside our searches,
-/// valgrind counts instructions, and Mosquitto is the broker that the MQTT bridge is tested with.
-const NEEDS: [Need; 5] = [
+/// valgrind counts instructions, Mosquitto is the broker that the MQTT bridge is tested with, and the clients and routers
+/// that are not ours are Python's.
+const NEEDS: [Need; 6] = [
     Need {
         name: "rustfmt",
         probe: &["cargo", "fmt", "--version"],
@@ -35,6 +40,15 @@ const NEEDS: [Need; 5] = [
         name: "Mosquitto",
         probe: &["sh", "-c", "PATH=$PATH:/usr/sbin command -v mosquitto && command -v mosquitto_passwd"],
         install: &["sh", "-c", "apt-get update && apt-get install -y --no-install-recommends mosquitto"],
+    },
+    Need {
+        name: "the Python environment in target/python",
+        probe: &["target/python/bin/python", "-c", PINNED_WHEELS_ARE_THERE],
+        install: &[
+            "sh",
+            "-c",
+            "python3 -m venv target/python && target/python/bin/pip install --quiet --disable-pip-version-check -r xtask/python.txt",
+        ],
     },
     Need {
         name: "valgrind",

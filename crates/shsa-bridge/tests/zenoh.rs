@@ -152,21 +152,39 @@ fn names_that_were_asked_for_come_back_and_all_others_bear_their_keys() {
 
 #[test]
 fn a_burst_arrives_in_order_and_a_huge_payload_whole() {
+    let port = free_port();
+    let (mut a, mut b) = (open(&listening(port)), open(&Options::to(&tcp(port))));
+    burst(&mut a, &mut b);
+}
+
+#[test]
+fn so_they_do_through_a_router() {
     let Some(python) = python() else { return };
     let port = free_port();
-    let _router = router(&python, port);
-    let (mut a, mut b) = (open(&client(port)), open(&client(port)));
+    let queue = "transport/link/tx/queue";
+    let config = json!({
+        "mode": "router", "scouting/multicast/enabled": false, "listen/endpoints": [tcp(port)],
+        format!("{queue}/size/real_time"): 16,
+        format!("{queue}/congestion_control/drop/wait_before_drop"): 2_000_000,
+        format!("{queue}/congestion_control/drop/max_wait_before_drop_fragments"): 10_000_000,
+    });
+    let _router = Script::start(&python, "zenoh_client.py", &config);
+    burst(&mut open(&client(port)), &mut open(&client(port)));
+}
+
+#[track_caller]
+fn burst(a: &mut ZenohBridge, b: &mut ZenohBridge) {
     b.subscribe("burst", None).unwrap();
     b.subscribe("huge", None).unwrap();
-    warm_up(&mut a, &mut b, "burst");
+    warm_up(a, b, "burst");
     for n in 0..2000 {
         a.publish(Outgoing::new("burst", Time(n), number(n as f64))).unwrap();
     }
-    let stamps: Vec<i64> = (0..2000).map(|_| next(&mut b).stamp.unwrap().0).collect();
+    let stamps: Vec<i64> = (0..2000).map(|_| next(b).stamp.unwrap().0).collect();
     assert_eq!(stamps, (0..2000).collect::<Vec<_>>());
     let huge: Bytes = (0..20_000_000_u32).map(|n| (n % 251) as u8).collect::<Vec<_>>().into();
     a.publish(Outgoing::new("huge", Time(1), Payload::Bytes(huge.clone()))).unwrap();
-    assert!(next(&mut b).payload == Payload::Bytes(huge));
+    assert!(next(b).payload == Payload::Bytes(huge));
 }
 
 #[test]

@@ -228,8 +228,9 @@ impl Shared {
 /// Zenoh's errors are texts.
 fn kind_of(problem: &str, mode: Mode) -> BridgeError {
     let text = problem.to_lowercase();
+    // The last is a router's answer to a wrong password; it does not say more.
     let refusals =
-        ["certificate", "unknownissuer", "notvalidforname", "handshake", "alert", "authenticat", "invalid"];
+        ["certificate", "unknownissuer", "notvalidforname", "handshake", "alert", "received a close message"];
     if refusals.iter().any(|word| text.contains(word)) {
         BridgeError::Refused(problem.to_owned())
     } else if mode == Mode::Peer {

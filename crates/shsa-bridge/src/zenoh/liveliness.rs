@@ -28,7 +28,9 @@ pub struct Token(Arc<Mutex<Held>>);
 enum Held {
     /// There is no session yet.
     Waiting,
-    Declared(LivelinessToken),
+    Declared {
+        _until_dropped: LivelinessToken,
+    },
     Dropped,
 }
 
@@ -61,7 +63,7 @@ impl Liveliness<'_> {
             let mut held = held.lock().unwrap_or_else(PoisonError::into_inner);
             // Fails only where the session is closed: then nobody is there to be told.
             if let (Held::Waiting, Ok(token)) = (&*held, session.liveliness().declare_token(key).wait()) {
-                *held = Held::Declared(token);
+                *held = Held::Declared { _until_dropped: token };
             }
         });
         Ok(token)

@@ -7,8 +7,9 @@
 //! Beside each payload go the time stamp, our identity and the provenance ([`Outgoing::provenance`]); how, says the
 //! module `attachment`. A message without such a stamp has Zenoh's, where a router sets one.
 //!
-//! Sending never waits for a consumer that does not read (but once, for 10 ms): what is for it is lost. What is sent
-//! while the link is down is lost, too: a substitute of yesterday is of no use.
+//! Sending never waits for a consumer that does not read (but once, for 10 ms): what is for it is lost when 1 MiB waits.
+//! Routers between do the same by their own configuration (`transport/link/tx/queue`), by default after 128 KiB and 1 ms.
+//! What is sent while the link is down is lost, too: a substitute of yesterday is of no use.
 
 mod attachment;
 mod connection;

@@ -182,9 +182,11 @@ fn set_defaults(config: &mut Config, options: &Options) -> Result<(), BridgeErro
     for (key, value) in [
         ("transport/link/tx/lease", json!(milliseconds.max(100))),
         ("transport/link/rx/max_message_size", json!(options.message_max)),
+        // The largest: 1 MiB waits for a consumer that reads in bursts.
+        ("transport/link/tx/queue/size/real_time", json!(16)),
         // A consumer that does not read holds us up once, so long; then what is for it is dropped until it reads again.
         ("transport/link/tx/queue/congestion_control/drop/wait_before_drop", json!(10_000)),
-        ("transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments", json!(500_000)),
+        ("transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments", json!(2_000_000)),
         // The wait between two attempts to connect.
         (
             "connect/retry",
