@@ -64,6 +64,11 @@ pub(crate) trait Visitor {
     fn leave(&mut self, node: Self::Node, place: Place);
 }
 
+/// Whether a text is JSON if it is anything: else it is a plain number or word.
+pub(crate) fn is_likely(text: &str) -> bool {
+    text.trim_ascii_start().starts_with(['{', '[', '"'])
+}
+
 /// Goes through a text that must be one JSON value.
 pub(crate) fn walk<V: Visitor>(text: &str, root: V::Node, visitor: &mut V) -> Result<(), Broken> {
     let mut walker = Walker { text, at: 0, visitor };

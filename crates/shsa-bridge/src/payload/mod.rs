@@ -12,7 +12,9 @@ mod unreadable;
 mod wanted;
 mod reader;
 mod writer;
+mod explore;
 
+pub use explore::{Content, FIELDS_MAX, Leaf, explore};
 pub use path::{Condition, Path, Step, is_text};
 pub use reader::{Field, Reader, Reading, SIZE_LIMIT, StampField};
 pub use unreadable::Unreadable;

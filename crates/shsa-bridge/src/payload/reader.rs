@@ -1,7 +1,7 @@
 //! Fields of a message as values: one walk over the payload for all that is wanted of its topic.
 
 use super::Unreadable;
-use super::json::{self, Kind, Place};
+use super::json::{self, Broken, Kind, Place};
 use super::path::{Path, Step, is_text};
 use super::stamp;
 use super::wanted::{Node, ROOT, Wanted};
@@ -113,24 +113,14 @@ impl Reader {
 
     /// Finds the places of all that is wanted; gives the payload as text.
     pub(super) fn locate<'a>(&mut self, bytes: &'a [u8]) -> Result<&'a str, Unreadable> {
-        let limit = self.size_limit;
-        if bytes.len() > limit {
-            return Err(Unreadable::TooLarge { bytes: bytes.len(), limit });
-        }
-        let text =
-            std::str::from_utf8(bytes).map_err(|error| Unreadable::NoText { at: error.valid_up_to() })?;
-        let trimmed = text.trim_ascii();
-        match trimmed.as_bytes().first() {
-            None => return Err(Unreadable::Empty),
-            Some(b'{' | b'[' | b'"') => self
-                .wanted
-                .find(text)
-                .map_err(|broken| Unreadable::NoJson { at: broken.at, expected: broken.expected })?,
-            Some(_) => {
-                let from = text.len() - text.trim_ascii_start().len();
-                let kind = if trimmed == "null" { Kind::Null } else { Kind::Text };
-                self.wanted.set_root(kind, from..from + trimmed.len());
-            }
+        let text = text_of(bytes, self.size_limit)?;
+        if json::is_likely(text) {
+            self.wanted.find(text)?;
+        } else {
+            let trimmed = text.trim_ascii();
+            let from = text.len() - text.trim_ascii_start().len();
+            let kind = if trimmed == "null" { Kind::Null } else { Kind::Text };
+            self.wanted.set_root(kind, from..from + trimmed.len());
         }
         Ok(text)
     }
@@ -138,6 +128,21 @@ impl Reader {
     /// What was found of a field in the text that was located last.
     pub(super) fn found<'a>(&'a self, index: usize, text: &'a str) -> Option<Found<'a>> {
         Some(Found { text, wanted: &self.wanted, asked: self.asked.get(index)? })
+    }
+}
+
+/// A payload as a text that is not empty.
+pub(super) fn text_of(bytes: &[u8], size_limit: usize) -> Result<&str, Unreadable> {
+    if bytes.len() > size_limit {
+        return Err(Unreadable::TooLarge { bytes: bytes.len(), limit: size_limit });
+    }
+    let text = std::str::from_utf8(bytes).map_err(|error| Unreadable::NoText { at: error.valid_up_to() })?;
+    if text.trim_ascii().is_empty() { Err(Unreadable::Empty) } else { Ok(text) }
+}
+
+impl From<Broken> for Unreadable {
+    fn from(Broken { at, expected }: Broken) -> Unreadable {
+        Unreadable::NoJson { at, expected }
     }
 }
 
@@ -389,7 +394,7 @@ fn one_stamp(place: Place, step: Option<Span>, text: &str) -> Option<(Time, Stam
 }
 
 /// A number, or a word that stands for one.
-fn scalar(place: Place, text: &str) -> Option<f64> {
+pub(super) fn scalar(place: Place, text: &str) -> Option<f64> {
     match place.kind {
         Kind::Number | Kind::Text => word(place.of(text)),
         Kind::True => Some(1.0),

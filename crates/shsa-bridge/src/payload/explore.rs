@@ -1,0 +1,237 @@
+//! What a payload holds, when nobody knows yet what to ask for.
+
+use super::json::{self, Kind, Place, Visitor};
+use super::reader::{scalar, text_of};
+use super::{SIZE_LIMIT, Unreadable};
+use crate::{Message, Payload};
+use shsa_core::observation::RawValue;
+
+/// More fields than these of one payload are not told.
+pub const FIELDS_MAX: usize = 1000;
+/// More elements than these of a list of objects are not told.
+const ELEMENTS_MAX: usize = 16;
+
+/// One field of a payload.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Leaf {
+    /// Where it is, as [`Path`](super::Path) reads it; empty: the payload itself.
+    pub path: String,
+    /// What it is.
+    pub content: Content,
+}
+
+/// What a field is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Content {
+    /// What can be read as a value.
+    Value(RawValue),
+    /// A text that is no number.
+    Text(String),
+    /// Nothing.
+    Null,
+}
+
+/// All fields of a message, in their order: members of objects one by one, lists of numbers as one, at most
+/// [`FIELDS_MAX`].
+///
+/// # Errors
+/// When the payload is too large, no text, or broken JSON.
+pub fn explore(message: &Message) -> Result<Vec<Leaf>, Unreadable> {
+    match &message.payload {
+        Payload::Value(value) => {
+            Ok(vec![Leaf { path: String::new(), content: Content::Value(value.clone()) }])
+        }
+        Payload::Bytes(bytes) => leaves(text_of(bytes, SIZE_LIMIT)?),
+    }
+}
+
+fn leaves(text: &str) -> Result<Vec<Leaf>, Unreadable> {
+    if !json::is_likely(text) {
+        let trimmed = text.trim_ascii();
+        let kind = if trimmed == "null" { Kind::Null } else { Kind::Text };
+        let content = content(Place { kind, from: 0, to: trimmed.len() }, trimmed);
+        return Ok(content.into_iter().map(|content| Leaf { path: String::new(), content }).collect());
+    }
+    let mut map = Map { nodes: vec![Node { parent: 0, name: Name::Root, place: None }] };
+    json::walk(text, 0, &mut map)?;
+    let leaf = |index: usize| Some(Leaf { path: map.path(index), content: map.content(index, text)? });
+    Ok((0..map.nodes.len()).filter_map(leaf).collect())
+}
+
+/// All values on the way.
+struct Map {
+    nodes: Vec<Node>,
+}
+
+struct Node {
+    parent: usize,
+    name: Name,
+    place: Option<Place>,
+}
+
+enum Name {
+    Root,
+    Member(String),
+    Element(usize),
+}
+
+impl Visitor for Map {
+    type Node = usize;
+
+    fn member(&mut self, of: usize, name: &str) -> Option<usize> {
+        self.grow(of, Name::Member(json::unescaped(name).into_owned()))
+    }
+
+    fn element(&mut self, of: usize, index: usize) -> Option<usize> {
+        (index < ELEMENTS_MAX).then(|| self.grow(of, Name::Element(index))).flatten()
+    }
+
+    fn enter(&mut self, _node: usize) {}
+
+    fn leave(&mut self, node: usize, place: Place) {
+        self.nodes[node].place = Some(place);
+    }
+}
+
+impl Map {
+    fn grow(&mut self, parent: usize, name: Name) -> Option<usize> {
+        if self.nodes.len() > FIELDS_MAX {
+            return None;
+        }
+        self.nodes.push(Node { parent, name, place: None });
+        Some(self.nodes.len() - 1)
+    }
+
+    /// What a node is, where it is a leaf: no object, and no element of a list that is told as a whole.
+    fn content(&self, index: usize, text: &str) -> Option<Content> {
+        let node = &self.nodes[index];
+        let parent = self.nodes[node.parent].place?;
+        let is_told_already = index != 0 && parent.kind == Kind::List && content(parent, text).is_some();
+        if is_told_already { None } else { content(node.place?, text) }
+    }
+
+    /// With dots; as a JSON pointer where a name has a character with a meaning.
+    fn path(&self, mut index: usize) -> String {
+        let mut names = Vec::new();
+        while index != 0 {
+            names.push(&self.nodes[index].name);
+            index = self.nodes[index].parent;
+        }
+        names.reverse();
+        let has_meaning = |name: &&Name| match name {
+            Name::Member(name) => {
+                name.is_empty() || name.contains(['.', '[', ']', '/', '=', '#', '@', '!', ' '])
+            }
+            Name::Element(_) | Name::Root => false,
+        };
+        if names.iter().any(has_meaning) { pointer(&names) } else { dotted(&names) }
+    }
+}
+
+fn pointer(names: &[&Name]) -> String {
+    let step = |name: &&Name| match name {
+        Name::Root => String::new(),
+        Name::Member(name) => format!("/{}", name.replace('~', "~0").replace('/', "~1")),
+        Name::Element(index) => format!("/{index}"),
+    };
+    names.iter().map(step).collect()
+}
+
+fn dotted(names: &[&Name]) -> String {
+    let mut path = String::new();
+    for name in names {
+        match name {
+            Name::Root => {}
+            Name::Member(name) if path.is_empty() => path.push_str(name),
+            Name::Member(name) => path.extend([".", name]),
+            Name::Element(index) => path.push_str(&format!("[{index}]")),
+        }
+    }
+    path
+}
+
+/// `None`: objects, and lists of anything but numbers.
+fn content(place: Place, text: &str) -> Option<Content> {
+    match place.kind {
+        Kind::Null => Some(Content::Null),
+        Kind::Object => None,
+        Kind::List => {
+            let mut values = Some(Vec::new());
+            json::elements(text, place, |_, element| {
+                let value = if element.kind == Kind::Null { Some(f64::NAN) } else { scalar(element, text) };
+                match (value, &mut values) {
+                    (Some(value), Some(values)) => values.push(value),
+                    _ => values = None,
+                }
+                values.is_some()
+            });
+            values.map(|values| Content::Value(RawValue::Vector(values)))
+        }
+        _ => Some(match scalar(place, text) {
+            Some(value) => Content::Value(RawValue::Number(value)),
+            None => Content::Text(json::unescaped(place.of(text)).chars().take(200).collect()),
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::payload::{Field, Reader};
+    use shsa_core::time::Time;
+
+    #[track_caller]
+    fn check(payload: &str, expected: &[&str]) {
+        let message = Message::new("a".into(), Time(0), Payload::Bytes(payload.to_owned().into()));
+        let leaves = explore(&message).unwrap();
+        let shown: Vec<String> =
+            leaves.iter().map(|Leaf { path, content }| format!("{path}: {content:?}")).collect();
+        assert_eq!(shown, expected);
+        // What is told can be read under its path.
+        for leaf in leaves {
+            let Content::Value(value) = leaf.content else { continue };
+            let mut reader = Reader::new(&[Field { path: leaf.path.clone(), stamp: None }], 1 << 20).unwrap();
+            reader.read(&message, |_, reading| {
+                assert_eq!(format!("{:?}", reading.unwrap().value), format!("{value:?}"), "{}", leaf.path);
+            });
+        }
+    }
+
+    #[test]
+    fn fields_are_told_with_their_paths() {
+        check("21.5", &[": Value(Number(21.5))"]);
+        check(" open\n", &[": Text(\"open\")"]);
+        check("[1, null]", &[": Value(Vector([1.0, NaN]))"]);
+        check(
+            r#"{"pose": {"x": 1, "name": "ann"}, "on": true, "none": null, "speed [m/s]": 4, "r": [1, 2]}"#,
+            &[
+                "pose.x: Value(Number(1.0))",
+                "pose.name: Text(\"ann\")",
+                "on: Value(Number(1.0))",
+                "none: Null",
+                "/speed [m~1s]: Value(Number(4.0))",
+                "r: Value(Vector([1.0, 2.0]))",
+            ],
+        );
+        check(
+            r#"{"rooms": [{"t": 20}, {"t": 21}], "names": ["a", "b"]}"#,
+            &[
+                "rooms[0].t: Value(Number(20.0))",
+                "rooms[1].t: Value(Number(21.0))",
+                "names[0]: Text(\"a\")",
+                "names[1]: Text(\"b\")",
+            ],
+        );
+        check("{}", &[]);
+    }
+
+    #[test]
+    fn what_is_broken_is_no_field() {
+        let message = Message::new("a".into(), Time(0), Payload::Bytes("{\"a\": ".into()));
+        assert!(explore(&message).unwrap_err().to_string().starts_with("no JSON: byte 6"));
+        let many: String = (0..3000).map(|n| format!("\"k{n}\": {n},")).collect();
+        let message =
+            Message::new("a".into(), Time(0), Payload::Bytes(format!("{{{many} \"z\": 1}}").into()));
+        assert_eq!(explore(&message).unwrap().len(), FIELDS_MAX);
+    }
+}
