@@ -9,6 +9,8 @@ use shsa_bridge::{Bridge, BridgeError, Inbox};
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
+#[cfg(feature = "mqtt")]
+use std::time::Duration;
 
 /// Where the bus is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -60,6 +62,15 @@ impl fmt::Display for Address {
     }
 }
 
+/// In what part somebody comes to a bus.
+#[derive(Clone, Copy)]
+enum Guest<'a> {
+    /// Under a name that is the same the next time.
+    Member(&'a str),
+    /// To look on, and to leave no trace.
+    Visitor,
+}
+
 /// The arguments of every command that uses a bus.
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Bus")]
@@ -103,11 +114,28 @@ impl BusArguments {
         inbox: Inbox,
         memory: &MemoryBus,
     ) -> Result<Box<dyn Bridge>, BridgeError> {
+        self.connect(Guest::Member(name), inbox, memory)
+    }
+
+    /// As [`BusArguments::open`] for somebody who only looks on, and leaves no trace.
+    ///
+    /// # Errors
+    /// As there.
+    pub(crate) fn visit(&self, inbox: Inbox, memory: &MemoryBus) -> Result<Box<dyn Bridge>, BridgeError> {
+        self.connect(Guest::Visitor, inbox, memory)
+    }
+
+    fn connect(
+        &self,
+        guest: Guest<'_>,
+        inbox: Inbox,
+        memory: &MemoryBus,
+    ) -> Result<Box<dyn Bridge>, BridgeError> {
         match &self.bus {
             Address::Memory => Ok(Box::new(memory.join_with(inbox))),
             #[cfg(feature = "mqtt")]
             Address::Mqtt(address) => {
-                Ok(Box::new(mqtt::MqttBridge::open(&self.mqtt(address, name)?, inbox)?))
+                Ok(Box::new(mqtt::MqttBridge::open(&self.mqtt(address, guest)?, inbox)?))
             }
             #[cfg(not(feature = "mqtt"))]
             Address::Mqtt(_) => Err(not_built("mqtt")),
@@ -120,11 +148,24 @@ impl BusArguments {
 
     /// `shsa/NAME/status` says whether it is there.
     #[cfg(feature = "mqtt")]
-    fn mqtt(&self, address: &str, name: &str) -> Result<mqtt::Options, BridgeError> {
+    fn mqtt(&self, address: &str, guest: Guest<'_>) -> Result<mqtt::Options, BridgeError> {
+        let name = match guest {
+            Guest::Member(name) => name,
+            Guest::Visitor => &format!("shsa-visitor-{}", std::process::id()),
+        };
         let mut options =
             mqtt::Options::parse(address, name)?.with_environment(|key| std::env::var(key).ok());
-        let (here, gone) = ("online".into(), "offline".into());
-        options.presence = Some(mqtt::Presence { topic: format!("shsa/{name}/status"), here, gone });
+        if let Guest::Visitor = guest {
+            options.session = Duration::ZERO;
+            options.name = name.to_owned();
+        } else {
+            let (here, gone) = ("online".into(), "offline".into());
+            options.presence = Some(mqtt::Presence { topic: format!("shsa/{name}/status"), here, gone });
+        }
+        let files = [&self.ca, &self.certificate, &self.key];
+        if options.tls.is_none() && files.iter().any(|file| file.is_some()) {
+            return Err(BridgeError::Configuration("--ca, --certificate and --key need mqtts://".to_owned()));
+        }
         if let Some(tls) = &mut options.tls {
             tls.authorities = tls.authorities.take().or_else(|| self.ca.clone());
             tls.certificate = tls.certificate.take().or_else(|| self.certificate.clone());

@@ -19,6 +19,7 @@ mod plan;
 mod replay;
 mod requirements;
 mod run;
+mod scan;
 mod show;
 mod story;
 mod tell;
@@ -57,6 +58,8 @@ enum Command {
     Replay(replay::Arguments),
     /// Heal a running system: watch its bus, and go on providing what is needed.
     Run(run::Arguments),
+    /// Tell what is on a bus: topics, fields, rates, which signals of a model they carry; draft a model of it.
+    Scan(scan::Arguments),
     /// Tell why a signal was suspected: who disagreed, who else it could have been, what would have cleared it.
     Explain(explain::Arguments),
     /// Learn errors, delays and offsets from healthy recordings, and test them on what came later.
@@ -88,6 +91,7 @@ fn main() -> ExitCode {
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Scan(arguments) => scan::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Campaign(arguments) => campaign::run(&arguments),

@@ -17,7 +17,7 @@ mod memory;
 mod metrics;
 mod outlet;
 mod session;
-mod wires;
+pub(crate) mod wires;
 
 use crate::bus::{Address, BusArguments};
 use crate::outcome::Outcome;

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// The signals of a model, topic by topic.
 #[derive(Debug, Default)]
-pub(super) struct Wires {
+pub(crate) struct Wires {
     topics: BTreeMap<Arc<str>, Bundle>,
     ends: IdVec<SignalId, End>,
 }
@@ -38,7 +38,7 @@ struct End {
 impl Wires {
     /// # Errors
     /// When a signal's source names no topic and field.
-    pub(super) fn new(knowledge: &KnowledgeBase) -> anyhow::Result<Wires> {
+    pub(crate) fn new(knowledge: &KnowledgeBase) -> anyhow::Result<Wires> {
         let mut fields: BTreeMap<Arc<str>, Vec<(Field, SignalId)>> = BTreeMap::new();
         let mut ends = IdVec::filled(knowledge.signals().len(), |_| End::default());
         for (id, signal) in knowledge.signals().enumerate() {
@@ -65,14 +65,14 @@ impl Wires {
     }
 
     /// How many messages of a signal could not be read, and why the last one could not.
-    pub(super) fn unreadable(&self, signal: SignalId) -> (u64, Option<String>) {
+    pub(crate) fn unreadable(&self, signal: SignalId) -> (u64, Option<String>) {
         let end = &self.ends[signal];
         (end.unreadable, end.because.as_ref().map(ToString::to_string))
     }
 
     /// What a message says about signals. What cannot be read is an invalid value. A substitute of somebody else says
     /// nothing about the signal whose place it takes, nor does a kept message that does not say how old it is.
-    pub(super) fn read(&mut self, message: &Message, clock: &Clock, mut each: impl FnMut(Observation)) {
+    pub(crate) fn read(&mut self, message: &Message, clock: &Clock, mut each: impl FnMut(Observation)) {
         if message.quality.is_some_and(|quality| quality != Quality::Good) {
             return;
         }
@@ -122,7 +122,7 @@ impl End {
 }
 
 /// A source that names only one thing names the topic.
-fn topic_and_field(source: Source) -> (Arc<str>, Field) {
+pub(crate) fn topic_and_field(source: Source) -> (Arc<str>, Field) {
     let (topic, field) = match source.file {
         Some(topic) => (topic, source.field),
         None => (source.field, String::new()),

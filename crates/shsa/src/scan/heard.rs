@@ -1,0 +1,158 @@
+//! What was heard on one topic.
+
+use shsa_bridge::payload::{Content, Leaf, Unreadable, explore};
+use shsa_bridge::{Message, Payload, PublisherId, Quality};
+use shsa_core::time::Time;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// As many messages are looked into from the first one on; of later ones the last.
+const EXPLORED_MAX: u64 = 100;
+/// More publishers than these are not told apart.
+const PUBLISHERS_MAX: usize = 16;
+
+/// The messages of one topic.
+#[derive(Default)]
+pub(super) struct Heard {
+    /// Messages that were sent while we listened.
+    pub(super) count: u64,
+    /// Messages that the bus had kept from before.
+    pub(super) kept: u64,
+    first: Option<Time>,
+    pub(super) last: Option<Time>,
+    /// The longest time between two messages, nanoseconds.
+    longest_gap: i64,
+    pub(super) message_type: Option<Arc<str>>,
+    pub(super) publishers: BTreeSet<PublisherId>,
+    pub(super) quality: Option<Quality>,
+    /// In the order in which they were first seen.
+    pub(super) fields: Vec<Leaf>,
+    pub(super) unreadable: Option<Unreadable>,
+    pub(super) last_message: Option<Message>,
+}
+
+impl Heard {
+    pub(super) fn take(&mut self, message: Message) {
+        if message.retained {
+            self.kept += 1;
+        } else {
+            self.count += 1;
+            let now = message.received;
+            if let Some(before) = self.last.replace(now) {
+                self.longest_gap = self.longest_gap.max(now.0.saturating_sub(before.0));
+            }
+            self.first.get_or_insert(now);
+        }
+        if self.publishers.len() < PUBLISHERS_MAX {
+            self.publishers.extend(message.publisher);
+        }
+        self.quality = message.quality.or(self.quality);
+        self.message_type = message.message_type.clone().or_else(|| self.message_type.take());
+        if self.count + self.kept <= EXPLORED_MAX {
+            self.explore(&message);
+        }
+        self.last_message = Some(message);
+    }
+
+    /// Looks into the last message, if that has not been done.
+    pub(super) fn finish(&mut self) {
+        if self.count + self.kept > EXPLORED_MAX
+            && let Some(message) = self.last_message.clone()
+        {
+            self.explore(&message);
+        }
+    }
+
+    fn explore(&mut self, message: &Message) {
+        match explore(message) {
+            Err(unreadable) => self.unreadable = Some(unreadable),
+            Ok(leaves) => leaves.into_iter().for_each(|leaf| self.update(leaf)),
+        }
+    }
+
+    fn update(&mut self, leaf: Leaf) {
+        match self.fields.iter_mut().find(|known| known.path == leaf.path) {
+            Some(known) => known.content = leaf.content,
+            None => self.fields.push(leaf),
+        }
+    }
+
+    /// Messages a second; `None` for fewer than two.
+    pub(super) fn rate_hz(&self) -> Option<f64> {
+        let passed = self.last?.0.checked_sub(self.first?.0)?;
+        (self.count > 1 && passed > 0).then(|| (self.count - 1) as f64 * 1e9 / passed as f64)
+    }
+
+    /// The longest time between two messages, seconds; `None` for fewer than two.
+    pub(super) fn longest_gap_s(&self) -> Option<f64> {
+        (self.count > 1).then_some(self.longest_gap as f64 / 1e9)
+    }
+
+    /// Whether it came without encoding.
+    pub(super) fn is_value(&self) -> bool {
+        self.last_message.as_ref().is_some_and(|message| message.value().is_some())
+    }
+
+    /// The type where the bus tells it, else the form of the payload.
+    pub(super) fn form(&self) -> String {
+        if let Some(message_type) = &self.message_type {
+            return message_type.to_string();
+        }
+        let is_plain = self.fields.iter().all(|leaf| leaf.path.is_empty());
+        let is_text = |leaf: &Leaf| !matches!(leaf.content, Content::Value(_));
+        let form = match self.last_message.as_ref().map(|message| &message.payload) {
+            Some(Payload::Value(_)) => "value",
+            Some(Payload::Bytes(bytes)) if bytes.is_empty() => "empty",
+            _ if self.fields.is_empty() => "unreadable",
+            _ if !is_plain => "JSON",
+            _ if self.fields.iter().all(is_text) => "text",
+            _ => "number",
+        };
+        form.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(milliseconds: i64, payload: &str, retained: bool) -> Message {
+        let payload = Payload::Bytes(payload.to_owned().into());
+        Message { retained, ..Message::new("a".into(), Time(milliseconds * 1_000_000), payload) }
+    }
+
+    fn heard(messages: &[(i64, &str, bool)]) -> Heard {
+        let mut heard = Heard::default();
+        messages.iter().for_each(|(at, payload, retained)| heard.take(message(*at, payload, *retained)));
+        heard.finish();
+        heard
+    }
+
+    #[test]
+    fn rates_and_gaps_are_those_of_what_was_sent_meanwhile() {
+        let heard = heard(&[(0, "1", true), (1000, "2", false), (1100, "3", false), (1300, "4", false)]);
+        assert_eq!((heard.count, heard.kept), (3, 1));
+        assert_eq!((heard.rate_hz().unwrap(), heard.longest_gap_s().unwrap()), (2.0 / 0.3, 0.2));
+        assert_eq!(heard.form(), "number");
+    }
+
+    #[test]
+    fn one_message_has_no_rate() {
+        let heard = heard(&[(5, "{\"x\": \"on\"}", false)]);
+        assert_eq!((heard.rate_hz(), heard.longest_gap_s(), heard.form()), (None, None, "JSON".to_owned()));
+    }
+
+    #[test]
+    fn fields_of_all_messages_are_told_with_their_last_values() {
+        let heard = heard(&[
+            (0, "{\"x\": 1}", false),
+            (1, "{\"y\": 2}", false),
+            (2, "{\"x\": 3}", false),
+            (3, "{", false),
+        ]);
+        let fields: Vec<String> =
+            heard.fields.iter().map(|leaf| format!("{} {:?}", leaf.path, leaf.content)).collect();
+        assert_eq!(fields, ["x Value(Number(3.0))", "y Value(Number(2.0))"]);
+        assert!(heard.unreadable.is_some());
+    }
+}

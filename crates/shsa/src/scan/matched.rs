@@ -1,0 +1,107 @@
+//! Which signals of a model are on the bus, and why the others are not.
+
+use super::heard::Heard;
+use crate::run::wires::{Wires, topic_and_field};
+use shsa_bridge::payload::Path;
+use shsa_bridge::{Clock, Message};
+use shsa_core::knowledge::{IdVec, KnowledgeBase, SignalId};
+use shsa_core::observation::RawValue;
+use shsa_core::unit::nearest;
+use shsa_format::recording::Source;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The signals of a model, and what was heard of them.
+pub(super) struct Matched {
+    pub(super) knowledge: KnowledgeBase,
+    wires: Wires,
+    ends: IdVec<SignalId, End>,
+}
+
+/// What was heard of one signal.
+#[derive(Clone, Default)]
+pub(super) struct End {
+    pub(super) topic: Arc<str>,
+    pub(super) path: Path,
+    /// Messages that had its field.
+    pub(super) readable: u64,
+    pub(super) value: Option<RawValue>,
+}
+
+/// A signal that was not heard.
+pub(super) struct Missing<'a> {
+    pub(super) signal: &'a str,
+    pub(super) source: &'a str,
+    pub(super) because: String,
+}
+
+impl Matched {
+    /// # Errors
+    /// When a signal's source names no topic and field.
+    pub(super) fn new(knowledge: KnowledgeBase) -> anyhow::Result<Matched> {
+        let wires = Wires::new(&knowledge)?;
+        let mut ends = IdVec::filled(knowledge.signals().len(), |_| End::default());
+        for (id, _) in knowledge.signals().enumerate() {
+            if let Ok(source) = source_of(&knowledge, id).parse::<Source>() {
+                let (topic, field) = topic_and_field(source);
+                ends[id] = End { topic, path: Path::parse(&field.path)?, ..End::default() };
+            }
+        }
+        Ok(Matched { knowledge, wires, ends })
+    }
+
+    pub(super) fn take(&mut self, message: &Message, clock: &Clock) {
+        let Matched { wires, ends, .. } = self;
+        wires.read(message, clock, |observation| {
+            let end = &mut ends[observation.signal];
+            end.readable += 1;
+            end.value = Some(observation.value);
+        });
+    }
+
+    /// Every signal with what was heard of it.
+    pub(super) fn signals(&self) -> impl Iterator<Item = (SignalId, &End)> {
+        self.knowledge.signals().enumerate().map(|(id, _)| (id, &self.ends[id]))
+    }
+
+    /// How many messages with a signal's field could be read: those that could not are observed as invalid, too.
+    pub(super) fn good(&self, id: SignalId) -> u64 {
+        self.ends[id].readable.saturating_sub(self.wires.unreadable(id).0)
+    }
+
+    /// The names of the signals that a field carries. What was never encoded has no fields, and carries all of its topic.
+    pub(super) fn carried(&self, topic: &str, heard: &Heard, path: &str) -> Vec<&str> {
+        let path = Path::parse(path).unwrap_or_default();
+        let is_field = |end: &End| heard.is_value() || end.path.steps == path.steps;
+        let is_it = |(_, end): &(SignalId, &End)| *end.topic == *topic && is_field(end);
+        self.signals().filter(is_it).map(|(id, _)| &*self.knowledge.signals()[id].name).collect()
+    }
+
+    /// The signals that no message carried.
+    pub(super) fn missing<'a>(
+        &'a self,
+        topics: &'a BTreeMap<Arc<str>, Heard>,
+    ) -> impl Iterator<Item = Missing<'a>> + 'a {
+        self.signals().filter(|(id, _)| self.good(*id) == 0).map(|(id, end)| Missing {
+            signal: &self.knowledge.signals()[id].name,
+            source: source_of(&self.knowledge, id),
+            because: self.because(id, end, topics),
+        })
+    }
+
+    fn because(&self, id: SignalId, end: &End, topics: &BTreeMap<Arc<str>, Heard>) -> String {
+        if topics.contains_key(&end.topic) {
+            let (_, unreadable) = self.wires.unreadable(id);
+            return unreadable.unwrap_or_else(|| "no message meets its condition".to_owned());
+        }
+        let near = nearest(&end.topic, topics.keys().map(|topic| &**topic));
+        let meant = near.map_or(String::new(), |near| format!("; did you mean {near}?"));
+        format!("nothing on {}{meant}", end.topic)
+    }
+}
+
+/// Where a signal is found: without a source under its own name.
+fn source_of(knowledge: &KnowledgeBase, id: SignalId) -> &str {
+    let signal = &knowledge.signals()[id];
+    if signal.source.is_empty() { &signal.name } else { &signal.source }
+}

@@ -1,0 +1,127 @@
+//! `shsa scan`: what is on the bus, at what rate, which signals it carries, and what is missing.
+//!
+//! `bus -> inbox -> Heard, topic by topic -> text, JSON, or the draft of a model`
+
+mod heard;
+mod matched;
+mod draft;
+mod json;
+mod text;
+
+use crate::bus::{Address, BusArguments};
+use crate::outcome::Outcome;
+use crate::{demo, show};
+use anyhow::bail;
+use heard::Heard;
+use matched::Matched;
+use shsa_bridge::memory::MemoryBus;
+use shsa_bridge::{Bridge, Clock, Inbox, Link};
+use shsa_core::time::Span;
+use shsa_format::recording::parse_span;
+use std::collections::BTreeMap;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Arguments of `shsa scan`.
+#[derive(clap::Args)]
+#[command(after_help = "Example: shsa scan --bus mqtt://localhost --for 10s --draft > model.yaml
+
+Exit status: 1 when nothing is heard, or a signal of the model is missing.")]
+pub(crate) struct Arguments {
+    /// A knowledge base: tells which signal each field carries, and which signals are missing.
+    model: Option<PathBuf>,
+    #[command(flatten)]
+    bus: BusArguments,
+    /// How long to listen, as `10 s`.
+    #[arg(long = "for", value_name = "TIME", default_value = "5s", value_parser = parse_span)]
+    duration: Span,
+    /// Write a model with the signals that were heard and that MODEL does not have, to be completed by hand.
+    #[arg(long, conflicts_with = "json")]
+    draft: bool,
+    /// Print one JSON object instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was heard, and for how long.
+struct Scan {
+    bus: String,
+    seconds: f64,
+    topics: BTreeMap<Arc<str>, Heard>,
+    matched: Option<Matched>,
+}
+
+/// Listens, and tells.
+///
+/// # Errors
+/// When the model is wrong, or the bus cannot be had.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let knowledge = arguments.model.as_deref().map(show::load_model).transpose()?;
+    let matched = knowledge.map(Matched::new).transpose()?;
+    let clock = Clock::running();
+    let inbox = Inbox::new(arguments.bus.queue, clock.clone());
+    let memory = MemoryBus::new(clock);
+    let mut bridge = arguments.bus.visit(inbox, &memory)?;
+    bridge.subscribe_all()?;
+    let stop = Arc::new(AtomicBool::new(false));
+    if arguments.bus.bus == Address::Memory {
+        show::tell("no bus was given: a simulated robot drives about in this process (see --bus)");
+        demo::simulate(&memory, &stop)?;
+    }
+    let duration = Duration::from_nanos(arguments.duration.0.unsigned_abs());
+    let mut scan = Scan {
+        bus: arguments.bus.bus.to_string(),
+        seconds: duration.as_secs_f64(),
+        topics: BTreeMap::new(),
+        matched,
+    };
+    scan.listen(bridge.as_mut(), duration);
+    scan.topics.values_mut().for_each(Heard::finish);
+    stop.store(true, Ordering::Release);
+    if let (true, Link::Down(reason)) = (scan.topics.is_empty(), bridge.link()) {
+        bail!("{}: {reason}", scan.bus);
+    }
+    tell_losses(bridge.as_mut());
+    let told = match (arguments.json, arguments.draft) {
+        (true, _) => json::shown(&scan),
+        (_, true) => draft::drafted(&scan),
+        _ => text::shown(&scan),
+    };
+    writeln!(std::io::stdout().lock(), "{}", told.trim_end())?;
+    let is_missing =
+        scan.matched.as_ref().is_some_and(|matched| matched.missing(&scan.topics).next().is_some());
+    Ok(if scan.topics.is_empty() || is_missing { Outcome::No } else { Outcome::Done })
+}
+
+impl Scan {
+    fn listen(&mut self, bridge: &mut dyn Bridge, duration: Duration) {
+        let inbox = bridge.inbox().clone();
+        let end = Instant::now() + duration;
+        while Instant::now() < end {
+            inbox.wait(end.saturating_duration_since(Instant::now()).min(Duration::from_millis(100)));
+            while let Some(message) = inbox.pop() {
+                if let Some(matched) = &mut self.matched {
+                    matched.take(&message, inbox.clock());
+                }
+                self.topics.entry(message.topic.clone()).or_default().take(message);
+                if Instant::now() >= end {
+                    return;
+                }
+            }
+        }
+    }
+}
+
+/// What could not be heard, and what was refused.
+fn tell_losses(bridge: &mut dyn Bridge) {
+    for losses in bridge.inbox().losses() {
+        let (topic, dropped) = (losses.topic, losses.dropped);
+        show::warn(format_args!(
+            "{topic}: {dropped} messages came faster than they could be read; see --queue"
+        ));
+    }
+    bridge.troubles().iter().for_each(show::warn);
+}

@@ -1,0 +1,56 @@
+//! `shsa scan` on the bus in memory: the simulated robot is heard, matched with its model, and drafted.
+
+use crate::folder::Folder;
+use serde_json::Value;
+
+const ROVER: &str = include_str!("../../../../models/rover.yaml");
+
+#[test]
+fn the_simulated_robot_is_heard_and_matched() {
+    let folder = Folder::with(&[("rover.yaml", ROVER.as_bytes())]);
+    let ended = folder.run("scan rover.yaml --for 1500ms --json");
+    assert_eq!(ended.status, 0, "{}", ended.stderr);
+    let told: Value = serde_json::from_str(&ended.stdout).unwrap();
+    let topics: Vec<&str> =
+        told["topics"].as_array().unwrap().iter().map(|it| it["topic"].as_str().unwrap()).collect();
+    assert_eq!(topics, ["/depth/image", "/lidar/scan", "/odom/speed", "/sonar/ranges"]);
+    let rate = told["topics"][2]["rate_hz"].as_f64().unwrap();
+    assert!((15.0..25.0).contains(&rate), "{rate}");
+    assert_eq!(told["topics"][0]["fields"][0]["kind"], "list");
+    for signal in told["signals"].as_array().unwrap() {
+        assert_eq!(signal["missing"], Value::Null, "{signal}");
+    }
+}
+
+#[test]
+fn a_signal_that_is_not_there_is_missing_with_its_reason() {
+    let folder = Folder::new();
+    let model =
+        "shsa: 1\nvariables: { v: { unit: m/s } }\nsignals:\n  speed: { variable: v, source: /odom/sped }\n";
+    folder.write("model.yaml", model);
+    let ended = folder.run("scan model.yaml --for 500ms");
+    assert_eq!(ended.status, 1, "{}", ended.stderr);
+    for words in ["Missing: 1 of 1 signal", "nothing on /odom/sped; did you mean /odom/speed?"] {
+        assert!(ended.stdout.contains(words), "{}", ended.stdout);
+    }
+}
+
+#[test]
+fn a_draft_is_a_model_that_hears_what_it_was_drafted_from() {
+    let folder = Folder::new();
+    let draft = folder.run("scan --for 700ms --draft").stdout;
+    folder.write("draft.yaml", &draft);
+    assert_eq!(folder.run("check draft.yaml").status, 0, "{draft}");
+    let again = folder.run("scan draft.yaml --for 700ms");
+    assert_eq!(again.status, 0, "{}", again.stdout);
+    assert!(again.stdout.contains("All 4 signals are there."), "{}", again.stdout);
+    assert!(folder.run("scan draft.yaml --for 700ms --draft").stdout.contains("Nothing new was heard."));
+}
+
+#[test]
+fn a_bus_that_is_not_there_is_told() {
+    let folder = Folder::new();
+    folder.refuses("scan --for 1s --bus nonsense", &["is no bus"]);
+    folder.refuses("scan --for 1", &["has no unit of time"]);
+    folder.refuses("scan --for 100ms --bus mqtt://127.0.0.1:1", &["mqtt://127.0.0.1:1", "refused"]);
+}
