@@ -3,7 +3,7 @@
 use super::heard::Heard;
 use crate::run::wires::{Wires, topic_and_field};
 use shsa_bridge::payload::Path;
-use shsa_bridge::{Clock, Message};
+use shsa_bridge::{Clock, Message, Quality};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, SignalId};
 use shsa_core::observation::RawValue;
 use shsa_core::unit::nearest;
@@ -90,13 +90,21 @@ impl Matched {
     }
 
     fn because(&self, id: SignalId, end: &End, topics: &BTreeMap<Arc<str>, Heard>) -> String {
-        if topics.contains_key(&end.topic) {
-            let (_, unreadable) = self.wires.unreadable(id);
-            return unreadable.unwrap_or_else(|| "no message meets its condition".to_owned());
+        if let Some(heard) = topics.get(&end.topic) {
+            return self.wires.unreadable(id).1.unwrap_or_else(|| not_observed(heard));
         }
         let near = nearest(&end.topic, topics.keys().map(|topic| &**topic));
         let meant = near.map_or(String::new(), |near| format!("; did you mean {near}?"));
         format!("nothing on {}{meant}", end.topic)
+    }
+}
+
+/// Why messages that can be read are no observations.
+fn not_observed(heard: &Heard) -> String {
+    match heard.quality {
+        _ if heard.count == 0 => "only messages that the bus had kept, of unknown age".to_owned(),
+        Some(quality) if quality != Quality::Good => format!("its publisher says {quality}: no evidence"),
+        _ => "no message meets its condition".to_owned(),
     }
 }
 
