@@ -19,6 +19,7 @@ mod plan;
 mod replay;
 mod requirements;
 mod run;
+mod service;
 mod show;
 mod story;
 mod tell;
@@ -57,6 +58,8 @@ enum Command {
     Replay(replay::Arguments),
     /// Heal a running system: watch its bus, and go on providing what is needed.
     Run(run::Arguments),
+    /// Compute one value from others, as messages come: inputs, a formula, outputs.
+    Service(service::Arguments),
     /// Tell why a signal was suspected: who disagreed, who else it could have been, what would have cleared it.
     Explain(explain::Arguments),
     /// Learn errors, delays and offsets from healthy recordings, and test them on what came later.
@@ -88,6 +91,7 @@ fn main() -> ExitCode {
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Service(arguments) => service::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Campaign(arguments) => campaign::run(&arguments),

@@ -122,7 +122,7 @@ impl End {
 }
 
 /// A source that names only one thing names the topic.
-fn topic_and_field(source: Source) -> (Arc<str>, Field) {
+pub(crate) fn topic_and_field(source: Source) -> (Arc<str>, Field) {
     let (topic, field) = match source.file {
         Some(topic) => (topic, source.field),
         None => (source.field, String::new()),

@@ -20,6 +20,7 @@ mod parts;
 mod plan;
 mod reload;
 mod replay;
+mod service;
 mod streams;
 mod thesis;
 mod wrong;
