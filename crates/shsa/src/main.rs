@@ -20,6 +20,7 @@ mod replay;
 mod requirements;
 mod run;
 mod scan;
+mod service;
 mod show;
 mod story;
 mod tell;
@@ -60,6 +61,8 @@ enum Command {
     Run(run::Arguments),
     /// Tell what is on a bus: topics, fields, rates, which signals of a model they carry; draft a model of it.
     Scan(scan::Arguments),
+    /// Compute one value from others, as messages come: inputs, a formula, outputs.
+    Service(service::Arguments),
     /// Tell why a signal was suspected: who disagreed, who else it could have been, what would have cleared it.
     Explain(explain::Arguments),
     /// Learn errors, delays and offsets from healthy recordings, and test them on what came later.
@@ -92,6 +95,7 @@ fn main() -> ExitCode {
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Scan(arguments) => scan::run(&arguments),
+        Command::Service(arguments) => service::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Campaign(arguments) => campaign::run(&arguments),

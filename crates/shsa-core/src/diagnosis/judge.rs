@@ -544,20 +544,15 @@ impl Judge {
         witnessed && is_sound
     }
 
-    /// Looks again when the first comparison with a signal that needs no witness is stale; where it has said nothing since
-    /// a restart, after its probation.
+    /// Looks again when the first comparison with a signal that needs no witness is stale.
     fn await_staleness(&mut self, monitor: &Monitor, component: Component, now: Time) {
-        if let Component::Signal(signal) = component
-            && !monitor.watch().has_spoken(signal)
-        {
-            self.look_again(now + self.probation_of(signal));
-        }
         let pairs = monitor.pairs().iter().filter(|pair| rests_on(monitor, pair, component));
         let stale = pairs.filter_map(|pair| pair.window.stale_at()).filter(|at| *at > now).min();
         stale.into_iter().for_each(|at| self.look_again(at));
     }
 
-    fn look_again(&mut self, at: Time) {
+    /// Asks for a review at a moment.
+    pub fn look_again(&mut self, at: Time) {
         self.next_review = Some(self.next_review.map_or(at, |earlier| earlier.min(at)));
     }
 

@@ -82,6 +82,8 @@ pub struct Engine {
     /// Signals that speak again after silence, and since when: not used before their probation is over.
     returning: Vec<(SignalId, Time)>,
     probation: Span,
+    /// Signals that were accused before a restart and have given no value since: their first one is news to the judge.
+    unheard: Vec<SignalId>,
     /// The accusations that stand, as they were told.
     charges: BTreeMap<Component, Charge>,
     options: Options,
@@ -124,6 +126,7 @@ impl Engine {
             changes: Vec::with_capacity(8),
             returning: Vec::new(),
             probation,
+            unheard: Vec::new(),
             charges: BTreeMap::new(),
             options,
         }
@@ -233,6 +236,13 @@ impl Engine {
         self.changes.extend(observed.change);
         for provider in self.providers.iter_mut().filter(|_| observed.kept) {
             provider.observe(&self.knowledge, observation);
+        }
+        if observed.kept && !self.unheard.is_empty() {
+            let witness = self.knowledge.witness(observation.signal);
+            let is_first = self.unheard.iter().position(|signal| *signal == witness);
+            if is_first.map(|at| self.unheard.swap_remove(at)).is_some() {
+                self.judge.look_again(now);
+            }
         }
         self.waiting = true;
     }

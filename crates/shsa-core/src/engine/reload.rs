@@ -45,6 +45,7 @@ impl Engine {
         self.outputs.push_back(Output::Reloaded(now));
         let source = |(signal, since): &(SignalId, Time)| Some((lineage.source(*signal)?, *since));
         self.returning = old.returning.iter().filter_map(source).collect();
+        self.unheard = old.unheard.iter().filter_map(|signal| lineage.signal(*signal)).collect();
         let orders = old.standing_orders();
         let inheritance = self.monitor.inherit(old.monitor, lineage, now);
         let dropped = self.judge.inherit(&old.judge, &self.monitor, lineage, &inheritance);

@@ -11,7 +11,7 @@ use super::snapshot::{Missing, Published, Remembered, Served, Snapshot, Trending
 use crate::alignment::Sample;
 use crate::diagnosis::{Component, Record};
 use crate::interval::Interval;
-use crate::knowledge::NeedId;
+use crate::knowledge::{NeedId, SignalId};
 use crate::monitor::{Absence, Pair, TrendRecord, WatchedWay, WayIndex};
 use crate::time::Time;
 use alloc::collections::BTreeMap;
@@ -108,8 +108,9 @@ impl Engine {
         match subject.find(&self.knowledge) {
             Ok(component @ (Component::Signal(_) | Component::Relation(_))) => {
                 let cleared = record.cleared.map(|at| at.min(now));
-                self.judge.recall(component, Record { cleared, ..*record }, now);
+                self.judge.recall(component, Record { cleared, ..*record });
                 if record.verdict.is_some() {
+                    self.unheard.extend(signal_of(component));
                     self.charges.extend(charge.clone().map(|charge| (component, charge)));
                 }
             }
@@ -146,6 +147,13 @@ impl Engine {
             Some(absence) => self.monitor.expect_absent(signal, absence),
             None => self.returning.push((signal, now)),
         }
+    }
+}
+
+fn signal_of(component: Component) -> Option<SignalId> {
+    match component {
+        Component::Signal(signal) => Some(signal),
+        Component::Relation(_) | Component::Cause(_) => None,
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::drafts::{need, relation, remove, signal, two_systems, variable};
 use proptest::prelude::*;
 use shsa_core::diagnosis::Verdict;
-use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Output};
+use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Order, Output, Subject};
 use shsa_core::knowledge::{Bounds, Draft, Edit, KnowledgeBase, Model, Section, SignalDraft};
 use shsa_core::monitor::{WatchedWay, WayIndex};
 use shsa_core::observation::{Observation, RawValue};
@@ -374,6 +374,44 @@ fn silence_is_remembered_and_what_is_new_has_time_to_speak() {
     assert_eq!(silences(&stage), 2, "the new signal that never speaks");
     let event = stage.last_event(EventKind::Silent);
     assert!(event.time > Time::from_seconds(5.2) && event.because.contains("none ever"), "{event:?}");
+}
+
+#[test]
+fn orders_outlast_a_change_as_long_as_what_they_name_does() {
+    let (before, after) = halves();
+    let mut stage = Stage::new(two_systems());
+    stage.run(&before);
+    let forbid = Order::Forbid(Subject::Signal("gnss".to_owned()));
+    let force = Order::Force { need: "climb".to_owned(), source: "barometer by climbing".to_owned() };
+    for order in [&forbid, &force] {
+        stage.engine.order(order, Time::from_seconds(5.0)).unwrap();
+    }
+    stage.listen();
+    let refusals = |stage: &Stage| -> Vec<String> {
+        let refused = stage.events.iter().filter(|event| event.kind == EventKind::Refused);
+        refused.map(|event| event.because.clone()).collect()
+    };
+    assert_eq!(stage.source(2).as_deref(), Some("barometer by climbing"));
+    // The forbidden signal is described anew and means the same to the operator.
+    let anew = Edit::Signal(signal("gnss", "speed", "10 Hz", "0.4"));
+    stage.change(5.0, &[anew, remove(Section::Signals, "wheel_2")]);
+    assert_eq!(stage.engine.standing_orders().len(), 2);
+    assert_eq!(stage.source(2).as_deref(), Some("barometer by climbing"));
+    assert!(refusals(&stage).is_empty());
+    let (soon, later): (Vec<Row>, Vec<Row>) = after.into_iter().partition(|row| row.1 < 7.0);
+    stage.run(&soon);
+    assert_ne!(stage.source(0).as_deref(), Some("gnss"));
+    // What they name is gone: told, and the need chooses for itself.
+    stage.change(7.0, &[remove(Section::Signals, "gnss"), remove(Section::Signals, "barometer")]);
+    stage.run(&later);
+    assert_eq!(stage.engine.standing_orders(), []);
+    assert_eq!(stage.source(2).as_deref(), Some("vario"));
+    let [signal, source] = &refusals(&stage)[..] else { panic!("{:?}", refusals(&stage)) };
+    assert!(
+        signal.starts_with("`forbid gnss` is not in force any more: there is no signal `gnss`"),
+        "{signal}"
+    );
+    assert!(source.contains("there is no source of /healed/climb that could run now"), "{source}");
 }
 
 #[test]

@@ -19,6 +19,8 @@ mod outlet;
 mod session;
 pub(crate) mod wires;
 
+pub(crate) use wires::topic_and_field;
+
 use crate::bus::{Address, BusArguments};
 use crate::outcome::Outcome;
 use crate::watch::Watching;
@@ -173,7 +175,7 @@ fn models(paths: &[PathBuf]) -> anyhow::Result<Vec<(PathBuf, Live)>> {
 }
 
 /// A flag that is raised when the process is asked to end; the wait for the inbox ends then.
-fn stop_on_signals(inbox: Inbox) -> anyhow::Result<Arc<AtomicBool>> {
+pub(crate) fn stop_on_signals(inbox: Inbox) -> anyhow::Result<Arc<AtomicBool>> {
     let stop = Arc::new(AtomicBool::new(false));
     let mut signals = Signals::new([SIGINT, SIGTERM]).context("listening for signals")?;
     let raised = stop.clone();

@@ -2,12 +2,14 @@
 
 use crate::folder::Folder;
 
-const COMMANDS: [&str; 15] = [
+const COMMANDS: [&str; 17] = [
     "check",
     "plan",
     "analyze",
     "monitor",
     "replay",
+    "run",
+    "service",
     "explain",
     "calibrate",
     "campaign",

@@ -21,6 +21,7 @@ mod plan;
 mod reload;
 mod replay;
 mod scan;
+mod service;
 mod streams;
 mod thesis;
 mod wrong;

@@ -102,13 +102,10 @@ impl Judge {
     }
 
     /// Goes on with what was thought before a restart: an accusation stands until evidence that is new speaks against it.
-    pub fn recall(&mut self, component: Component, record: Record, now: Time) {
+    pub fn recall(&mut self, component: Component, record: Record) {
         let Record { verdict, alone, convicted, cleared, relapses, said } = record;
         let relapses = relapses.min(super::MOST_RELAPSES);
         let standing = Standing { verdict, alone, convicted, cleared, relapses, said, ..Standing::default() };
         self.put(component, standing);
-        if verdict.is_some() {
-            self.look_again(now);
-        }
     }
 }

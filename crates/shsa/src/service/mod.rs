@@ -1,0 +1,166 @@
+//! `shsa service`: inputs, a program, outputs; the generic service of the thesis (Algorithm 1, Listing 1.1).
+//!
+//! ```text
+//! bus -> ports (latest values) -> formulas -> outlets -> bus
+//! ```
+
+mod outlet;
+mod ports;
+mod program;
+mod session;
+mod stdio;
+mod timing;
+
+use crate::bus::BusArguments;
+use crate::outcome::{AlreadyTold, Outcome};
+use crate::run::stop_on_signals;
+use crate::show;
+use outlet::Outlet;
+use ports::Ports;
+use program::Formulas;
+use session::{Session, Watch};
+use shsa_bridge::memory::MemoryBus;
+use shsa_bridge::{Bridge, Clock, Inbox, Provenance, Quality};
+use shsa_core::observation::RawValue;
+use shsa_core::time::{Span, Time, Validity};
+use shsa_format::recording::parse_span;
+use std::time::Instant;
+use stdio::Pipes;
+use timing::{Figures, Pace};
+
+/// Evaluations before the start, the fastest of which a period must hold.
+const TRIALS: usize = 32;
+
+/// Arguments of `shsa service`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example: shsa service -i /left#data -i /right#data -p \"y = (x[0] + x[1]) / 2\" -o /mean#data --bus zenoh
+
+x[0], x[1].. are the inputs and y[0], y[1].. the outputs, in their order; x and y alone where there is one.
+The language is that of the models, without units: + - * / ^, if, min, max, sqrt, either, previous, derivative,
+integral, delay and so on. An input that is missing or too old gives no value, and so does what needs it.
+Exit status: 0 after a signal or the end of its life; 1 the bus was gone for too long; 2 bad usage."
+)]
+pub(crate) struct Arguments {
+    /// An input, as TOPIC#FIELD; once for each.
+    #[arg(short, long = "input", value_name = "TOPIC#FIELD")]
+    input: Vec<String>,
+    /// What is computed: `y = x[0] + x[1]`; several statements with `;` or several times.
+    #[arg(short, long, value_name = "FORMULA", required = true)]
+    program: Vec<String>,
+    /// An output, as TOPIC or TOPIC#FIELD; once for each.
+    #[arg(short, long = "output", value_name = "TOPIC#FIELD", required = true)]
+    output: Vec<String>,
+    /// Compute in this period, as `100 ms`, on the latest values; else with each new value, when all inputs are known.
+    #[arg(long, value_name = "TIME", value_parser = parse_span, conflicts_with = "complete")]
+    period: Option<Span>,
+    /// Wait until every input has a new value.
+    #[arg(long)]
+    complete: bool,
+    /// How old a value may be when it is used; once for all inputs, or once for each.
+    #[arg(long, value_name = "TIME", value_parser = parse_span)]
+    max_age: Vec<Span>,
+    /// Inputs that are lists, by their numbers: `0,2`.
+    #[arg(long, value_name = "N", value_delimiter = ',')]
+    vector: Vec<usize>,
+    /// Tell the figures on standard error in this period, and at the end: counts, execution times.
+    #[arg(long, value_name = "TIME", value_parser = parse_span)]
+    stats: Option<Span>,
+    /// End when the bus has been gone for this time; else it is waited for.
+    #[arg(long, value_name = "TIME", value_parser = parse_span)]
+    patience: Option<Span>,
+    /// End by itself after this time.
+    #[arg(long = "for", value_name = "TIME", value_parser = parse_span)]
+    duration: Option<Span>,
+    /// What it is called on the bus.
+    #[arg(long, default_value = "shsa-service", value_name = "NAME")]
+    name: String,
+    /// Instead of a bus: messages on standard input and output, as lines like
+    /// {"topic": "/left", "payload": {"data": 1.5}, "stamp_ns": 5}.
+    #[arg(long, conflicts_with = "bus")]
+    stdio: bool,
+    #[command(flatten)]
+    bus: BusArguments,
+}
+
+/// Computes until it is interrupted, or its time is over.
+///
+/// # Errors
+/// When the arguments are wrong, or the bus cannot be had or refuses something.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let outlets =
+        arguments.output.iter().map(|text| Outlet::new(text)).collect::<anyhow::Result<Vec<_>>>()?;
+    let counts = (arguments.input.len(), outlets.len());
+    if let Some(at) = arguments.vector.iter().find(|at| **at >= counts.0) {
+        anyhow::bail!("--vector {at}: there are {} inputs, counted from 0", counts.0);
+    }
+    if counts.0 == 0 && arguments.period.is_none() {
+        anyhow::bail!("a service without inputs computes nothing on its own: give it a --period");
+    }
+    let formulas = Formulas::read(&arguments.program, counts, &arguments.vector).map_err(|problems| {
+        show::tell(problems.trim_end());
+        AlreadyTold
+    })?;
+    let mut formulas = formulas;
+    let pace = match (arguments.period, arguments.complete) {
+        (Some(period), _) => Pace::Every(fit_period(period, &mut formulas, arguments)?),
+        (None, true) => Pace::All,
+        (None, false) => Pace::Any,
+    };
+    let ports = Ports::new(&arguments.input, &arguments.max_age)?;
+    let clock = Clock::running();
+    let inbox = Inbox::new(arguments.bus.queue, clock.clone());
+    let stop = stop_on_signals(inbox.clone())?;
+    let mut bridge: Box<dyn Bridge> = match arguments.stdio {
+        true => Box::new(Pipes::open(inbox, stop.clone())?),
+        false => arguments.bus.open(&arguments.name, inbox, &MemoryBus::new(clock.clone()))?,
+    };
+    for topic in ports.topics() {
+        bridge.subscribe(topic, None)?;
+    }
+    let source = format!("{} by {}", arguments.input.join(", "), arguments.program.join("; "));
+    let session = Session {
+        bridge,
+        ports,
+        formulas,
+        outlets,
+        pace,
+        figures: Figures::new()?,
+        provenance: Provenance { quality: Quality::Good, source },
+        stop,
+        until: arguments.duration.map(|duration| clock.now() + duration),
+        patience: arguments.patience,
+        stats: arguments.stats,
+        watch: Watch::default(),
+    };
+    session.run()
+}
+
+/// A period in which the program can be evaluated at all: what takes longer later is shed.
+fn fit_period(period: Span, formulas: &mut Formulas, arguments: &Arguments) -> anyhow::Result<Span> {
+    if period <= Span::ZERO {
+        anyhow::bail!("a period is longer than no time");
+    }
+    let example = |at: usize| match arguments.vector.contains(&at) {
+        true => RawValue::Vector(vec![1.0; 16]),
+        false => RawValue::Number(1.0),
+    };
+    let values: Vec<RawValue> = (0..arguments.input.len()).map(example).collect();
+    let values: Vec<Option<&RawValue>> = values.iter().map(Some).collect();
+    let trial = |number: usize| {
+        let at = Time::from_seconds(number as f64);
+        let began = Instant::now();
+        formulas.evaluate(&values, Validity { from: at, to: at });
+        began.elapsed()
+    };
+    let fastest = (0..TRIALS).map(trial).min().unwrap_or_default();
+    formulas.reset();
+    if fastest.as_nanos() > u128::from(period.0.unsigned_abs()) {
+        anyhow::bail!(
+            "a period of {:.3} us is shorter than one evaluation, which takes {:.3} us at the least",
+            period.seconds() * 1e6,
+            fastest.as_secs_f64() * 1e6
+        );
+    }
+    Ok(period)
+}

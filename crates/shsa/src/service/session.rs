@@ -1,0 +1,188 @@
+//! The loop of a service: values in, the program, values out.
+
+use super::outlet::Outlet;
+use super::ports::Ports;
+use super::program::Formulas;
+use super::timing::{Beat, Figures, Pace};
+use crate::outcome::Outcome;
+use crate::show;
+use shsa_bridge::{Bridge, Clock, Link, Provenance};
+use shsa_core::time::{Span, Time, Validity};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Nothing is waited for longer than this: the link and the end are looked at.
+const LONGEST_REST: Span = Span::from_millis(100);
+
+/// A service under way.
+pub(super) struct Session {
+    pub(super) bridge: Box<dyn Bridge>,
+    pub(super) ports: Ports,
+    pub(super) formulas: Formulas,
+    pub(super) outlets: Vec<Outlet>,
+    pub(super) pace: Pace,
+    pub(super) figures: Figures,
+    /// What its outputs come from, for those who read it.
+    pub(super) provenance: Provenance,
+    pub(super) stop: Arc<AtomicBool>,
+    /// When it ends by itself.
+    pub(super) until: Option<Time>,
+    /// How long the bus may be gone.
+    pub(super) patience: Option<Span>,
+    /// How often the figures are told.
+    pub(super) stats: Option<Span>,
+    pub(super) watch: Watch,
+}
+
+/// What the session keeps an eye on.
+#[derive(Debug, Default)]
+pub(super) struct Watch {
+    /// The newest moment that a value was true.
+    at: Option<Time>,
+    down_since: Option<Time>,
+    told: Option<Time>,
+    is_shedding: bool,
+}
+
+impl Session {
+    /// Goes on until it is stopped or its time is over; the answer is no when the bus was gone for too long.
+    ///
+    /// # Errors
+    /// When the bus refuses what is published.
+    pub(super) fn run(mut self) -> anyhow::Result<Outcome> {
+        let mut beat = match self.pace {
+            Pace::Every(period) => Some(Beat::new(period, self.now())),
+            Pace::Any | Pace::All => None,
+        };
+        let outcome = loop {
+            self.hear()?;
+            if let Some(beat) = &mut beat {
+                self.keep_time(beat)?;
+            }
+            if self.has_lost_the_bus() {
+                break Outcome::No;
+            }
+            self.tell_figures();
+            // What has come until the end is worked on.
+            if self.is_over() && (self.bridge.inbox().is_empty() || self.until.is_some()) {
+                break Outcome::Done;
+            }
+            self.rest(beat.as_ref().map(Beat::next));
+        };
+        if self.stats.is_some() {
+            self.tell();
+        }
+        Ok(outcome)
+    }
+
+    fn is_over(&self) -> bool {
+        self.stop.load(Ordering::Acquire) || self.until.is_some_and(|until| self.now() >= until)
+    }
+
+    fn clock(&self) -> Clock {
+        self.bridge.inbox().clock().clone()
+    }
+
+    fn now(&self) -> Time {
+        self.bridge.inbox().clock().now()
+    }
+
+    fn hear(&mut self) -> anyhow::Result<()> {
+        let clock = self.clock();
+        // No more than waits now: a flood must not keep the time from being looked at.
+        for _ in 0..self.bridge.inbox().len() {
+            let Some(message) = self.bridge.receive() else { break };
+            let Some(stamp) = self.ports.hear(&message, &clock) else { continue };
+            let at = self.watch.at.map_or(stamp, |before| before.max(stamp));
+            self.watch.at = Some(at);
+            let is_due = match self.pace {
+                Pace::Any => self.ports.are_known(),
+                Pace::All => self.ports.are_new(),
+                Pace::Every(_) => false,
+            };
+            if is_due {
+                self.compute(at)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn keep_time(&mut self, beat: &mut Beat) -> anyhow::Result<()> {
+        let now = self.now();
+        let Some(missed) = beat.take(now) else { return Ok(()) };
+        self.figures.shed += missed;
+        if missed > 0 && !self.watch.is_shedding {
+            self.watch.is_shedding = true;
+            let worst = self.figures.worst().seconds() * 1e3;
+            show::warn(format_args!(
+                "not every period was kept (worst observed execution time {worst:.3} ms): what is overdue is left out"
+            ));
+        }
+        if self.ports.are_known() {
+            self.compute(now)?;
+        }
+        Ok(())
+    }
+
+    fn compute(&mut self, at: Time) -> anyhow::Result<()> {
+        let clock = self.clock();
+        let began = Instant::now();
+        let values = self.ports.values(clock.now());
+        let outputs = self.formulas.evaluate(&values, Validity { from: at, to: at });
+        self.ports.use_up();
+        self.provenance.quality = self.ports.quality();
+        for (outlet, value) in self.outlets.iter().zip(outputs) {
+            match value {
+                Some(value) => {
+                    outlet.send(&value, clock.by_wall(at), &self.provenance, self.bridge.as_mut())?;
+                    self.figures.published += 1;
+                }
+                None => self.figures.without += 1,
+            }
+        }
+        self.figures.took(began.elapsed());
+        Ok(())
+    }
+
+    fn has_lost_the_bus(&mut self) -> bool {
+        let now = self.now();
+        let Link::Down(why) = self.bridge.link() else {
+            self.watch.down_since = None;
+            return false;
+        };
+        let since = *self.watch.down_since.get_or_insert(now);
+        let is_too_long = self.patience.is_some_and(|patience| now - since > patience);
+        if is_too_long {
+            show::fail(format_args!("the bus has been gone for {:.1} s: {why}", (now - since).seconds()));
+        }
+        is_too_long
+    }
+
+    fn tell_figures(&mut self) {
+        let now = self.now();
+        let Some(every) = self.stats else { return };
+        let last = *self.watch.told.get_or_insert(now);
+        if now - last >= every {
+            self.watch.told = Some(now);
+            self.tell();
+        }
+    }
+
+    fn tell(&mut self) {
+        let unreadable = match (&self.ports.because, self.ports.unreadable) {
+            (Some(because), count) => format!("; unreadable {count}, the last one: {because}"),
+            (None, _) => String::new(),
+        };
+        let dropped = self.bridge.inbox().dropped();
+        let troubles: String = self.bridge.troubles().iter().map(|trouble| format!("; {trouble}")).collect();
+        show::tell(&format!("{}; dropped {dropped}{unreadable}{troubles}", self.figures));
+    }
+
+    fn rest(&self, next: Option<Time>) {
+        let until = next.map_or(LONGEST_REST, |next| (next - self.now()).min(LONGEST_REST));
+        if until > Span::ZERO {
+            self.bridge.inbox().wait(Duration::from_nanos(u64::try_from(until.0).unwrap_or(0)));
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! A bus of two pipes: what others would publish comes in on standard input, and what is published goes out on standard
+//! output, a JSON object a line. So a service needs no network to be tried, nor when somebody else carries its messages.
+//!
+//! `{"topic": "/input1", "payload": 1.5, "stamp_ns": 5}`; the payload is what a message would hold. The stamp may be left away,
+//! and so may `quality`, the name of a status code.
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+use shsa_bridge::payload::plain;
+use shsa_bridge::{Bridge, BridgeError, Inbox, Link, Message, Outgoing, Payload, PublisherId, Quality};
+use shsa_core::time::Time;
+use std::collections::BTreeSet;
+use std::io::{self, BufRead, Read, Write};
+use std::process;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+
+/// The longest line that is read, bytes.
+const LONGEST: u64 = 8 << 20;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Line {
+    topic: String,
+    payload: Value,
+    stamp_ns: Option<i64>,
+    /// The name of its status code.
+    quality: Option<String>,
+}
+
+/// Standard input and output as a bus.
+pub(super) struct Pipes {
+    inbox: Inbox,
+    topics: Arc<Mutex<BTreeSet<String>>>,
+    broken: Arc<AtomicU64>,
+    told: u64,
+}
+
+impl Pipes {
+    /// Reads from now on; the end of the input raises `stop`.
+    ///
+    /// # Errors
+    /// When no thread can be had.
+    pub(super) fn open(inbox: Inbox, stop: Arc<AtomicBool>) -> io::Result<Pipes> {
+        let topics = Arc::new(Mutex::new(BTreeSet::new()));
+        let broken = Arc::new(AtomicU64::new(0));
+        let pipes = Pipes { inbox: inbox.clone(), topics: topics.clone(), broken: broken.clone(), told: 0 };
+        thread::Builder::new().name("stdin".into()).spawn(move || {
+            let mut input = io::stdin().lock();
+            let mut line = Vec::new();
+            while matches!(input.by_ref().take(LONGEST).read_until(b'\n', &mut line), Ok(read) if read > 0) {
+                match message(&line, &inbox) {
+                    Some(message) if is_wanted(&topics, &message.topic) => inbox.push(message),
+                    Some(_) => {}
+                    None if line.trim_ascii().is_empty() => {}
+                    None => _ = broken.fetch_add(1, Ordering::Relaxed),
+                }
+                line.clear();
+            }
+            stop.store(true, Ordering::Release);
+            inbox.wake();
+        })?;
+        Ok(pipes)
+    }
+}
+
+fn is_wanted(topics: &Mutex<BTreeSet<String>>, topic: &str) -> bool {
+    topics.lock().unwrap_or_else(PoisonError::into_inner).contains(topic)
+}
+
+fn message(line: &[u8], inbox: &Inbox) -> Option<Message> {
+    let line: Line = serde_json::from_slice(line).ok()?;
+    let payload = Payload::Bytes(line.payload.to_string().into_bytes().into());
+    let stamp = line.stamp_ns.map(Time);
+    let quality = line.quality.as_deref().and_then(Quality::named);
+    Some(Message { stamp, quality, ..Message::new(line.topic.into(), inbox.clock().now(), payload) })
+}
+
+impl Bridge for Pipes {
+    fn publisher(&self) -> PublisherId {
+        PublisherId(u128::from(process::id()))
+    }
+
+    fn inbox(&self) -> &Inbox {
+        &self.inbox
+    }
+
+    fn subscribe(&mut self, topic: &str, _: Option<&str>) -> Result<(), BridgeError> {
+        self.topics.lock().unwrap_or_else(PoisonError::into_inner).insert(topic.to_owned());
+        Ok(())
+    }
+
+    fn subscribe_all(&mut self) -> Result<(), BridgeError> {
+        Err(BridgeError::Configuration("standard input is read by topic".into()))
+    }
+
+    fn publish(&mut self, message: Outgoing<'_>) -> Result<(), BridgeError> {
+        let text = match &message.payload {
+            Payload::Value(value) => plain(value),
+            Payload::Bytes(bytes) => String::from_utf8_lossy(bytes).into_owned(),
+        };
+        let payload: Value = serde_json::from_str(&text).unwrap_or(Value::String(text));
+        let quality = message.provenance.map(|provenance| provenance.quality.name());
+        let line = json!({
+            "topic": message.topic, "payload": payload, "stamp_ns": message.stamp.0, "quality": quality
+        });
+        let mut output = io::stdout().lock();
+        writeln!(output, "{line}")
+            .and_then(|()| output.flush())
+            .map_err(|error| BridgeError::Configuration(format!("standard output: {error}")))
+    }
+
+    fn link(&self) -> Link {
+        Link::Up
+    }
+
+    fn troubles(&mut self) -> Vec<BridgeError> {
+        let broken = self.broken.load(Ordering::Relaxed);
+        let new = broken - std::mem::replace(&mut self.told, broken);
+        let told = || BridgeError::Configuration(format!("{new} lines of standard input are no messages"));
+        (new > 0).then(told).into_iter().collect()
+    }
+}
