@@ -11,6 +11,7 @@ mod clock;
 mod error;
 mod inbox;
 mod provenance;
+pub mod cdr;
 pub mod payload;
 #[cfg(feature = "memory")]
 pub mod memory;
@@ -18,6 +19,8 @@ pub mod memory;
 pub mod mqtt;
 #[cfg(feature = "zenoh")]
 pub mod zenoh;
+#[cfg(feature = "ros2")]
+pub mod ros2;
 
 pub use clock::Clock;
 pub use error::BridgeError;

@@ -1,5 +1,7 @@
 //! The Zenoh bridge against independent Python clients and routers, and against itself.
 
+#[macro_use]
+mod contract;
 mod real;
 
 use bytes::Bytes;
@@ -41,6 +43,79 @@ fn script(python: &Path, mode: &str, side: &str, endpoint: &str) -> Script {
 fn router(python: &Path, port: u16) -> Script {
     script(python, "router", "listen", &tcp(port))
 }
+
+/// One that holds messages back as long as it must: on a busy machine consumers stand still for longer than a router
+/// waits by itself.
+fn patient_router(python: &Path, port: u16) -> Script {
+    let queue = "transport/link/tx/queue";
+    let config = json!({
+        "mode": "router", "scouting/multicast/enabled": false, "listen/endpoints": [tcp(port)],
+        format!("{queue}/size/real_time"): 16,
+        format!("{queue}/congestion_control/drop/wait_before_drop"): 2_000_000,
+        format!("{queue}/congestion_control/drop/max_wait_before_drop_fragments"): 10_000_000,
+    });
+    Script::start(python, "zenoh_client.py", &config)
+}
+
+/// Peers that listen, each connected to those before it: no peer passes on what others say.
+#[derive(Default)]
+struct Peers {
+    ports: Vec<u16>,
+}
+
+impl contract::Middleware for Peers {
+    fn bridge(&mut self, _name: &str, inbox: Inbox) -> Box<dyn Bridge> {
+        let port = free_port();
+        let connect = self.ports.iter().map(|port| tcp(*port)).collect();
+        self.ports.push(port);
+        Box::new(ZenohBridge::open(&Options { connect, ..listening(port) }, inbox).unwrap())
+    }
+
+    fn break_it(&mut self) -> bool {
+        false
+    }
+
+    fn mend_it(&mut self) {}
+}
+
+/// Clients of a router that is not ours.
+struct Routed {
+    python: PathBuf,
+    port: u16,
+    router: Option<Script>,
+}
+
+impl Routed {
+    fn start() -> Option<Routed> {
+        let (python, port) = (python()?, free_port());
+        let router = Some(patient_router(&python, port));
+        Some(Routed { python, port, router })
+    }
+}
+
+impl contract::Middleware for Routed {
+    fn bridge(&mut self, _name: &str, inbox: Inbox) -> Box<dyn Bridge> {
+        Box::new(ZenohBridge::open(&client(self.port), inbox).unwrap())
+    }
+
+    fn break_it(&mut self) -> bool {
+        self.router = None;
+        true
+    }
+
+    fn mend_it(&mut self) {
+        self.router = Some(patient_router(&self.python, self.port));
+    }
+}
+
+contract!(peers, Peers::default());
+contract!(
+    routed,
+    match Routed::start() {
+        Some(routed) => routed,
+        None => return,
+    }
+);
 
 #[track_caller]
 fn next(bridge: &mut ZenohBridge) -> Message {
@@ -161,14 +236,7 @@ fn a_burst_arrives_in_order_and_a_huge_payload_whole() {
 fn so_they_do_through_a_router() {
     let Some(python) = python() else { return };
     let port = free_port();
-    let queue = "transport/link/tx/queue";
-    let config = json!({
-        "mode": "router", "scouting/multicast/enabled": false, "listen/endpoints": [tcp(port)],
-        format!("{queue}/size/real_time"): 16,
-        format!("{queue}/congestion_control/drop/wait_before_drop"): 2_000_000,
-        format!("{queue}/congestion_control/drop/max_wait_before_drop_fragments"): 10_000_000,
-    });
-    let _router = Script::start(&python, "zenoh_client.py", &config);
+    let _router = patient_router(&python, port);
     burst(&mut open(&client(port)), &mut open(&client(port)));
 }
 

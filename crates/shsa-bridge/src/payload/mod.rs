@@ -10,6 +10,7 @@ mod path;
 mod stamp;
 mod unreadable;
 mod wanted;
+mod typed;
 mod reader;
 mod writer;
 mod explore;

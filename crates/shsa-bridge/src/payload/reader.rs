@@ -4,10 +4,13 @@ use super::Unreadable;
 use super::json::{self, Broken, Kind, Place};
 use super::path::{Path, Step, is_text};
 use super::stamp;
+use super::typed::{Typed, is_message_type, text_in};
 use super::wanted::{Node, ROOT, Wanted};
+use crate::cdr::Types;
 use crate::{BridgeError, Message, Payload};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
+use std::sync::Arc;
 
 /// The usual limit of a payload, bytes: a camera's picture is refused, a laser's scan as text is read.
 pub const SIZE_LIMIT: usize = 4 << 20;
@@ -56,6 +59,7 @@ pub struct Reading {
 pub struct Reader {
     wanted: Wanted,
     asked: Vec<Asked>,
+    typed: Typed,
     size_limit: usize,
 }
 
@@ -79,7 +83,13 @@ impl Reader {
     pub fn new(fields: &[Field], size_limit: usize) -> Result<Reader, BridgeError> {
         let mut wanted = Wanted::new();
         let asked = fields.iter().map(|field| Asked::of(field, &mut wanted)).collect::<Result<_, _>>()?;
-        Ok(Reader { wanted, asked, size_limit })
+        let typed = Typed::new(fields, Types::standard());
+        Ok(Reader { wanted, asked, typed, size_limit })
+    }
+
+    /// Knows these types of ROS 2's messages instead of the standard ones.
+    pub fn set_types(&mut self, types: Arc<Types>) {
+        self.typed.set_types(types);
     }
 
     /// Reads a message and tells each field by its index. A field whose condition this message does not meet is not told.
@@ -90,7 +100,33 @@ impl Reader {
             Payload::Value(value) => self.asked.iter().enumerate().for_each(|(index, asked)| {
                 each(index, asked.of_value(value));
             }),
-            Payload::Bytes(bytes) => self.read_bytes(bytes, each),
+            Payload::Bytes(bytes) => match &message.message_type {
+                Some(message_type) if is_message_type(message_type) => {
+                    self.read_typed(message_type, bytes, each);
+                }
+                _ => self.read_bytes(bytes, each),
+            },
+        }
+    }
+
+    /// A message of ROS 2: a text in one is read as it would be alone.
+    fn read_typed(
+        &mut self,
+        message_type: &Arc<str>,
+        bytes: &[u8],
+        mut each: impl FnMut(usize, Result<Reading, Unreadable>),
+    ) {
+        let (bytes_all, limit) = (bytes.len(), self.size_limit);
+        let text = match text_in(message_type, bytes) {
+            _ if bytes_all > limit => Err(Unreadable::TooLarge { bytes: bytes_all, limit }),
+            None => return self.typed.read(message_type, bytes, each),
+            Some(text) => text,
+        };
+        match text {
+            Ok(text) => self.read_bytes(text, each),
+            Err(unreadable) => {
+                (0..self.asked.len()).for_each(|index| each(index, Err(unreadable.clone())));
+            }
         }
     }
 

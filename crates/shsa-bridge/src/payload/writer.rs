@@ -3,8 +3,10 @@
 
 use super::json::{self, Kind, Place};
 use super::reader::{Field, Found, Reader, StampPlace, ValuePlace};
+use super::typed::{TypedPattern, is_message_type};
 use super::{Unreadable, stamp};
-use crate::{BridgeError, Provenance};
+use crate::cdr::Types;
+use crate::{BridgeError, Message, Payload, Provenance};
 use bytes::Bytes;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
@@ -32,6 +34,8 @@ pub struct Writer {
     /// Finds the places to be replaced.
     reader: Reader,
     pattern: Option<Bytes>,
+    /// Where the pattern is a message of ROS 2: who writes into copies of it.
+    typed: Option<TypedPattern>,
 }
 
 impl Writer {
@@ -41,7 +45,7 @@ impl Writer {
     /// [`BridgeError::Configuration`] for a path that does not follow the grammar.
     pub fn new(form: Form, size_limit: usize) -> Result<Writer, BridgeError> {
         let fields = if let Form::Like(field) = &form { std::slice::from_ref(field) } else { &[] };
-        Ok(Writer { reader: Reader::new(fields, size_limit)?, form, pattern: None })
+        Ok(Writer { reader: Reader::new(fields, size_limit)?, form, pattern: None, typed: None })
     }
 
     /// Keeps a payload of the signal while it is trusted, as the pattern of what will replace it. Copies nothing; other
@@ -49,6 +53,21 @@ impl Writer {
     pub fn learn(&mut self, payload: &Bytes) {
         if matches!(self.form, Form::Like(_)) {
             self.pattern = Some(payload.clone());
+            self.typed = None;
+        }
+    }
+
+    /// As [`Writer::learn`] for a message whose type may be known: copies of a message of ROS 2 are written as such.
+    pub fn learn_message(&mut self, message: &Message) {
+        let (Form::Like(field), Payload::Bytes(bytes)) = (&self.form, &message.payload) else { return };
+        self.pattern = Some(bytes.clone());
+        match &message.message_type {
+            Some(message_type) if is_message_type(message_type) => {
+                if !self.typed.as_ref().is_some_and(|typed| typed.is_of(message_type)) {
+                    self.typed = Some(TypedPattern::new(message_type, &field.path, Types::standard()));
+                }
+            }
+            _ => self.typed = None,
         }
     }
 
@@ -81,6 +100,9 @@ impl Writer {
     fn like(&mut self, value: &RawValue, stamp: Time) -> Result<Bytes, Unreadable> {
         let no_pattern = || Unreadable::Absent { field: "a payload of the signal to be replaced".to_owned() };
         let pattern = self.pattern.clone().ok_or_else(no_pattern)?;
+        if let Some(typed) = &self.typed {
+            return typed.write(&pattern, value, stamp);
+        }
         let text = self.reader.locate(&pattern)?;
         let found = self.reader.found(0, text).ok_or_else(no_pattern)?;
         let at = found.value_place()?.ok_or_else(no_pattern)?;

@@ -16,8 +16,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// The tokens of the network that a bridge is connected to.
 #[derive(Debug)]
 pub struct Liveliness<'a> {
-    pub(super) connection: &'a Connection,
-    pub(super) inbox: &'a Inbox,
+    connection: &'a Connection,
+    inbox: &'a Inbox,
 }
 
 /// A token that is held; dropping it says that we are gone.
@@ -49,7 +49,12 @@ pub struct Watch {
     changes: Receiver<Presence>,
 }
 
-impl Liveliness<'_> {
+impl<'a> Liveliness<'a> {
+    /// Of the network of a connection; changes end the wait of the inbox's reader.
+    pub(crate) fn new(connection: &'a Connection, inbox: &'a Inbox) -> Liveliness<'a> {
+        Liveliness { connection, inbox }
+    }
+
     /// Says that we are there, under a name that nobody else uses, such as `shsa/healer/a`; again by itself after a
     /// lost connection.
     ///

@@ -8,27 +8,30 @@
 //! module `attachment`. A message without such a stamp has Zenoh's, where a router sets one.
 //!
 //! Sending never waits for a consumer that does not read (but once, for 10 ms): what is for it is lost when 1 MiB waits.
-//! Routers between do the same by their own configuration (`transport/link/tx/queue`), by default after 128 KiB and 1 ms.
+//! More than 16 MB a second is paced, so that a burst does not lose its end. Routers between drop, too, by their own
+//! configuration (`transport/link/tx/queue`), by default when 128 KiB wait for 1 ms.
 //! What is sent while the link is down is lost, too: a substitute of yesterday is of no use.
 
 mod attachment;
 mod connection;
 mod liveliness;
 mod options;
+mod pace;
 
 pub use liveliness::{Liveliness, Presence, Token, Watch};
 pub use options::{Mode, Options, Secret};
 
 pub(crate) use connection::Connection;
+pub(crate) use pace::Pace;
 
 use crate::payload::plain;
 use crate::{Bridge, BridgeError, Inbox, Link, Message, Outgoing, Payload, PublisherId};
-use ::zenoh::Wait;
 use ::zenoh::bytes::Encoding;
 use ::zenoh::key_expr::KeyExpr;
 use ::zenoh::pubsub::Publisher;
 use ::zenoh::qos::{CongestionControl, Priority};
 use ::zenoh::sample::{Locality, Sample, SampleKind};
+use ::zenoh::{Session, Wait};
 use bytes::Bytes;
 use shsa_core::time::Time;
 use std::collections::BTreeMap;
@@ -41,6 +44,7 @@ pub struct ZenohBridge {
     // Before the connection: a publisher that outlives its session complains.
     publishers: BTreeMap<String, Publisher<'static>>,
     connection: Connection,
+    pace: Pace,
     inbox: Inbox,
     topics: Topics,
     all: bool,
@@ -59,6 +63,7 @@ impl ZenohBridge {
         Ok(ZenohBridge {
             publishers: BTreeMap::new(),
             connection,
+            pace: Pace::default(),
             inbox,
             topics: Topics::default(),
             all: false,
@@ -68,20 +73,14 @@ impl ZenohBridge {
     /// Who is alive on this network.
     #[must_use]
     pub fn liveliness(&self) -> Liveliness<'_> {
-        Liveliness { connection: &self.connection, inbox: &self.inbox }
+        Liveliness::new(&self.connection, &self.inbox)
     }
 
     fn publisher_of(&mut self, topic: &str) -> Result<&Publisher<'static>, BridgeError> {
         if !self.publishers.contains_key(topic) {
             let key = key_of(topic)?;
             let session = self.connection.session().ok_or_else(|| not_open(&self.connection))?;
-            let publisher = session
-                .declare_publisher(key)
-                .congestion_control(CongestionControl::Drop)
-                .priority(Priority::RealTime)
-                .express(true)
-                .wait();
-            self.publishers.insert(topic.to_owned(), publisher.map_err(lost)?);
+            self.publishers.insert(topic.to_owned(), declare_publisher(session, key)?);
         }
         self.publishers.get(topic).ok_or_else(|| not_open(&self.connection))
     }
@@ -130,11 +129,12 @@ impl Bridge for ZenohBridge {
 
     fn publish(&mut self, message: Outgoing<'_>) -> Result<(), BridgeError> {
         let beside = attachment::write(&message, self.publisher());
-        let publisher = self.publisher_of(message.topic)?;
-        let put = match message.payload {
-            Payload::Value(value) => publisher.put(plain(&value)).encoding(Encoding::APPLICATION_JSON),
-            Payload::Bytes(bytes) => publisher.put(bytes),
+        let (payload, encoding) = match message.payload {
+            Payload::Value(value) => (Bytes::from(plain(&value)), Encoding::APPLICATION_JSON),
+            Payload::Bytes(bytes) => (bytes, Encoding::default()),
         };
+        self.pace.take(payload.len() + beside.len() + message.topic.len());
+        let put = self.publisher_of(message.topic)?.put(payload).encoding(encoding);
         put.attachment(beside).wait().map_err(lost)
     }
 
@@ -154,6 +154,20 @@ pub(crate) fn subscribe(
         // Fails only where the session is closed: then nothing is wanted any more.
         let _ = subscriber.background().wait();
     });
+}
+
+/// For messages that are worth most when they are new.
+pub(crate) fn declare_publisher(
+    session: &Session,
+    key: KeyExpr<'static>,
+) -> Result<Publisher<'static>, BridgeError> {
+    let publisher = session
+        .declare_publisher(key)
+        .congestion_control(CongestionControl::Drop)
+        .priority(Priority::RealTime)
+        .express(true)
+        .wait();
+    publisher.map_err(lost)
 }
 
 /// Runs in Zenoh's threads: nothing is decoded here but what goes beside the payload.

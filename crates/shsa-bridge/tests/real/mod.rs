@@ -1,5 +1,7 @@
 //! Programs that are not ours: a Python client that a test talks with by lines of JSON, a free port, files that go away.
 
+#![allow(dead_code, reason = "not every test uses all of it")]
+
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpListener;
@@ -94,6 +96,27 @@ impl Script {
     pub(crate) fn order(&mut self, order: &Value) {
         writeln!(self.orders, "{order}").expect("the script reads");
         self.next_with("done");
+    }
+
+    /// Gives an order, and takes what it says with this key before it is done.
+    #[track_caller]
+    pub(crate) fn answer(&mut self, order: &Value, key: &str) -> Value {
+        writeln!(self.orders, "{order}").expect("the script reads");
+        let answer = self.next_with(key);
+        self.next_with("done");
+        answer
+    }
+
+    /// What it says within a time that has this key.
+    pub(crate) fn poll(&mut self, key: &str, patience: Duration) -> Option<Value> {
+        let end = Instant::now() + patience;
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            let answer = self.answers.recv_timeout(left).ok()?;
+            if answer.get(key).is_some() {
+                return Some(answer);
+            }
+        }
     }
 
     /// What it says next that has this key; what it says before is passed over.

@@ -1,0 +1,282 @@
+//! ROS 2 over Zenoh: as a node among nodes of `rmw_zenoh`, or at the keys of `zenoh-bridge-ros2dds`.
+//!
+//! What arrives is CDR; its type stands in the key, or is the one that was subscribed with. What is published as a
+//! value goes out as `std_msgs/msg/Float64` (a list as `Float64MultiArray`) unless the topic was
+//! [advertised](Bridge::advertise) as another type, `TYPE#FIELD` where the value is not its field `data`; what is published
+//! as text goes out as `std_msgs/msg/String`. A topic that was heard before keeps its type.
+//!
+//! A message of ROS has no place for its provenance.
+
+mod name;
+mod hearing;
+mod outlet;
+
+use crate::cdr::{Types, Writer, full_name, type_hash};
+use crate::zenoh::{self, Connection, Liveliness, Pace, Token};
+use crate::{Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId};
+use ::zenoh::Wait;
+use ::zenoh::bytes::Encoding;
+use ::zenoh::key_expr::KeyExpr;
+use ::zenoh::sample::Sample;
+use hearing::Hearing;
+use name::{Attachment, Entity, NO_HASH, WireType, bare, dds_name};
+use outlet::{Outlet, STRING, type_for};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, PoisonError, RwLock};
+
+/// Whose names and attachments are used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wire {
+    /// Of `rmw_zenoh`: the nodes themselves speak Zenoh.
+    Rmw,
+    /// Of `zenoh-bridge-ros2dds`: the nodes speak DDS, and a bridge translates. Types are not told: subscribe with one.
+    Plain,
+}
+
+/// As what this bridge is listed among nodes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Node {
+    /// Its own name.
+    pub name: String,
+    /// With a leading slash; `/` is the root.
+    pub namespace: String,
+}
+
+/// How to take part.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// How to reach the network. Nodes of `rmw_zenoh` expect a router at `tcp/127.0.0.1:7447`.
+    pub zenoh: zenoh::Options,
+    /// Whose names are used.
+    pub wire: Wire,
+    /// `ROS_DOMAIN_ID` of the nodes.
+    pub domain: u32,
+    /// As what we are listed.
+    pub node: Node,
+    /// Whether the nodes' names have hashes of types: from Iron on, not in Humble.
+    pub has_hashes: bool,
+    /// What messages look like.
+    pub types: Arc<Types>,
+}
+
+impl Options {
+    /// As the node `/shsa` of domain 0, among nodes of `rmw_zenoh` with the standard messages.
+    #[must_use]
+    pub fn new(zenoh: zenoh::Options) -> Options {
+        let node = Node { name: "shsa".into(), namespace: "/".into() };
+        Options { zenoh, wire: Wire::Rmw, domain: 0, node, has_hashes: true, types: Types::standard() }
+    }
+}
+
+/// A node of ROS 2.
+#[derive(Debug)]
+pub struct Ros2Bridge {
+    // Before the connection: a publisher that outlives its session complains.
+    outlets: BTreeMap<String, Outlet>,
+    tokens: Vec<Token>,
+    connection: Connection,
+    pace: Pace,
+    inbox: Inbox,
+    options: Options,
+    subscribed: BTreeSet<(String, Option<String>)>,
+    /// The names of topics that have a subscription of their own, without the leading slash.
+    named: Arc<RwLock<BTreeSet<String>>>,
+    hearing: Hearing,
+    is_all: bool,
+    entities: u32,
+}
+
+impl Ros2Bridge {
+    /// Connects; a network that cannot be reached yet is tried in the background ([`Bridge::link`] tells).
+    ///
+    /// # Errors
+    /// When the options cannot be used, an address cannot be listened on, or the other side refuses us.
+    pub fn open(options: &Options, inbox: Inbox) -> Result<Ros2Bridge, BridgeError> {
+        check_name("node", &options.node.name)?;
+        if options.node.namespace != "/" {
+            check_name("namespace", &options.node.namespace)?;
+        }
+        let mut bridge = Ros2Bridge {
+            outlets: BTreeMap::new(),
+            tokens: Vec::new(),
+            connection: Connection::open(&options.zenoh)?,
+            pace: Pace::default(),
+            inbox: inbox.clone(),
+            options: options.clone(),
+            subscribed: BTreeSet::new(),
+            named: Arc::default(),
+            hearing: Hearing::new(options.wire, inbox),
+            is_all: false,
+            entities: 0,
+        };
+        bridge.announce(Entity::Node)?;
+        Ok(bridge)
+    }
+
+    /// Who is alive on this network.
+    #[must_use]
+    pub fn liveliness(&self) -> Liveliness<'_> {
+        Liveliness::new(&self.connection, &self.inbox)
+    }
+
+    /// Lets tools list us.
+    fn announce(&mut self, entity: Entity<'_>) -> Result<(), BridgeError> {
+        if self.options.wire == Wire::Plain {
+            return Ok(());
+        }
+        self.entities += 1;
+        let Options { domain, node, .. } = &self.options;
+        let token = name::token(*domain, self.connection.publisher(), node, self.entities, entity);
+        let token = self.liveliness().declare(&token)?;
+        self.tokens.push(token);
+        Ok(())
+    }
+
+    /// A type as it is named on the wire.
+    fn wire_type(&self, message_type: &str) -> Result<WireType, BridgeError> {
+        let hash = match self.options.wire {
+            Wire::Rmw if self.options.has_hashes => type_hash(message_type, &self.options.types),
+            _ => Some(NO_HASH.to_owned()),
+        };
+        let hash = hash.ok_or_else(|| {
+            let name = full_name(message_type);
+            BridgeError::Configuration(format!("the message type {name} is not known; give its .msg files"))
+        })?;
+        Ok(WireType { dds: dds_name(message_type), hash })
+    }
+
+    /// Where a topic goes out: as advertised, as heard under this name, or as what fits the payload.
+    fn outlet(&mut self, topic: &str, payload: &Payload) -> Result<&mut Outlet, BridgeError> {
+        if !self.outlets.contains_key(topic) {
+            match self.hearing.heard(bare(topic)) {
+                Some((wire_type, message_type)) => self.open_outlet(topic, &message_type, wire_type, "")?,
+                None => self.advertise(topic, type_for(topic, payload)?)?,
+            }
+        }
+        let Options { wire, domain, .. } = self.options;
+        let outlet = self.outlets.get_mut(topic).ok_or_else(|| zenoh::not_open(&self.connection))?;
+        if outlet.publisher.is_none() {
+            let session = self.connection.session().ok_or_else(|| zenoh::not_open(&self.connection))?;
+            let key = zenoh::key_of(&name::key(wire, domain, topic, &outlet.wire_type))?;
+            outlet.publisher = Some(zenoh::declare_publisher(session, key)?);
+        }
+        Ok(outlet)
+    }
+
+    fn open_outlet(
+        &mut self,
+        topic: &str,
+        message_type: &str,
+        wire_type: WireType,
+        field: &str,
+    ) -> Result<(), BridgeError> {
+        check_name("topic", topic)?;
+        let message_type = full_name(message_type).into_owned();
+        // Not every message has a number that stands alone; a field that was named must be there.
+        let writer = match Writer::new(&message_type, field, self.options.types.clone()) {
+            Err(problem) if !field.is_empty() => return Err(problem),
+            writer => writer.ok().filter(|_| message_type != STRING),
+        };
+        self.announce(Entity::Publisher(topic, &wire_type))?;
+        let outlet = Outlet { publisher: None, wire_type, message_type, writer, sequence: 0 };
+        self.outlets.insert(topic.to_owned(), outlet);
+        Ok(())
+    }
+}
+
+impl Bridge for Ros2Bridge {
+    fn publisher(&self) -> PublisherId {
+        self.connection.publisher()
+    }
+
+    fn inbox(&self) -> &Inbox {
+        &self.inbox
+    }
+
+    fn subscribe(&mut self, topic: &str, message_type: Option<&str>) -> Result<(), BridgeError> {
+        check_name("topic", topic)?;
+        if !self.subscribed.insert((topic.to_owned(), message_type.map(str::to_owned))) {
+            return Ok(());
+        }
+        let Options { wire, domain, .. } = self.options;
+        let key = pattern(&name::pattern(wire, domain, topic, message_type))?;
+        if let Some(message_type) = message_type {
+            // What is not known is heard all the same; only it is not listed.
+            if let Ok(wire_type) = self.wire_type(message_type) {
+                self.announce(Entity::Subscription(topic, &wire_type))?;
+                self.hearing.expect(bare(topic), &wire_type);
+            }
+        }
+        self.named.write().unwrap_or_else(PoisonError::into_inner).insert(bare(topic).to_owned());
+        let (name, hearing): (Arc<str>, _) = (topic.into(), self.hearing.clone());
+        let told = message_type.map(|message_type| Arc::from(full_name(message_type)));
+        let deliver = move |sample: Sample| hearing.deliver(&sample, told.as_ref(), |_| Some(name.clone()));
+        zenoh::subscribe(&self.connection, key, deliver);
+        Ok(())
+    }
+
+    fn subscribe_all(&mut self) -> Result<(), BridgeError> {
+        if std::mem::replace(&mut self.is_all, true) {
+            return Ok(());
+        }
+        let key = match self.options.wire {
+            Wire::Rmw => pattern(&format!("{}/**", self.options.domain))?,
+            Wire::Plain => pattern("**")?,
+        };
+        let (named, hearing) = (self.named.clone(), self.hearing.clone());
+        let name = move |topic: &str| {
+            // What was named has a subscription of its own.
+            let is_named = named.read().unwrap_or_else(PoisonError::into_inner).contains(topic);
+            (!is_named).then(|| format!("/{topic}").into())
+        };
+        let deliver = move |sample: Sample| hearing.deliver(&sample, None, &name);
+        zenoh::subscribe(&self.connection, key, deliver);
+        Ok(())
+    }
+
+    /// `TYPE`, or `TYPE#FIELD` where values are to be written to another field than `data`.
+    fn advertise(&mut self, topic: &str, message_type: &str) -> Result<(), BridgeError> {
+        let (message_type, field) = message_type.split_once('#').unwrap_or((message_type, ""));
+        if self.outlets.contains_key(topic) {
+            return Ok(());
+        }
+        let wire_type = self.wire_type(message_type)?;
+        self.open_outlet(topic, message_type, wire_type, field)
+    }
+
+    fn publish(&mut self, message: Outgoing<'_>) -> Result<(), BridgeError> {
+        let (publisher, wire) = (self.connection.publisher(), self.options.wire);
+        let outlet = self.outlet(message.topic, &message.payload)?;
+        let bytes = outlet.encode(&message)?;
+        outlet.sequence += 1;
+        let beside = Attachment { sequence: outlet.sequence, stamp: message.stamp, publisher };
+        self.pace.take(bytes.len() + message.topic.len());
+        let outlet = self.outlets.get(message.topic);
+        let Some(to) = outlet.and_then(|outlet| outlet.publisher.as_ref()) else { return Ok(()) };
+        let put = to.put(bytes).encoding(Encoding::APPLICATION_CDR);
+        let put = if wire == Wire::Rmw { put.attachment(beside.write()) } else { put };
+        put.wait().map_err(zenoh::lost)
+    }
+
+    fn link(&self) -> Link {
+        self.connection.link()
+    }
+}
+
+fn pattern(text: &str) -> Result<KeyExpr<'static>, BridgeError> {
+    KeyExpr::try_from(text.to_owned()).map_err(zenoh::lost)
+}
+
+/// A name of ROS 2: letters, digits and underscores, between slashes.
+fn check_name(what: &str, name: &str) -> Result<(), BridgeError> {
+    let is_part = |part: &str| {
+        let mut letters = part.chars();
+        letters.next().is_some_and(|first| first.is_ascii_alphabetic() || first == '_')
+            && letters.all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+    };
+    if bare(name).split('/').all(is_part) {
+        return Ok(());
+    }
+    let help = "letters, digits and underscores between slashes, no part beginning with a digit";
+    Err(BridgeError::Configuration(format!("{what} '{name}' is no name for ROS 2: {help}")))
+}
