@@ -44,8 +44,8 @@ pub struct BestFirst<'a> {
     paths: Option<Box<Paths<'a>>>,
     /// What the caller keeps, in states.
     kept: usize,
-    /// The answer that was read off, as its bound is the search's.
-    rated: Option<(Weight, f64)>,
+    /// The utility of the answer that was read off.
+    rated: Option<f64>,
 }
 
 /// Where the search stands.
@@ -220,10 +220,11 @@ impl<'a> BestFirst<'a> {
         match self.stop {
             Some(StopReason::Complete) => scale.worst(),
             Some(StopReason::NotMonotone) => scale.best(),
-            _ => open().map_or(scale.worst(), |bound| match self.rated {
-                Some((weight, utility)) if weight == bound => utility,
-                _ => scale.utility(bound),
-            }),
+            _ => match (self.rated, &self.open) {
+                // What is to come is not better than what was read off.
+                (Some(utility), None) => utility,
+                _ => open().map_or(scale.worst(), |bound| scale.utility(bound)),
+            },
         }
     }
 
@@ -261,7 +262,7 @@ impl<'a> BestFirst<'a> {
         }
         self.read = decisions;
         let utility = self.graph.scale().utility(weight);
-        self.rated = Some((weight, utility));
+        self.rated = Some(utility);
         Some(utility)
     }
 

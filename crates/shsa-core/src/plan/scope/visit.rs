@@ -42,6 +42,7 @@ struct Above {
 
 impl Marks {
     /// Marks for a graph of so many variables and relations.
+    #[inline]
     pub(in crate::plan) fn fit(&mut self, variables: usize, relations: usize) {
         if self.places.len() != variables || self.relations.len() != relations {
             self.round = 0;
@@ -145,7 +146,8 @@ impl<'a, 'b> Visit<'a, 'b> {
         let variable = self.scope.variable(place);
         let first = self.scope.choices.len() as u32;
         let is_root = place.index() == 0;
-        let provided = view.is_provided(variable);
+        // Below the root, what is provided is no place unless that is to be decided.
+        let provided = (is_root || self.provided_places) && view.is_provided(variable);
         if provided && !(self.rules.without_empty && is_root) {
             self.add_choice(None, view.status(variable).weight, self.scope.inputs.len());
         }
