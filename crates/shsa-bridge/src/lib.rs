@@ -140,6 +140,18 @@ pub enum Link {
     Down(String),
 }
 
+/// Somebody came, or has gone.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Presence {
+    /// Who holds this token is there; said once for each token that was there before.
+    Alive(Arc<str>),
+    /// Who held it is gone.
+    Gone(Arc<str>),
+}
+
+/// Who comes and goes, from the beginning on: the oldest change that was not yet looked at. Does not block.
+pub type Attendance = Box<dyn FnMut() -> Option<Presence> + Send>;
+
 /// A connection to a middleware.
 ///
 /// Subscriptions are exact names. A lost connection is no error: the bridge reconnects by itself, subscribes again, and
@@ -181,6 +193,24 @@ pub trait Bridge: Send {
 
     /// Whether it is connected.
     fn link(&self) -> Link;
+
+    /// Says that we are there, under a name that nobody else uses, until what is returned is dropped or we are gone.
+    /// `None` where the middleware has no such tokens.
+    ///
+    /// # Errors
+    /// When the name is none.
+    fn attend(&self, _name: &str) -> Result<Option<Box<dyn Send>>, BridgeError> {
+        Ok(None)
+    }
+
+    /// Tells of all tokens whose names a pattern matches, our own among them: `*` is one level, `**` any number. Each
+    /// change ends the wait of the inbox's reader. `None` where the middleware has no such tokens.
+    ///
+    /// # Errors
+    /// When the pattern is none.
+    fn attendance(&self, _pattern: &str) -> Result<Option<Attendance>, BridgeError> {
+        Ok(None)
+    }
 
     /// What the other side has refused since it was asked last, without ending the connection: a subscription, a
     /// message. Bounded; the oldest are forgotten.

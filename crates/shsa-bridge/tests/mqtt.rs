@@ -3,7 +3,6 @@
 #[macro_use]
 mod contract;
 mod broker;
-#[allow(dead_code, reason = "shared with the tests of other bridges")]
 mod real;
 
 use broker::{Broker, Cut};

@@ -3,6 +3,8 @@
 use shsa_bridge::memory::MemoryBus;
 #[cfg(feature = "mqtt")]
 use shsa_bridge::mqtt;
+#[cfg(feature = "ros2")]
+use shsa_bridge::ros2;
 #[cfg(feature = "zenoh")]
 use shsa_bridge::zenoh;
 use shsa_bridge::{Bridge, BridgeError, Inbox};
@@ -21,6 +23,8 @@ pub(crate) enum Address {
     Mqtt(String),
     /// A Zenoh network, reached at these endpoints, or as a configuration file says.
     Zenoh(Vec<String>),
+    /// The nodes of ROS 2 on a Zenoh network, reached at these endpoints.
+    Ros2(Vec<String>),
 }
 
 impl FromStr for Address {
@@ -34,16 +38,20 @@ impl FromStr for Address {
         match (scheme, place) {
             ("memory", None) => Ok(Address::Memory),
             ("mqtt" | "mqtts", Some(_)) => Ok(Address::Mqtt(text.to_owned())),
-            ("zenoh", place) => {
-                let places =
-                    place.into_iter().flat_map(|place| place.split(',')).filter(|place| !place.is_empty());
-                Ok(Address::Zenoh(places.map(endpoint).collect()))
-            }
+            ("zenoh", place) => Ok(Address::Zenoh(endpoints(place.unwrap_or_default()))),
+            ("ros2", place) => Ok(Address::Ros2(endpoints(place.unwrap_or(ROUTER)))),
             _ => Err(format!(
-                "`{text}` is no bus; write memory, mqtt://HOST:PORT, mqtts://HOST:PORT, zenoh, or zenoh://HOST:PORT"
+                "`{text}` is no bus; write memory, mqtt://HOST:PORT, mqtts://HOST:PORT, zenoh, zenoh://HOST:PORT, ros2, or ros2://HOST:PORT"
             )),
         }
     }
+}
+
+/// Where nodes of `rmw_zenoh` expect the router.
+const ROUTER: &str = "127.0.0.1:7447";
+
+fn endpoints(places: &str) -> Vec<String> {
+    places.split(',').filter(|place| !place.is_empty()).map(endpoint).collect()
 }
 
 /// An endpoint of Zenoh; without a protocol it is TCP.
@@ -58,6 +66,7 @@ impl fmt::Display for Address {
             Address::Mqtt(address) => f.write_str(address),
             Address::Zenoh(places) if places.is_empty() => f.write_str("zenoh"),
             Address::Zenoh(places) => write!(f, "zenoh://{}", places.join(",")),
+            Address::Ros2(places) => write!(f, "ros2://{}", places.join(",")),
         }
     }
 }
@@ -78,6 +87,7 @@ pub(crate) struct BusArguments {
     /// The middleware: memory (a simulated robot in this process), zenoh, zenoh://HOST:PORT,.. or zenoh://tls/HOST:PORT;
     /// mqtt://HOST:PORT, or mqtts:// for TLS, with settings like ?version=3.1.1&qos=0&session=60. User and password of
     /// MQTT are taken from SHSA_MQTT_USER and SHSA_MQTT_PASSWORD, or ?user=NAME&password-file=FILE.
+    /// ros2 or ros2://HOST:PORT, the router of rmw_zenoh.
     #[arg(long, value_name = "BUS", default_value = "memory")]
     pub(crate) bus: Address,
     /// Messages of one topic that may wait; the oldest make room for newer ones.
@@ -89,9 +99,12 @@ pub(crate) struct BusArguments {
     /// Where others may connect, as tcp/127.0.0.1:7447 (Zenoh); nothing listens unless it is said here or in the file.
     #[arg(long, value_name = "ENDPOINT")]
     bus_listen: Vec<String>,
-    /// Take part as a client of a router instead of as a peer (Zenoh).
+    /// The domain of the nodes of ROS 2.
+    #[arg(long, value_name = "N", env = "ROS_DOMAIN_ID", default_value_t = 0)]
+    ros_domain: u32,
+    /// The nodes of ROS 2 speak DDS, and zenoh-bridge-ros2dds translates; without it they speak Zenoh (rmw_zenoh).
     #[arg(long)]
-    bus_client: bool,
+    ros_dds: bool,
     /// The certificate of the authority that the other side's certificate is checked by (PEM).
     #[arg(long, value_name = "FILE")]
     ca: Option<PathBuf>,
@@ -143,6 +156,10 @@ impl BusArguments {
             Address::Zenoh(places) => Ok(Box::new(zenoh::ZenohBridge::open(&self.zenoh(places), inbox)?)),
             #[cfg(not(feature = "zenoh"))]
             Address::Zenoh(_) => Err(not_built("zenoh")),
+            #[cfg(feature = "ros2")]
+            Address::Ros2(places) => Ok(Box::new(ros2::Ros2Bridge::open(&self.ros2(places, guest), inbox)?)),
+            #[cfg(not(feature = "ros2"))]
+            Address::Ros2(_) => Err(not_built("ros2")),
         }
     }
 
@@ -174,10 +191,31 @@ impl BusArguments {
         Ok(options)
     }
 
+    #[cfg(feature = "ros2")]
+    fn ros2(&self, places: &[String], guest: Guest<'_>) -> ros2::Options {
+        let name = match guest {
+            Guest::Member(name) => name.replace('-', "_"),
+            Guest::Visitor => format!("shsa_visitor_{}", std::process::id()),
+        };
+        let usual = ros2::Options::new(self.zenoh(places));
+        ros2::Options {
+            wire: if self.ros_dds { ros2::Wire::Plain } else { ros2::Wire::Rmw },
+            domain: self.ros_domain,
+            node: ros2::Node { name, ..usual.node.clone() },
+            ..usual
+        }
+    }
+
+    /// Where nobody can connect to us, routers have to pass on what others say: they do so for clients, not for peers.
     #[cfg(feature = "zenoh")]
     fn zenoh(&self, places: &[String]) -> zenoh::Options {
+        let mode = match (&self.bus_config, self.bus_listen.is_empty()) {
+            (Some(_), _) => None,
+            (None, true) => Some(zenoh::Mode::Client),
+            (None, false) => Some(zenoh::Mode::Peer),
+        };
         zenoh::Options {
-            mode: self.bus_client.then_some(zenoh::Mode::Client),
+            mode,
             connect: places.to_vec(),
             listen: self.bus_listen.clone(),
             config: self.bus_config.clone(),
@@ -188,7 +226,7 @@ impl BusArguments {
     }
 }
 
-#[cfg(not(all(feature = "mqtt", feature = "zenoh")))]
+#[cfg(not(all(feature = "mqtt", feature = "ros2", feature = "zenoh")))]
 fn not_built(feature: &str) -> BridgeError {
     BridgeError::Configuration(format!("this program was built without its feature `{feature}`"))
 }
@@ -203,6 +241,7 @@ mod tests {
             ("memory", "memory"),
             ("mqtt://broker:1883?qos=0", "mqtt://broker:1883?qos=0"),
             ("zenoh", "zenoh"),
+            ("ros2", "ros2://tcp/127.0.0.1:7447"),
             ("zenoh://127.0.0.1:7447", "zenoh://tcp/127.0.0.1:7447"),
             ("zenoh://tls/router:7447,[::1]:7448", "zenoh://tls/router:7447,tcp/[::1]:7448"),
         ] {

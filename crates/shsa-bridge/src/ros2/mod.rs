@@ -13,7 +13,7 @@ mod outlet;
 
 use crate::cdr::{Types, Writer, full_name, type_hash};
 use crate::zenoh::{self, Connection, Liveliness, Pace, Token};
-use crate::{Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId};
+use crate::{Attendance, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId};
 use ::zenoh::Wait;
 use ::zenoh::bytes::Encoding;
 use ::zenoh::key_expr::KeyExpr;
@@ -260,6 +260,14 @@ impl Bridge for Ros2Bridge {
 
     fn link(&self) -> Link {
         self.connection.link()
+    }
+
+    fn attend(&self, name: &str) -> Result<Option<Box<dyn Send>>, BridgeError> {
+        Ok(Some(Box::new(self.liveliness().declare(name)?)))
+    }
+
+    fn attendance(&self, pattern: &str) -> Result<Option<Attendance>, BridgeError> {
+        Ok(Some(self.liveliness().watch(pattern)?.into()))
     }
 }
 

@@ -5,7 +5,7 @@
 
 use super::connection::Connection;
 use super::key_of;
-use crate::{BridgeError, Inbox};
+use crate::{Attendance, BridgeError, Inbox, Presence};
 use ::zenoh::Wait;
 use ::zenoh::key_expr::KeyExpr;
 use ::zenoh::liveliness::{LivelinessSubscriberBuilder, LivelinessToken};
@@ -32,15 +32,6 @@ enum Held {
         _until_dropped: LivelinessToken,
     },
     Dropped,
-}
-
-/// What happened to a token.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Presence {
-    /// Its holder is there; said once for each token that was there before.
-    Alive(Arc<str>),
-    /// Its holder is gone.
-    Gone(Arc<str>),
 }
 
 /// A view of tokens, from its beginning on.
@@ -113,6 +104,12 @@ fn watch(
     };
     // Fails only where the session is closed.
     let _ = subscriber.callback(tell).background().wait();
+}
+
+impl From<Watch> for Attendance {
+    fn from(watch: Watch) -> Attendance {
+        Box::new(move || watch.next())
+    }
 }
 
 impl Watch {

@@ -18,14 +18,15 @@ mod liveliness;
 mod options;
 mod pace;
 
-pub use liveliness::{Liveliness, Presence, Token, Watch};
+pub use crate::Presence;
+pub use liveliness::{Liveliness, Token, Watch};
 pub use options::{Mode, Options, Secret};
 
 pub(crate) use connection::Connection;
 pub(crate) use pace::Pace;
 
 use crate::payload::plain;
-use crate::{Bridge, BridgeError, Inbox, Link, Message, Outgoing, Payload, PublisherId};
+use crate::{Attendance, Bridge, BridgeError, Inbox, Link, Message, Outgoing, Payload, PublisherId};
 use ::zenoh::bytes::Encoding;
 use ::zenoh::key_expr::KeyExpr;
 use ::zenoh::pubsub::Publisher;
@@ -140,6 +141,14 @@ impl Bridge for ZenohBridge {
 
     fn link(&self) -> Link {
         self.connection.link()
+    }
+
+    fn attend(&self, name: &str) -> Result<Option<Box<dyn Send>>, BridgeError> {
+        Ok(Some(Box::new(self.liveliness().declare(name)?)))
+    }
+
+    fn attendance(&self, pattern: &str) -> Result<Option<Attendance>, BridgeError> {
+        Ok(Some(self.liveliness().watch(pattern)?.into()))
     }
 }
 

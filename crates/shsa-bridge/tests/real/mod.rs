@@ -59,7 +59,6 @@ impl Script {
 
     /// Starts a script, and waits for what it says when it is ready; it may take a minute more.
     #[track_caller]
-    #[allow(dead_code, reason = "not every test has a script that answers once")]
     pub(crate) fn start_and_keep(python: &Path, script: &str, argument: &Value) -> Value {
         Script::begin(python, script, argument, PATIENCE + Duration::from_secs(60)).1
     }

@@ -281,11 +281,16 @@ impl Healer {
         }
     }
 
-    /// Sends a value of a need.
+    /// Sends a value of a need, where that is ours to serve.
     ///
     /// # Errors
     /// Those of the bus.
-    pub(super) fn serve(&mut self, publication: &Publication, bridge: &mut dyn Bridge) -> anyhow::Result<()> {
+    pub(super) fn serve(
+        &mut self,
+        publication: &Publication,
+        is_ours: impl Fn(&str) -> bool,
+        bridge: &mut dyn Bridge,
+    ) -> anyhow::Result<()> {
         let quality = match publication.quality {
             engine::Quality::Good => Quality::Good,
             engine::Quality::Substitute => Quality::Substitute,
@@ -294,8 +299,12 @@ impl Healer {
         if !outlet.has_source() {
             outlet.follow(EventKind::Restored, self.engine.need_status(publication.need).source);
         }
+        outlet.note(publication, quality);
+        if !is_ours(outlet.topic()) {
+            return Ok(());
+        }
         let clock = bridge.inbox().clock().clone();
-        outlet.send(publication, quality, &clock, bridge)
+        outlet.send(publication, &clock, bridge)
     }
 }
 

@@ -17,6 +17,7 @@ mod memory;
 mod metrics;
 mod outlet;
 mod session;
+mod shares;
 pub(crate) mod wires;
 
 pub(crate) use wires::topic_and_field;
@@ -33,6 +34,7 @@ use herald::{Herald, Style};
 use journal::Bounds;
 use outlet::Form;
 use session::{House, Session};
+use shares::Shares;
 use shsa_bridge::memory::MemoryBus;
 use shsa_bridge::{Clock, Inbox};
 use shsa_core::engine::Options;
@@ -149,7 +151,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         demo::simulate(&memory, &stop)?;
     }
     let until = arguments.duration.map(|duration| clock.now() + duration);
+    let shares = Shares::new(&arguments.name, bridge.as_ref())?;
     let session = Session {
+        shares,
         name: arguments.name.clone(),
         bridge,
         healers,

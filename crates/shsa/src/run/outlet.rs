@@ -86,6 +86,12 @@ impl Outlet {
         self.provenance.source = source.unwrap_or_default();
     }
 
+    /// There is a value, whoever sends it.
+    pub(super) fn note(&mut self, publication: &Publication, quality: Quality) {
+        self.provenance.quality = quality;
+        self.last = Some(publication.time);
+    }
+
     /// Sends a value.
     ///
     /// # Errors
@@ -93,12 +99,9 @@ impl Outlet {
     pub(super) fn send(
         &mut self,
         publication: &Publication,
-        quality: Quality,
         clock: &Clock,
         bridge: &mut dyn Bridge,
     ) -> anyhow::Result<()> {
-        self.provenance.quality = quality;
-        self.last = Some(publication.time);
         let stamp = clock.by_wall(Time(publication.validity.from.0.midpoint(publication.validity.to.0)));
         let value = self.raw(&publication.value);
         let payload = match &mut self.writer {

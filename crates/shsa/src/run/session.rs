@@ -5,8 +5,9 @@ use super::figures::Figures;
 use super::healer::{Deed, Healer};
 use super::herald::Herald;
 use super::metrics;
+use super::shares::{Handover, Shares};
 use crate::outcome::Outcome;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use shsa_bridge::{Bridge, Clock, Link, Losses, Outgoing, Payload, Quality};
 use shsa_core::time::{Span, Time};
 use std::collections::BTreeMap;
@@ -33,6 +34,8 @@ pub(super) struct Session {
     pub(super) stop: Arc<AtomicBool>,
     /// When it ends by itself.
     pub(super) until: Option<Time>,
+    /// Who else serves needs; `None` where the bus does not tell, and then all needs are ours.
+    pub(super) shares: Option<Shares>,
     /// What is known of the house.
     pub(super) house: House,
 }
@@ -66,6 +69,7 @@ impl Session {
             self.pass()?;
             self.answer()?;
             self.healers.iter_mut().for_each(Healer::remember);
+            self.share()?;
             self.keep_house()?;
             self.rest();
         }
@@ -113,7 +117,7 @@ impl Session {
 
     /// Publishes and tells what the healers have done.
     fn deliver(&mut self) -> anyhow::Result<()> {
-        let Session { bridge, healers, herald, figures, .. } = self;
+        let Session { bridge, healers, herald, figures, shares, .. } = self;
         for healer in healers.iter_mut() {
             while let Some(deed) = healer.poll(bridge.as_mut())? {
                 match deed {
@@ -122,7 +126,8 @@ impl Session {
                         herald.decided(healer.told(), &event, bridge.as_mut())?;
                     }
                     Deed::Served(publication) => {
-                        healer.serve(&publication, bridge.as_mut())?;
+                        let is_ours = |need: &str| shares.as_ref().is_none_or(|shares| shares.is_ours(need));
+                        healer.serve(&publication, is_ours, bridge.as_mut())?;
                         figures.served(bridge.inbox().clock().now() - publication.time);
                     }
                 }
@@ -182,6 +187,26 @@ impl Session {
         let healer = find(&mut self.healers, model)?;
         healer.change("order", text, now)?;
         Ok(format!("the model {} was changed by order of the operator", healer.name()))
+    }
+
+    /// Tells other instances what we can serve, and hears what they can.
+    fn share(&mut self) -> anyhow::Result<()> {
+        let now = self.now();
+        let Session { shares: Some(shares), healers, bridge, herald, .. } = self else { return Ok(()) };
+        for (_, outlet) in healers.iter().flat_map(Healer::outlets) {
+            let is_able = matches!(outlet.quality(now), Quality::Good | Quality::Substitute);
+            shares.tell(outlet.topic(), is_able, bridge.as_ref())?;
+        }
+        for handover in shares.follow() {
+            let (kind, because) = match handover {
+                Handover::Taken { need } => {
+                    ("responsible", format!("{need} is served by this instance from now on"))
+                }
+                Handover::Given { need, to } => ("released", format!("{need} is served by {to} from now on")),
+            };
+            herald.noted(now, kind, &because, bridge.as_mut())?;
+        }
+        Ok(())
     }
 
     fn keep_house(&mut self) -> anyhow::Result<()> {
@@ -253,7 +278,7 @@ impl Session {
 
     /// Tells on the bus how each need is served, when that has changed, and now and then although it has not.
     fn tell_qualities(&mut self, now: Time) -> anyhow::Result<()> {
-        let Session { name, bridge, healers, house, .. } = self;
+        let Session { name, bridge, healers, house, shares, .. } = self;
         let clock = bridge.inbox().clock().clone();
         house.qualities.resize(healers.len(), Vec::new());
         for (healer, told) in healers.iter().zip(&mut house.qualities) {
@@ -262,7 +287,8 @@ impl Session {
                 continue;
             }
             for (at, (_, outlet)) in healer.outlets().enumerate() {
-                if told.get(at) == Some(&outlet.quality(now)) {
+                let is_ours = shares.as_ref().is_none_or(|shares| shares.is_ours(outlet.topic()));
+                if told.get(at) == Some(&outlet.quality(now)) || !is_ours {
                     continue;
                 }
                 let topic = format!("shsa/{name}/need/{}", outlet.variable());
@@ -298,6 +324,10 @@ impl Session {
     fn state(&self) -> Value {
         let (now, clock) = (self.now(), self.clock());
         let models = self.healers.iter().map(|healer| (healer.name().to_owned(), healer.state(now, &clock)));
+        let needs = self.healers.iter().flat_map(Healer::outlets).map(|(_, outlet)| outlet.topic());
+        let able = |shares: &Shares| -> Value {
+            needs.map(|need| (need.to_owned(), json!(shares.able(need)))).collect::<Map<_, _>>().into()
+        };
         let losses = self.bridge.inbox().losses();
         let losses = losses.iter().map(|loss| (loss.topic.to_string(), json!(loss.dropped)));
         json!({
@@ -309,6 +339,7 @@ impl Session {
                 Link::Down(why) => json!({ "up": false, "because": why }),
             },
             "models": Value::Object(models.collect()),
+            "instances": self.shares.as_ref().map(able),
             "dropped": Value::Object(losses.collect()),
             "figures": self.figures.json(),
         })

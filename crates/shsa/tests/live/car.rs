@@ -15,14 +15,16 @@ const SECONDS: f64 = 12.0;
 const BREAKS: f64 = 6.0;
 const NEED: &str = "/car/speed";
 
+pub(crate) const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/car.yaml");
+
 /// What a consumer saw.
-struct Seen {
+pub(crate) struct Seen {
     /// When, the value, and how far it can be trusted.
-    values: Vec<(f64, f64, String)>,
-    statuses: Vec<(f64, Value)>,
+    pub(crate) values: Vec<(f64, f64, String)>,
+    pub(crate) statuses: Vec<(f64, Value)>,
 }
 
-fn recording() -> Option<PathBuf> {
+pub(crate) fn recording() -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/comma2k19");
     if folder.exists() {
         return Some(folder);
@@ -31,7 +33,8 @@ fn recording() -> Option<PathBuf> {
     None
 }
 
-fn seen(python: &Path, data: &Path, bus: &str, port: u16, fault: &Value) -> Seen {
+/// Plays the recording with this fault over a bus, and listens.
+pub(crate) fn seen(python: &Path, data: &Path, bus: &str, port: u16, fault: &Value) -> Seen {
     let order = json!({
         "bus": bus, "port": port, "data": data, "skip": SKIP, "seconds": SECONDS, "need": NEED, "fault": fault,
     });
@@ -51,7 +54,7 @@ fn seen(python: &Path, data: &Path, bus: &str, port: u16, fault: &Value) -> Seen
 
 impl Seen {
     /// The longest time between two values from a moment on, until the recording ends.
-    fn longest_gap(&self, from: f64) -> f64 {
+    pub(crate) fn longest_gap(&self, from: f64) -> f64 {
         let times: Vec<f64> = self.values.iter().map(|value| value.0).filter(|at| *at >= from).collect();
         times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max)
     }
@@ -72,8 +75,7 @@ impl Seen {
 #[track_caller]
 fn check(bus: &str, address: &str, port: u16, fault: &Value, kind: &str, signal: &str) {
     let (Some(python), Some(data)) = (real::python(), recording()) else { return };
-    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/car.yaml");
-    let run = Running::start([model, "--bus", address]);
+    let run = Running::start([MODEL, "--bus", address]);
     let seen = seen(&python, &data, bus, port, fault);
 
     let decision = run.decision(kind);
@@ -89,6 +91,16 @@ fn check(bus: &str, address: &str, port: u16, fault: &Value, kind: &str, signal:
     assert!(seen.longest_gap(2.0) < 0.4, "{}", seen.longest_gap(2.0));
     // Both sources are right within their errors: 0.6 m/s each.
     assert!(seen.largest_step(2.0) < 1.2, "{}", seen.largest_step(2.0));
+}
+
+/// A router of Zenoh that is not ours, and its port.
+pub(crate) fn router(python: &Path) -> (Script, u16) {
+    let port = free_port();
+    let endpoint = format!("tcp/127.0.0.1:{port}");
+    let config =
+        json!({ "mode": "router", "scouting/multicast/enabled": false, "listen/endpoints": [endpoint] });
+    let script = "../../../shsa-bridge/tests/python/zenoh_client.py";
+    (Script::start(python, script, &config), port)
 }
 
 #[test]
@@ -111,12 +123,7 @@ fn a_wheel_that_lies_is_replaced_over_mqtt() {
 #[test]
 fn a_wheel_that_lies_is_replaced_over_zenoh() {
     let Some(python) = real::python() else { return };
-    let port = free_port();
-    let endpoint = format!("tcp/127.0.0.1:{port}");
-    let config = json!({
-        "mode": "router", "scouting/multicast/enabled": false, "listen/endpoints": [endpoint],
-    });
-    let _router = Script::start(&python, "../../../shsa-bridge/tests/python/zenoh_client.py", &config);
+    let (_router, port) = router(&python);
     let address = format!("zenoh://127.0.0.1:{port}");
     let fault =
         json!({ "topic": "wheel_speed", "column": "wheel_1", "kind": "bias", "amount": 3.0, "at": BREAKS });

@@ -1,7 +1,6 @@
 //! `shsa run` from outside: real time, real processes, requests over HTTP.
 #![cfg(test)]
 
-#[allow(dead_code, reason = "the bridges' tests use all of it")]
 #[path = "../../../shsa-bridge/tests/real/mod.rs"]
 mod real;
 
@@ -13,3 +12,4 @@ mod running;
 
 mod car;
 mod embedded;
+mod endurance;

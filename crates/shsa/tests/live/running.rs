@@ -132,6 +132,12 @@ impl Running {
         self.child.wait().unwrap()
     }
 
+    /// Ends it without asking (SIGKILL), as a crash would.
+    pub(crate) fn kill(mut self) {
+        self.signal("-KILL");
+        self.child.wait().unwrap();
+    }
+
     fn signal(&self, signal: &str) {
         let status = Command::new("kill").args([signal, &self.child.id().to_string()]).status().unwrap();
         assert!(status.success());
