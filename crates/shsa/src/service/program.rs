@@ -311,12 +311,12 @@ mod tests {
         check(&["y = 2 * x"], 1, &[&[1.0], &[4.0]], "2, 8");
         check(&["y[1] = x[0] - x[1]; y[0] = max(x[0], x[1])"], 2, &[&[1.0, 2.0]], "2 -1");
         check(&["y = x[0] / x[1]"], 1, &[&[1.0, 0.0], &[1.0, 2.0]], "None, 0.5");
-        check(&["y = either(x[0], 7)"], 1, &[&[f64::NAN], &[2.0]], "7, 2");
+        check(&["y = max(x[0], 7)"], 1, &[&[f64::NAN], &[9.0]], "7, 9");
     }
 
     #[test]
     fn what_goes_on_from_before_has_a_memory() {
-        check(&["y = either(previous(y), 0) + x[0]"], 1, &[&[1.0], &[2.0], &[3.0]], "1, 3, 6");
+        check(&["y = max(previous(y), 0) + x[0]"], 1, &[&[1.0], &[2.0], &[3.0]], "1, 3, 6");
         check(&["y = x[0] - previous(x[0])"], 1, &[&[1.0], &[4.0], &[6.0]], "None, 3, 2");
         check(&["y = integral(x[0]) / (1 s)"], 1, &[&[2.0], &[2.0], &[2.0]], "0, 2, 4");
     }
@@ -328,7 +328,7 @@ mod tests {
             &["y = x[0] + x[2]"],
             1,
             one,
-            "error: there is no variable `x[2]`\n  | y = x[0] + x[2]\n  |            ^^^^\n  = help: did you mean `x[0]`?\n",
+            "error: `x[2]` is not defined\n  | y = x[0] + x[2]\n  |            ^^^^\n  = help: did you mean `x[0]`?\n",
         );
         check(
             &["z = x[0]"],
