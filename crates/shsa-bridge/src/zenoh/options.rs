@@ -58,7 +58,7 @@ pub struct Options {
     pub identity: Option<(PathBuf, PathBuf)>,
     /// User and password, for routers that ask for them.
     pub user: Option<(String, Secret)>,
-    /// After so long without a sign of life the other side is given up.
+    /// After so long without a sign of life from us the others give us up; each says so for itself.
     pub lease: Duration,
     /// Larger messages are not received, in bytes.
     pub message_max: usize,
