@@ -98,15 +98,23 @@ impl Input {
     }
 
     fn at<'a>(&self, ports: &'a IdVec<SignalId, Port>, moment: Validity) -> Option<Value<'a, Interval>> {
-        let port = &ports[self.signal];
-        let max_gap = self.max_gap(port);
         match self.shape {
-            Shape::Vector => port.vector_at(moment, max_gap).map(Value::Vector),
-            Shape::Scalar => {
-                let reading = port.scalar_at(moment, Reach { max_rate: self.max_rate, max_gap });
-                reading.map(|reading| Value::Scalar(reading.value))
+            Shape::Vector => {
+                let port = &ports[self.signal];
+                port.vector_at(moment, self.max_gap(port)).map(Value::Vector)
             }
+            Shape::Scalar => self.scalar_at(ports, moment).map(Value::Scalar),
         }
+    }
+
+    /// The value of a number.
+    fn scalar_at(&self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Option<Interval> {
+        let port = &ports[self.signal];
+        if let Some(value) = port.scalar_alone_at(moment) {
+            return Some(value);
+        }
+        let reach = Reach { max_rate: self.max_rate, max_gap: self.max_gap(port) };
+        port.scalar_at(moment, reach).map(|reading| reading.value)
     }
 }
 
@@ -300,6 +308,13 @@ impl Computation {
 
     /// Evaluates a way of knowing a number, without its last value.
     pub fn evaluate_scalar(&mut self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Option<Sample> {
+        if let Body::Direct(input) = &self.body
+            && input.shape == Shape::Scalar
+        {
+            // As most often, and not by way of a value of any kind.
+            let value = input.scalar_at(ports, moment)?;
+            return value.is_bounded().then_some(Sample { validity: moment, value });
+        }
         match self.evaluate(ports, moment, None)? {
             (Computed::Scalar(value), validity) => Some(Sample { validity, value }),
             (Computed::Vector(_), _) => None,

@@ -46,6 +46,7 @@ impl Signal {
     ///
     /// The relative error is a share of the reading in the signal's unit. Without it and in SI units the bounds are
     /// plain sums of 64-bit numbers, else they are rounded outward.
+    #[inline]
     #[must_use]
     pub fn enclose_bounds(&self, lo: f64, hi: f64) -> Interval {
         if !(lo.is_finite() && hi.is_finite() && lo <= hi) {
@@ -56,6 +57,13 @@ impl Signal {
         if unit.is_none() && error.relative == 0.0 {
             return Interval::new(lo + error.lo, hi + error.hi);
         }
+        self.enclose_shares(lo, hi)
+    }
+
+    /// The same with a relative error, or in a unit.
+    fn enclose_shares(&self, lo: f64, hi: f64) -> Interval {
+        let error = self.value_error;
+        let unit = self.unit.as_ref().filter(|unit| !unit.is_si());
         let share =
             |bound: f64| if error.relative == 0.0 { 0.0 } else { (error.relative * bound.abs()).next_up() };
         let (reading, shares) = (Interval::new(lo, hi), Interval::new(-share(lo), share(hi)));

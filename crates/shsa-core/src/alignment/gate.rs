@@ -36,6 +36,9 @@ impl Gate {
 
     /// A later moment has come.
     pub(super) fn turn(&mut self) {
+        if self.max_rate.is_none() {
+            return;
+        }
         self.refused = None;
         let Some(mut next) = self.next.take() else { return };
         if let Some(held) = self.anchor.filter(|held| held.value == next.value) {
@@ -46,6 +49,7 @@ impl Gate {
     }
 
     /// Measures a reading: why it may not come in.
+    #[inline]
     pub(super) fn measure(&mut self, sample: Sample) -> Option<Jump> {
         let max_rate = self.max_rate?;
         let jump = self.anchor.and_then(|anchor| jump(anchor, sample, max_rate));

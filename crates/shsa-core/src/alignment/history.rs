@@ -143,6 +143,7 @@ impl History {
     }
 
     /// The sample that is `back` before the newest (0 is the newest).
+    #[inline]
     #[must_use]
     pub fn newest(&self, back: usize) -> Option<&Sample> {
         let from_oldest = self.samples.len().checked_sub(back + 1)?;
@@ -158,6 +159,7 @@ impl History {
     /// Keeps a sample in the order of time; the oldest gives way when the ring is full.
     ///
     /// Complexity: O(1) for samples in order, O(capacity) for late ones. No allocation.
+    #[inline]
     pub fn push(&mut self, sample: Sample) -> Acceptance {
         if sample.value.is_empty() {
             return Acceptance::Dropped;
@@ -166,6 +168,11 @@ impl History {
             self.append(sample);
             return Acceptance::Newest;
         }
+        self.insert(sample)
+    }
+
+    /// Keeps a sample that is not newer than all others.
+    fn insert(&mut self, sample: Sample) -> Acceptance {
         let later = self.newest_first().take_while(|kept| kept.validity.to > sample.validity.to).count();
         let same = self.newest_first().skip(later).take_while(|kept| kept.validity.to == sample.validity.to);
         if same.into_iter().any(|kept| *kept == sample) {
@@ -184,18 +191,51 @@ impl History {
     /// Complexity: O(samples newer than the moment, and those that overlap it).
     #[must_use]
     pub fn at(&self, moment: Validity, reach: Reach) -> Option<Reading> {
+        if let Some(value) = self.alone_at(moment) {
+            return Some(Reading { value, gap: Span::ZERO });
+        }
+        let (gap, value) = match self.newest(0)? {
+            newest if newest.validity.to < moment.from => (moment.from - newest.validity.to, newest.value),
+            _ => self.nearest(moment),
+        };
+        if gap > reach.max_gap || value.is_empty() {
+            return None;
+        }
+        let value = if gap == Span::ZERO { value } else { value.widened(gap.seconds() * reach.max_rate) };
+        Some(Reading { value, gap })
+    }
+
+    /// The newest value, if it is the only one that overlaps a moment: as it is most often, where there is one.
+    #[inline]
+    #[must_use]
+    pub fn alone_at(&self, moment: Validity) -> Option<Interval> {
+        let (newest, before) = match self.samples.get(..self.end())? {
+            [.., before, newest] => (newest, Some(before)),
+            [newest] if self.start > 0 => (newest, self.samples.last()),
+            [newest] => (newest, None),
+            [] => return None,
+        };
+        let is_at_it = newest.validity.from <= moment.to && moment.from <= newest.validity.to;
+        // All others end no later than that before it.
+        let others_are_over = before.is_none_or(|before| before.validity.to < moment.from);
+        (is_at_it && others_are_over).then_some(newest.value)
+    }
+
+    /// Behind the newest sample.
+    #[inline]
+    fn end(&self) -> usize {
+        if self.start > 0 { self.start } else { self.samples.len() }
+    }
+
+    /// The least time between a moment and a sample, and the hull of all samples that are so near.
+    fn nearest(&self, moment: Validity) -> (Span, Interval) {
         let mut nearest = Nearest { moment, gap: Span::MAX, value: Interval::EMPTY };
         let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
         // Two loops: one over a chain of both is twice as slow.
         if newer.iter().rev().all(|sample| nearest.take(sample)) {
             older.iter().rev().all(|sample| nearest.take(sample));
         }
-        let Nearest { gap, value, .. } = nearest;
-        if gap > reach.max_gap || value.is_empty() {
-            return None;
-        }
-        let value = if gap == Span::ZERO { value } else { value.widened(gap.seconds() * reach.max_rate) };
-        Some(Reading { value, gap })
+        (nearest.gap, nearest.value)
     }
 
     /// The mean over a stretch of time, as the mean of the samples in it; `None` with fewer than two of them.
@@ -222,7 +262,7 @@ impl History {
     /// The end of the newest validity.
     #[must_use]
     pub fn latest(&self) -> Option<Time> {
-        self.newest(0).map(|sample| sample.validity.to)
+        self.samples.get(..self.end())?.last().map(|sample| sample.validity.to)
     }
 
     fn place(&self, from_oldest: usize) -> usize {
@@ -238,7 +278,7 @@ impl History {
         if let Some(oldest) = self.samples.get_mut(self.start) {
             *oldest = sample;
         }
-        self.start = (self.start + 1) % self.capacity;
+        self.start = if self.start + 1 < self.capacity { self.start + 1 } else { 0 };
     }
 
     /// Moves the sample just appended behind the `later` ones that are newer.
@@ -316,6 +356,21 @@ mod tests {
     }
 
     proptest! {
+        /// Reading the newest sample alone is reading all.
+        #[test]
+        fn what_is_read_at_a_glance_is_what_a_look_at_all_says(
+            samples in proptest::collection::vec((0i64..40, 0i64..12), 1..8), from in -5i64..60, length in 0i64..12,
+        ) {
+            let mut history = History::new(4);
+            for (at, (from, length)) in samples.into_iter().enumerate() {
+                history.push(sample(from, from + length, at as f64));
+            }
+            let moment = Validity { from: Time(from), to: Time(from + length) };
+            let (gap, value) = history.nearest(moment);
+            let reach = Reach { max_rate: 0.0, max_gap: Span::MAX };
+            prop_assert_eq!(history.at(moment, reach), Some(Reading { value, gap }));
+        }
+
         #[test]
         fn order_of_arrival_does_not_matter(mut times in proptest::collection::vec(0i64..1000, 1..12)) {
             times.sort_unstable();

@@ -45,6 +45,8 @@ pub struct Counts {
 pub struct Reception {
     /// What became of it.
     pub acceptance: Acceptance,
+    /// When it was true.
+    pub validity: Validity,
     /// Time from the stamp to the reception, where that is longer than it may be.
     pub late: Option<Span>,
     /// By how much the stamp went back from those of the last moment of reception, where it certainly did.
@@ -55,8 +57,11 @@ impl Reception {
     /// Whether nothing is wrong with the reading in itself.
     #[must_use]
     pub fn is_sound(&self) -> bool {
-        let taken = !matches!(self.acceptance, Acceptance::TooFast(_)) && self.acceptance.is_possible();
-        taken && self.late.is_none() && self.back.is_none()
+        let refused = matches!(
+            self.acceptance,
+            Acceptance::Invalid(_) | Acceptance::OutOfRange(_) | Acceptance::TooFast(_)
+        );
+        !refused && self.late.is_none() && self.back.is_none()
     }
 }
 
@@ -120,6 +125,7 @@ impl Port {
     /// Late and reordered ones are kept in the order of time, the same one twice is dropped, impossible ones are refused,
     /// and all are counted. What observations of one moment of reception say about each other does not depend on their
     /// order.
+    #[inline]
     pub fn accept(&mut self, signal: &Signal, observation: &Observation, now: Time) -> Reception {
         if self.received.is_none_or(|last| last < now) {
             self.gate.turn();
@@ -127,15 +133,16 @@ impl Port {
         }
         self.spacing = self.received.map(|last| now - last).or(self.spacing);
         self.received = Some(now);
-        let is_ahead = observation.stamp - now > MOST_AHEAD;
+        let is_ahead = observation.stamp > now && observation.stamp - now > MOST_AHEAD;
+        let validity = signal.validity(observation.stamp);
         let acceptance = match is_ahead {
             true => Acceptance::Dropped,
-            false => self.keep(signal, &observation.value, signal.validity(observation.stamp)),
+            false => self.keep(signal, &observation.value, validity),
         };
         let late = lateness(signal, observation).filter(|_| !is_ahead);
         let is_first = !is_ahead && acceptance != Acceptance::Duplicate;
         let back = if is_first { self.went_back(signal, observation.stamp) } else { None };
-        let reception = Reception { acceptance, late, back };
+        let reception = Reception { acceptance, validity, late, back };
         self.counts.add(&reception);
         reception
     }
@@ -144,7 +151,8 @@ impl Port {
     fn went_back(&mut self, signal: &Signal, stamp: Time) -> Option<Span> {
         self.stamp = self.stamp.max(Some(stamp));
         let (early, late) = signal.time_error;
-        self.stamp_before.filter(|before| stamp + late < *before + early).map(|before| before - stamp)
+        let before = self.stamp_before.filter(|before| stamp < *before || late < early)?;
+        (stamp + late < before + early).then(|| before - stamp)
     }
 
     /// Opens or closes the gate for values that could not have followed those before them: it is opened when they have
@@ -162,6 +170,7 @@ impl Port {
         }
     }
 
+    #[inline]
     fn keep_scalar(&mut self, signal: &Signal, (lo, hi): (f64, f64), validity: Validity) -> Acceptance {
         let value = signal.enclose_bounds(lo, hi);
         if value.is_empty() || !value.is_bounded() {
@@ -201,7 +210,15 @@ impl Port {
         Acceptance::Newest
     }
 
+    /// The newest scalar alone, if it says all about a moment; see [`History::alone_at`].
+    #[inline]
+    #[must_use]
+    pub fn scalar_alone_at(&self, moment: Validity) -> Option<Interval> {
+        self.scalars.alone_at(moment)
+    }
+
     /// A scalar at a moment; see [`History::at`].
+    #[inline]
     #[must_use]
     pub fn scalar_at(&self, moment: Validity, reach: Reach) -> Option<Reading> {
         self.scalars.at(moment, reach)
@@ -268,9 +285,10 @@ impl Counts {
 /// How long after its stamp an observation was received, when that is longer than the signal may take, whatever the error
 /// of the stamp.
 fn lateness(signal: &Signal, observation: &Observation) -> Option<Span> {
+    let most = signal.limits.max_delay?;
     let (_, error) = signal.time_error;
     let delay = observation.received - observation.stamp;
-    signal.limits.max_delay.filter(|most| delay - error > *most).map(|_| delay)
+    (delay - error > most).then_some(delay)
 }
 
 /// Why bounds enclose no value.

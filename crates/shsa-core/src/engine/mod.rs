@@ -287,6 +287,9 @@ impl Engine {
 
     /// Tells of silence, and of returns once their probation is over; whether there was any.
     fn report_changes(&mut self, now: Time) -> bool {
+        if self.changes.is_empty() && self.returning.is_empty() {
+            return false;
+        }
         let mut changed = false;
         for change in core::mem::take(&mut self.changes) {
             self.judge.lapse(change.signal);

@@ -137,7 +137,7 @@ fn watched_way(knowledge: &KnowledgeBase, computation: Computation, lookback: Sp
         max_gap: timing.period.map_or(Span::MAX, |period| period.times(2)),
     };
     let outputs = History::new(capacity(rate_hz, lookback));
-    WatchedWay { computation, rests_on, outputs, reach, triggers: Vec::new() }
+    WatchedWay { computation, rests_on, outputs, measured: None, reach, triggers: Vec::new() }
 }
 
 /// The signals of a way with all that they are derived from: when one of them is lost, so is the way. Of signals from the

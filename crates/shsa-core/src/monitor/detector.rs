@@ -127,12 +127,18 @@ impl Detectors {
     }
 
     /// Notes what a port says about a reading.
+    #[inline]
     pub fn observe(&mut self, signal: SignalId, reception: &Reception, now: Time) {
         let detector = &mut self.list[signal];
         if reception.is_sound() && detector.is_quiet() {
             detector.count(now);
-            return;
+        } else {
+            self.gather(signal, reception);
         }
+    }
+
+    fn gather(&mut self, signal: SignalId, reception: &Reception) {
+        let detector = &mut self.list[signal];
         let place = *detector.moment.get_or_insert_with(|| {
             self.moments.push((signal, Moment::default()));
             u32::try_from(self.moments.len() - 1).unwrap_or(u32::MAX)
@@ -151,6 +157,9 @@ impl Detectors {
     /// Takes together what has been noted of this moment, and opens and closes the gates of the ports.
     pub fn settle(&mut self, ports: &mut IdVec<SignalId, Port>, now: Time) {
         self.findings.clear();
+        if self.moments.is_empty() {
+            return;
+        }
         self.moments.sort_unstable_by_key(|(signal, _)| *signal);
         for (signal, moment) in self.moments.drain(..) {
             let detector = &mut self.list[signal];
@@ -193,7 +202,8 @@ impl Detector {
 
     /// Whether a sound reading changes nothing.
     fn is_quiet(&self) -> bool {
-        self.moment.is_none() && self.fault.is_none() && self.bits == [0; DETECTED.len()]
+        let seen = self.bits.iter().fold(0, |all, bits| all | bits);
+        self.moment.is_none() && self.fault.is_none() && seen == 0
     }
 
     /// Counts a moment once, and forgets what is stale.

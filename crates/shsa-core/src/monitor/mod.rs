@@ -30,7 +30,7 @@ pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};
 pub use record::{Figures, Memory, Record};
 pub use stillness::Stillness;
 pub use symptom::Symptom;
-pub use trend::{Tendency, Trend, TrendOptions, TrendRecord};
+pub use trend::{Measured, Tendency, Trend, TrendOptions, TrendRecord};
 pub use watch::{Absence, Change, Watch};
 
 use crate::alignment::{Acceptance, History, Port, Reach, Sample};
@@ -64,6 +64,8 @@ pub struct WatchedWay {
     pub rests_on: SignalSet,
     /// Its recent outputs.
     pub outputs: History,
+    /// The output that was taken in last.
+    measured: Option<Measured>,
     reach: Reach,
     /// Pairs that compare when this way delivers.
     triggers: Vec<u32>,
@@ -79,6 +81,17 @@ impl WatchedWay {
     /// The outputs brought to a moment: within two periods, grown by the variable's rate of change.
     #[must_use]
     pub fn at(&self, moment: Validity) -> Option<Interval> {
+        self.outputs.alone_at(moment).or_else(|| self.near(moment))
+    }
+
+    /// The same with its middle and width, which are not found again for each way that compares with it.
+    fn measured_at(&self, moment: Validity) -> Option<Measured> {
+        let value = self.at(moment)?;
+        let known = self.measured.filter(|last| last.value == value);
+        Some(known.unwrap_or_else(|| Measured::of(value)))
+    }
+
+    fn near(&self, moment: Validity) -> Option<Interval> {
         let max_gap = match (self.reach.max_gap, self.outputs.newest(0), self.outputs.newest(1)) {
             (Span::MAX, Some(newest), Some(before)) => (newest.validity.to - before.validity.to).times(2),
             (declared, ..) => declared,
@@ -125,8 +138,7 @@ impl Monitor {
             if let Some(newest) = self.ports[signal].newest() {
                 self.stillness[signal].record(newest.value, now);
             }
-            let validity = description.validity(observation.stamp);
-            self.pending.extend(self.completes[signal].iter().map(|&way| (way, validity)));
+            self.pending.extend(self.completes[signal].iter().map(|&way| (way, reception.validity)));
         }
         Observed { kept, change }
     }
@@ -162,33 +174,42 @@ impl Monitor {
             let Some(way) = self.ways.get_mut(index.0 as usize) else { continue };
             let Some(sample) = way.computation.evaluate_scalar(&self.ports, validity) else { continue };
             if way.outputs.push(sample).is_kept() {
+                way.measured = Some(Measured::of(sample.value));
                 self.fresh.push((index, sample));
             }
         }
         // Observations of one moment may have come in any order; comparisons go by file order.
+        let order = |(index, sample): &(WayIndex, Sample)| (*index, sample.validity.to);
         if self.fresh.len() > 1 {
-            self.fresh.sort_unstable_by_key(|(index, sample)| (*index, sample.validity.to));
+            if self.fresh.is_sorted_by(|one, other| order(one) > order(other)) {
+                // In file order: the last one was taken first.
+                self.fresh.reverse();
+            } else {
+                self.fresh.sort_unstable_by_key(order);
+            }
         }
     }
 
     fn compare(&mut self, index: WayIndex, sample: Sample, now: Time) -> bool {
         let Some(way) = self.ways.get(index.0 as usize) else { return false };
+        let value = way.measured.filter(|last| last.value == sample.value);
+        let value = value.unwrap_or_else(|| Measured::of(sample.value));
         let mut changed = false;
         for &number in &way.triggers {
             let Some(pair) = self.pairs.get_mut(number as usize) else { continue };
             let Some(other) = self.ways.get(pair.other.0 as usize) else { continue };
-            let known =
+            let mean =
                 if way.computation.is_mean() { other.outputs.mean_over(sample.validity) } else { None };
-            let Some(known) = known.or_else(|| other.at(sample.validity)) else { continue };
+            let known = mean.map(Measured::of).or_else(|| other.measured_at(sample.validity));
+            let Some(known) = known else { continue };
             self.panel.hear(number as usize, known);
             let (before, was_restless) = (pair.relationship(now), pair.is_restless());
-            pair.record(sample.value, known, sample.validity, now);
-            changed |= before != pair.relationship(now);
+            changed |= before != pair.record(&value, &known, sample.validity, now);
             if was_restless != pair.is_restless() {
                 self.index.note(number, !was_restless);
             }
         }
-        self.panel.settle(index, sample.value, now);
+        self.panel.settle(index, value, now);
         changed
     }
 

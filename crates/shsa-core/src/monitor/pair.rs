@@ -1,6 +1,6 @@
 //! Two ways of knowing the same variable, and how they have compared lately.
 
-use super::trend::{Tendency, Trend};
+use super::trend::{Measured, Tendency, Trend};
 use crate::interval::Interval;
 use crate::knowledge::SignalSet;
 use crate::time::{Span, Time, Validity};
@@ -132,9 +132,16 @@ impl Window {
         match self.last {
             None => Relationship::Unknown,
             Some(last) if now - last > self.lifetime() => Relationship::Unknown,
+            Some(_) => self.said(),
+        }
+    }
+
+    /// What the window says at the moment of its last comparison.
+    fn said(&self) -> Relationship {
+        match self.bits {
             // Most often, and without a count.
-            _ if self.bits == 0 => Relationship::Agree,
-            _ if self.bits.count_ones() >= self.k => Relationship::Conflict,
+            0 => Relationship::Agree,
+            bits if bits.count_ones() >= self.k => Relationship::Conflict,
             _ => Relationship::Undecided,
         }
     }
@@ -209,24 +216,36 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// Takes a comparison in.
-    pub(super) fn record(&mut self, value: Interval, other: Interval, validity: Validity, now: Time) {
-        let disagrees = !value.overlaps(other);
+    /// Takes a comparison in; what its comparisons say now.
+    pub(super) fn record(
+        &mut self,
+        value: &Measured,
+        other: &Measured,
+        validity: Validity,
+        now: Time,
+    ) -> Relationship {
+        let disagrees = !value.value.overlaps(other.value);
         self.window.record(disagrees, now);
         if disagrees {
-            self.disagreement = Some(Disagreement { time: now, value, other });
+            self.disagreement = Some(Disagreement { time: now, value: value.value, other: other.value });
         }
-        match self.window.relationship(now) {
+        let single = self.window.said();
+        match single {
             Relationship::Agree => self.trend.relax(),
             state => self.trend.engage(state == Relationship::Conflict),
         }
         self.trend.record(value, other, validity, now);
+        self.together(single)
     }
 
     /// What its comparisons say now, each on its own and together.
     #[must_use]
     pub fn relationship(&self, now: Time) -> Relationship {
-        match (self.window.relationship(now), self.trend.tendency()) {
+        self.together(self.window.relationship(now))
+    }
+
+    fn together(&self, single: Relationship) -> Relationship {
+        match (single, self.trend.tendency()) {
             (Relationship::Unknown, _) => Relationship::Unknown,
             (_, Tendency::Drift | Tendency::Noise | Tendency::Skew) => Relationship::Conflict,
             (single, Tendency::Calm | Tendency::Building) => single,

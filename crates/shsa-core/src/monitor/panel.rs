@@ -7,6 +7,7 @@
 //! nothing about which one of them is off, so a way that is often compared with two others is only compared there.
 
 use super::record::{Figures, Memory, Record};
+use super::trend::Measured;
 use super::{Pair, WatchedWay, WayIndex};
 use crate::interval::Interval;
 use crate::knowledge::{SignalSet, VariableId};
@@ -39,9 +40,11 @@ pub(super) struct Panel {
     of_variable: Vec<(VariableId, WayIndex)>,
     /// The seat of each way when it delivers.
     own: Vec<Seat>,
-    /// For each pair, the seat of the other way when the pair's way delivers.
-    others: Vec<Seat>,
-    heard: Vec<(Seat, Interval)>,
+    /// For each pair, the seat of the other way when the pair's way delivers; none where nothing ever follows from it.
+    others: Vec<Option<Seat>>,
+    heard: Vec<(Seat, Measured)>,
+    /// The votes that were heard, as bits, and their bounds.
+    present: u64,
     lows: Vec<f64>,
     highs: Vec<f64>,
     is_started: bool,
@@ -52,7 +55,7 @@ impl Panel {
     pub(super) fn new(ways: &[WatchedWay], pairs: &[Pair], memory: Memory) -> Panel {
         let record = |way: &WatchedWay| Record::new(way.computation.timing().period, memory);
         let nobody = Seat { way: WayIndex(u32::MAX), vote: None, independent: 0, has_majorities: false };
-        let mut others = alloc::vec![nobody; pairs.len()];
+        let mut others = alloc::vec![None; pairs.len()];
         let mut own = Vec::with_capacity(ways.len());
         let mut has_majorities = alloc::vec![false; ways.len()];
         let mut most = 0;
@@ -71,22 +74,24 @@ impl Panel {
             let mut seats = seats.into_iter();
             own.push(seats.next().unwrap_or(nobody));
             for (&pair, seat) in way.triggers.iter().zip(seats) {
-                others.get_mut(pair as usize).into_iter().for_each(|place| *place = seat);
+                others.get_mut(pair as usize).into_iter().for_each(|place| *place = Some(seat));
             }
             most = most.max(members.len());
         }
         let mut of_variable: Vec<_> =
             (0..).map(WayIndex).zip(ways).map(|(index, way)| (way.variable(), index)).collect();
         of_variable.sort_unstable();
-        for seat in own.iter_mut().chain(&mut others) {
+        for seat in own.iter_mut().chain(others.iter_mut().flatten()) {
             seat.has_majorities = has_majorities.get(seat.way.0 as usize).copied().unwrap_or_default();
         }
+        leave_out_idle(ways, &own, &mut others);
         Panel {
             of_variable,
             records: ways.iter().map(record).collect(),
             own,
             others,
             heard: Vec::with_capacity(most),
+            present: 0,
             lows: Vec::with_capacity(most.min(MOST_VOTES)),
             highs: Vec::with_capacity(most.min(MOST_VOTES)),
             is_started: false,
@@ -101,44 +106,59 @@ impl Panel {
     }
 
     /// The value of the other way of a pair whose way delivers.
-    pub(super) fn hear(&mut self, pair: usize, known: Interval) {
-        if let Some(&seat) = self.others.get(pair).filter(|_| known.is_bounded()) {
-            self.heard.push((seat, known));
+    pub(super) fn hear(&mut self, pair: usize, known: Measured) {
+        if let Some(seat) = self.others.get(pair).copied().flatten().filter(|_| known.value.is_bounded()) {
+            self.take(seat, known);
         }
     }
 
+    fn take(&mut self, seat: Seat, measured: Measured) {
+        if let Some(vote) = seat.vote {
+            self.present |= 1_u64 << vote;
+            self.lows.push(measured.value.lo());
+            self.highs.push(measured.value.hi());
+        }
+        self.heard.push((seat, measured));
+    }
+
     /// A way has delivered, and all that it is compared with has been heard. O(k log k) for k of them.
-    pub(super) fn settle(&mut self, way: WayIndex, value: Interval, now: Time) {
+    pub(super) fn settle(&mut self, way: WayIndex, value: Measured, now: Time) {
         if let Some(record) = self.records.get_mut(way.0 as usize) {
             record.deliver(now);
         }
-        let own = self.own.get(way.0 as usize).filter(|_| value.is_bounded() && !self.heard.is_empty());
-        if let Some(&seat) = own {
-            self.heard.push((seat, value));
+        if self.heard.is_empty() {
+            return;
+        }
+        if let Some(&seat) = self.own.get(way.0 as usize).filter(|_| value.value.is_bounded()) {
+            self.take(seat, value);
             self.rate(now);
         }
         self.heard.clear();
+        self.present = 0;
+        self.lows.clear();
+        self.highs.clear();
     }
 
     /// Compares all that was heard with its consensus.
     fn rate(&mut self, now: Time) {
-        let votes = || self.heard.iter().filter_map(|(seat, value)| Some((seat.vote?, value)));
-        let present = votes().fold(0, |all, (vote, _)| all | 1_u64 << vote);
-        self.lows.clear();
-        self.lows.extend(votes().map(|(_, value)| value.lo()));
-        self.highs.clear();
-        self.highs.extend(votes().map(|(_, value)| value.hi()));
-        let consensus = consensus(&mut self.lows, &mut self.highs).filter(|(agreed, _)| {
-            let supporting = votes().filter(|(_, value)| value.overlaps(*agreed)).count();
-            2 * supporting > present.count_ones() as usize
+        let Panel { heard, present, lows, highs, records, .. } = self;
+        let is_told = lows.len() > 2;
+        let counts = |seat: &Seat| seat.independent & *present != 0 && (is_told || !seat.has_majorities);
+        if !heard.iter().any(|(seat, _)| counts(seat)) {
+            return;
+        }
+        let votes = lows.len();
+        let consensus = consensus(lows, highs).filter(|(agreed, _)| {
+            let supports = |(seat, measured): &&(Seat, Measured)| {
+                seat.vote.is_some() && measured.value.overlaps(*agreed)
+            };
+            2 * heard.iter().filter(supports).count() > votes
         });
-        let is_told = present.count_ones() > 2;
-        let counts = |seat: &Seat| seat.independent & present != 0 && (is_told || !seat.has_majorities);
-        for (seat, value) in self.heard.iter().filter(|(seat, _)| counts(seat)) {
-            let Some(record) = self.records.get_mut(seat.way.0 as usize) else { continue };
-            let agrees = consensus.is_some_and(|(agreed, _)| agreed.overlaps(*value));
-            let distance = consensus.map(|(_, middle)| (value.midpoint() - middle).abs());
-            record.compare(agrees, distance, value.width(), now);
+        for (seat, measured) in heard.iter().filter(|(seat, _)| counts(seat)) {
+            let Some(record) = records.get_mut(seat.way.0 as usize) else { continue };
+            let agrees = consensus.is_some_and(|(agreed, _)| agreed.overlaps(measured.value));
+            let distance = consensus.map(|(_, middle)| (measured.middle() - middle).abs());
+            record.compare(agrees, distance, measured.width(), now);
         }
     }
 
@@ -195,6 +215,21 @@ fn seats(ways: &[WatchedWay], members: &[WayIndex]) -> Vec<Seat> {
     members.iter().map(seat).collect()
 }
 
+/// Leaves out the seats of moments at which two votes are heard and all that hear them are told more at other moments.
+fn leave_out_idle(ways: &[WatchedWay], own: &[Seat], others: &mut [Option<Seat>]) {
+    for (way, own) in ways.iter().zip(own) {
+        let places = || way.triggers.iter().map(|&pair| pair as usize);
+        let heard =
+            || core::iter::once(*own).chain(places().filter_map(|at| others.get(at).copied().flatten()));
+        let votes = heard().filter(|seat| seat.vote.is_some()).count();
+        if votes <= 2 && heard().all(|seat| seat.has_majorities) {
+            for at in places() {
+                others.get_mut(at).into_iter().for_each(|seat| *seat = None);
+            }
+        }
+    }
+}
+
 /// The consensus of values with these bounds and its middle; `None` where the medians leave nothing between them.
 fn consensus(lows: &mut [f64], highs: &mut [f64]) -> Option<(Interval, f64)> {
     let lo = ranked(lows, lows.len() / 2)?;
@@ -206,12 +241,20 @@ fn consensus(lows: &mut [f64], highs: &mut [f64]) -> Option<(Interval, f64)> {
 /// The number of a rank among finite ones, 0 for the smallest. Few are ranked without a sort, as they mostly are few.
 fn ranked(numbers: &mut [f64], rank: usize) -> Option<f64> {
     match (&*numbers, rank) {
-        (&[one, other], 0) => Some(one.min(other)),
-        (&[one, other], 1) => Some(one.max(other)),
-        (&[one, other, third], 1) => Some(one.min(other).max(one.max(other).min(third))),
+        (&[one, other], 0) => Some(ordered(one, other).0),
+        (&[one, other], 1) => Some(ordered(one, other).1),
+        (&[one, other, third], 1) => {
+            let (small, large) = ordered(one, other);
+            Some(ordered(small, ordered(large, third).0).1)
+        }
         _ if rank < numbers.len() => Some(*numbers.select_nth_unstable_by(rank, f64::total_cmp).1),
         _ => None,
     }
+}
+
+/// Two numbers, the smaller first.
+fn ordered(one: f64, other: f64) -> (f64, f64) {
+    if one < other { (one, other) } else { (other, one) }
 }
 
 #[cfg(test)]

@@ -213,9 +213,11 @@ impl Presence {
     fn pass_until(&mut self, now: Time) {
         let Some(from) = self.last.or(self.since) else { return };
         let span = (now - from).max(Span::ZERO);
-        let with_value = span.min(self.held());
-        self.pass(with_value, 1.0);
-        self.pass(span - with_value, 0.0);
+        let held = self.held();
+        self.pass(span.min(held), 1.0);
+        if span > held {
+            self.pass(span - held, 0.0);
+        }
     }
 
     /// How long a value is one: as declared, else as the last two came. Before the first value only a declared rate

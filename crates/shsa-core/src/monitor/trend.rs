@@ -68,6 +68,33 @@ pub enum Tendency {
     Skew,
 }
 
+/// A value with what comparisons ask of it, found once however many there are.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured {
+    /// The value, SI.
+    pub value: Interval,
+    middle: f64,
+    width: f64,
+}
+
+impl Measured {
+    /// Finds the middle and the width.
+    #[must_use]
+    pub fn of(value: Interval) -> Measured {
+        Measured { value, middle: value.midpoint(), width: value.width() }
+    }
+
+    /// Its middle, SI.
+    pub(super) fn middle(&self) -> f64 {
+        self.middle
+    }
+
+    /// Its width, SI, rounded up.
+    pub(super) fn width(&self) -> f64 {
+        self.width
+    }
+}
+
 /// The comparison before.
 #[derive(Clone, Copy, Debug)]
 struct Before {
@@ -150,9 +177,9 @@ impl Trend {
     }
 
     /// Takes a comparison in.
-    pub fn record(&mut self, value: Interval, other: Interval, validity: Validity, now: Time) {
-        let tolerance = 0.5 * (value.width() + other.width());
-        let (difference, middle) = (value.midpoint() - other.midpoint(), other.midpoint());
+    pub fn record(&mut self, value: &Measured, other: &Measured, validity: Validity, now: Time) {
+        let tolerance = 0.5 * (value.width + other.width);
+        let (difference, middle) = (value.middle - other.middle, other.middle);
         if !(tolerance > 0.0 && tolerance.is_finite() && difference.is_finite()) {
             return;
         }
@@ -162,37 +189,53 @@ impl Trend {
         let before = self.before.replace(Before { time, share: clipped, other: middle });
         let Some(before) = before.filter(|before| before.time < time) else { return };
         let elapsed = (time - before.time).seconds();
-        self.accumulate(share, tolerance, elapsed);
+        let gain = self.gain(elapsed);
+        self.accumulate(share, tolerance, gain);
         let change = clipped - before.share;
-        let quick = (elapsed / QUICK.seconds()).min(1.0 / FEW) / MEMORY;
+        let quick = smaller(elapsed / QUICK.seconds(), 1.0 / FEW) / MEMORY;
         approach(&mut self.scatter, 0.5 * change * change, quick);
         approach(&mut self.recent, clipped * clipped, quick);
-        let gain = self.gain(elapsed) / MEMORY;
+        let gain = gain / MEMORY;
         approach(&mut self.mean, difference, gain);
         approach(&mut self.square, clipped * clipped, gain);
         let slope = (middle - before.other) / (tolerance * elapsed);
         approach(&mut self.slope_slope, slope * slope, gain);
         approach(&mut self.slope_difference, slope * clipped, gain);
         approach(&mut self.weight, 1.0, gain);
-        if self.weight > FULL {
-            self.usual.get_or_insert(self.mean / self.weight);
+        if self.usual.is_none() && self.weight > FULL {
+            self.usual = Some(self.mean / self.weight);
         }
-        self.raise(now);
+        if !self.stays_calm() {
+            self.raise(now);
+        }
     }
 
     /// The share of a mean that a comparison replaces, and of an alarm that twice the allowance adds.
     fn gain(&self, elapsed: f64) -> f64 {
-        (elapsed / self.options.span.seconds()).min(1.0 / f64::from(self.options.least.max(1)))
+        smaller(elapsed / self.options.span.seconds(), 1.0 / f64::from(self.options.least.max(1)))
     }
 
     /// Adds what exceeds the allowance; what disagrees outright is for the single comparisons to tell.
-    fn accumulate(&mut self, share: f64, tolerance: f64, elapsed: f64) {
+    fn accumulate(&mut self, share: f64, tolerance: f64, gain: f64) {
         let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return };
         let share = common(share, share - usual / tolerance);
-        let (allowance, gain) = (self.options.allowance, self.gain(elapsed));
+        let allowance = self.options.allowance;
+        if share.abs() <= allowance && self.sums == [0.0; 2] {
+            // Most often: there is nothing to take from.
+            return;
+        }
         for (sum, share) in self.sums.iter_mut().zip([share, -share]) {
             *sum = (*sum + gain * (share - allowance) / allowance).clamp(0.0, 1.0);
         }
+    }
+
+    /// Whether nothing has come together, and nothing comes near to it: most often, and quickly seen.
+    fn stays_calm(&self) -> bool {
+        let limit_of_scatter = self.options.scatter * self.options.scatter;
+        self.alarm == Tendency::Calm
+            && self.largest_sum() <= OPEN
+            && self.scatter / limit_of_scatter <= HALF
+            && self.square / self.limit_of_skew() <= HALF
     }
 
     fn raise(&mut self, now: Time) {
@@ -317,6 +360,11 @@ fn common(one: f64, other: f64) -> f64 {
     }
 }
 
+/// The smaller of two numbers.
+fn smaller(one: f64, other: f64) -> f64 {
+    if one < other { one } else { other }
+}
+
 /// Moves a mean towards a value.
 fn approach(mean: &mut f64, value: f64, gain: f64) {
     *mean += gain * (value - *mean);
@@ -341,7 +389,8 @@ mod tests {
             let now = Time::from_seconds(seconds);
             let around = |middle: f64| Interval::new(middle - 0.5, middle + 0.5);
             let validity = Validity { from: now, to: now };
-            trend.record(around(truth(seconds) + difference(seconds)), around(truth(seconds)), validity, now);
+            let (value, other) = (around(truth(seconds) + difference(seconds)), around(truth(seconds)));
+            trend.record(&Measured::of(value), &Measured::of(other), validity, now);
             if !matches!(trend.tendency(), Tendency::Calm | Tendency::Building) {
                 return (trend, seconds);
             }
@@ -407,7 +456,7 @@ mod tests {
         for number in 0..100 {
             let now = Time::from_seconds(1e4 + PERIOD_S * f64::from(number));
             let value = Interval::new(-0.5, 0.5);
-            trend.record(value, value, Validity { from: now, to: now }, now);
+            trend.record(&Measured::of(value), &Measured::of(value), Validity { from: now, to: now }, now);
         }
         assert_eq!(trend.tendency(), Tendency::Calm);
     }
@@ -428,7 +477,8 @@ mod tests {
             for (one, other, time) in values {
                 let moment = Validity { from: Time(time), to: Time(time) };
                 let around = |value: f64| Interval::new(value - 1.0, value + 1.0);
-                trend.record(around(one), around(other), moment, Time(time));
+                let (one, other) = (Measured::of(around(one)), Measured::of(around(other)));
+                trend.record(&one, &other, moment, Time(time));
                 prop_assert!(trend.mean().is_finite() || trend.mean().is_infinite());
             }
         }

@@ -2,7 +2,7 @@
 
 use crate::comparison::Comparison;
 use shsa_core::interval::Interval;
-use shsa_core::monitor::{Tendency, Trend, TrendOptions};
+use shsa_core::monitor::{Measured, Tendency, Trend, TrendOptions};
 use shsa_core::time::Span;
 
 /// What is tested later may be livelier than what was fitted.
@@ -33,7 +33,8 @@ fn is_calm(comparisons: &[Comparison], window: Span, width: f64) -> bool {
     comparisons.iter().all(|it| {
         let reach = 0.5 * it.width + width;
         let value = Interval::new(it.value - reach, it.value + reach);
-        trend.record(value, Interval::point(it.known), it.validity, it.received);
+        let (value, known) = (Measured::of(value), Measured::of(Interval::point(it.known)));
+        trend.record(&value, &known, it.validity, it.received);
         matches!(trend.tendency(), Tendency::Calm | Tendency::Building)
     })
 }
