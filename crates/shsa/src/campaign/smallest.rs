@@ -1,7 +1,8 @@
 //! The smallest fault of each kind that the whole loop sees, found by trying it.
 //!
 //! A fault of an amount is *seen* when an alarm follows it, whichever way it points, at every one of some moments, with every
-//! seed where there is chance in it, before it ends. The amount is doubled until that is so, then halved back to a tenth
+//! seed where there is chance in it: a drift before it ends, noise and spikes within half of the time that they last, another one
+//! within a quarter of it, so that nothing counts that comes by chance in the end. The amount is doubled until that is so, then halved back to a tenth
 //! above what is not seen any more; twice the amount must be seen, too, so that no lucky one is taken. It is not a property of
 //! one comparison: debouncing, the judge, the gates and time-outs are in it.
 
@@ -23,6 +24,15 @@ const LEAST_PART: f64 = 1.0 / 1024.0;
 
 /// How much larger the amount may be than one that is not seen.
 const PRECISION: f64 = 1.1;
+
+/// Within which part of its duration a fault is to be seen.
+fn part(kind: Kind) -> i64 {
+    match kind {
+        Kind::Drift => 1,
+        Kind::Noise | Kind::Spike => 2,
+        _ => 4,
+    }
+}
 
 /// Where no error tells where to begin: this share of how much the values vary.
 const SHARE_OF_RANGE: f64 = 0.01;
@@ -285,7 +295,7 @@ impl<'a> Search<'a> {
     fn tried(&self, one: Try, amount: f64) -> Option<Option<Span>> {
         let size = if self.kind == Kind::Scale { 1.0 + one.side * amount } else { one.side * amount };
         let kind = fault_kind(self.kind, size, &self.own, one.onset, self.ground.samples)?;
-        let to = one.onset + self.duration;
+        let to = one.onset + Span(self.duration.0 / part(self.kind));
         let fault = Fault { kind, signal: self.name.to_owned(), from: one.onset, to: Some(to) };
         let trial = Trial { cell: 0, fault, end: self.ground.first + to, seed: one.seed, is_below: false };
         self.ground.first_alarm(&trial, self.signal)
