@@ -125,6 +125,8 @@ pub(super) struct Trial {
     pub(super) seed: u64,
     /// A value that sticks while it would hardly move: less of a fault than what is seen.
     pub(super) is_below: bool,
+    /// Whether it is as large as what is seen, so that it is expected to be.
+    pub(super) is_measured: bool,
 }
 
 /// What the user wants to be tried.
@@ -248,7 +250,12 @@ impl Grid {
                 let end = samples.first().map_or(Time(0), |sample| sample.received) + to;
                 let seeds = 1..=if what.kind.is_random() { wish.seeds } else { 1 };
                 let is_below = wish.detectable.is_some_and(|it| it.is_below(&fault, id, &own, end));
-                let trial = |seed| Trial { cell, fault: fault.clone(), end, seed, is_below };
+                let is_measured = wish.detectable.is_some();
+                // A signal that ends within the time of a fault has a shorter one.
+                if is_measured && own.last().is_none_or(|last| last.received < end - Span(self.duration.0 / 10)) {
+                    continue;
+                }
+                let trial = |seed| Trial { cell, fault: fault.clone(), end, seed, is_below, is_measured };
                 self.trials.extend(seeds.map(trial));
             }
         }

@@ -146,8 +146,8 @@ impl Section<'_> {
     }
 
     fn table(&self) -> String {
-        let mut text = "| fault | runs | too small | detected | isolated, of the isolable | wrong blame | shared blame | latency, median | worst | early alarms |\n\
-                        |---|---|---|---|---|---|---|---|---|---|\n"
+        let mut text = "| fault | runs | too small | accused before | detected | isolated, of the isolable | wrong blame | shared blame | latency, median | worst | early alarms |\n\
+                        |---|---|---|---|---|---|---|---|---|---|---|\n"
             .to_owned();
         let all = |_: &Cell| true;
         for what in &self.campaign.grid.whats {
@@ -159,7 +159,8 @@ impl Section<'_> {
 
     fn row(&self, text: &mut String, label: &str, is_wanted: impl Fn(&Cell) -> bool) {
         let (below, runs): (Vec<Run<'_>>, Vec<Run<'_>>) =
-            self.runs().filter(|(_, cell, _)| is_wanted(cell)).partition(|(trial, ..)| trial.is_below);
+            self.runs().filter(|(_, cell, _)| is_wanted(cell)).partition(is_passed_over);
+        let too_small = below.iter().filter(|(trial, ..)| trial.is_below).count();
         let count = |is_it: &dyn Fn(&Run<'_>) -> bool| runs.iter().filter(|run| is_it(run)).count();
         let isolable = count(&|run| self.is_isolable(run.1.signal));
         let mut latencies: Vec<f64> = runs.iter().filter_map(|run| self.latency(run)).collect();
@@ -168,9 +169,10 @@ impl Section<'_> {
         let median = latencies.len().checked_sub(1).and_then(|last| latencies.get(last / 2));
         let _ = writeln!(
             text,
-            "| {label} | {} | {} | {} | {} of {isolable} | {} | {} | {} | {} | {} |",
+            "| {label} | {} | {} | {} | {} | {} of {isolable} | {} | {} | {} | {} | {} |",
             runs.len(),
-            below.len(),
+            too_small,
+            below.len() - too_small,
             count(&|run| run.2.latency.is_some()),
             count(&|run| self.is_isolable(run.1.signal) && run.2.is_isolated()),
             count(&|run| run.2.blamed_other) + below.iter().filter(|run| run.2.blamed_other).count(),
@@ -186,10 +188,13 @@ impl Section<'_> {
         Some(measured.latency?.seconds() / period.seconds())
     }
 
-    fn reasons(&self, (trial, cell, measured): &Run<'_>) -> Vec<usize> {
-        let is_missed = measured.latency.is_none() && !trial.is_below;
+    fn reasons(&self, run: &Run<'_>) -> Vec<usize> {
+        let (_, cell, measured) = run;
+        let is_missed = measured.latency.is_none() && !is_passed_over(run);
         let shows = self.analysis.faults.is_detectable(cell.signal);
-        let is_unnamed = measured.latency.is_some() && !trial.is_below && self.is_isolable(cell.signal) && !measured.is_isolated();
+        let is_unnamed = measured.latency.is_some()
+            && !is_passed_over(run)
+            && self.is_isolable(cell.signal) && !measured.is_isolated();
         let plain = is_unnamed && !measured.blamed_other && !measured.blamed_shared;
         let holds =
             [measured.blamed_other, measured.blamed_shared, is_missed && shows, is_missed && !shows, plain];
@@ -221,6 +226,11 @@ impl Section<'_> {
         }
         text + "\n"
     }
+}
+
+/// Whether nothing is expected of a run: the fault is smaller than what is seen, or its signal stood accused before.
+fn is_passed_over((trial, _, measured): &Run<'_>) -> bool {
+    trial.is_below || (trial.is_measured && measured.accused)
 }
 
 /// The errors of value and time that a model grants a signal, and how late it may be.

@@ -60,7 +60,6 @@ pub(crate) struct Smallest {
     pub(crate) duration: Span,
     /// When they begin, from the first sample on.
     pub(crate) onsets: Vec<Span>,
-    pub(crate) seeds: u64,
     /// By signal, and by kind in the order of the wish.
     pub(crate) found: Vec<Found>,
 }
@@ -102,7 +101,7 @@ impl Smallest {
         samples: &[Sample],
         wish: &Wish<'_>,
     ) -> anyhow::Result<Smallest> {
-        let nothing = |onsets| Smallest { duration: wish.duration, onsets, seeds: wish.seeds, found: Vec::new() };
+        let nothing = |onsets| Smallest { duration: wish.duration, onsets, found: Vec::new() };
         let Some(ground) = Ground::new(knowledge, samples) else { return Ok(nothing(Vec::new())) };
         let onsets = healthy_onsets(&ground, wish);
         let pairs = wish.signals.iter().flat_map(|&signal| wish.kinds.iter().map(move |&kind| (signal, kind)));
@@ -297,7 +296,8 @@ impl<'a> Search<'a> {
         let kind = fault_kind(self.kind, size, &self.own, one.onset, self.ground.samples)?;
         let to = one.onset + Span(self.duration.0 / part(self.kind));
         let fault = Fault { kind, signal: self.name.to_owned(), from: one.onset, to: Some(to) };
-        let trial = Trial { cell: 0, fault, end: self.ground.first + to, seed: one.seed, is_below: false };
+        let end = self.ground.first + to;
+        let trial = Trial { cell: 0, fault, end, seed: one.seed, is_below: false, is_measured: true };
         self.ground.first_alarm(&trial, self.signal)
     }
 

@@ -19,8 +19,9 @@ pub(super) const LEGEND: [(&str, &str); 12] = [
     ("runs", "one for each onset, and for each seed where the fault is random; a run ends with its fault"),
     (
         "without effect",
-        "faults that changed no value, such as stuck where the value did not move, and with --detectable where it moved \
-         by less than what is seen; of these only wrong and shared blame count (too_small in the JSON)",
+        "faults that changed no value, such as stuck where the value did not move; with --detectable also those that are \
+         smaller than what is seen (too_small in the JSON), and those of a signal that stood accused before (accused); of \
+         these only wrong and shared blame count",
     ),
     (
         "detected",
@@ -75,6 +76,8 @@ pub(super) struct Tally {
     pub(super) without_effect: usize,
     /// Of these, values that stuck while they would have moved by less than what is seen.
     pub(super) too_small: usize,
+    /// And those of signals that stood accused before.
+    pub(super) accused: usize,
     pub(super) detected: usize,
     pub(super) isolated: usize,
     pub(super) wrong_blame: usize,
@@ -94,7 +97,9 @@ impl Tally {
         for (trial, result) in results {
             match result {
                 None => tally.without_effect += 1,
-                Some(measured) if trial.is_below => tally.pass_over(measured),
+                Some(measured) if trial.is_below || (trial.is_measured && measured.accused) => {
+                    tally.pass_over(measured, trial.is_below);
+                }
                 Some(measured) => tally.add(measured),
             }
         }
@@ -102,10 +107,11 @@ impl Tally {
         tally
     }
 
-    /// A fault that is smaller than what is seen: nothing is expected but that nobody else is blamed.
-    fn pass_over(&mut self, measured: &Measured) {
+    /// A fault that is smaller than what is seen, or of a signal that stood accused before: nothing is expected but that
+    /// nobody else is blamed.
+    fn pass_over(&mut self, measured: &Measured, is_below: bool) {
         self.without_effect += 1;
-        self.too_small += 1;
+        *(if is_below { &mut self.too_small } else { &mut self.accused }) += 1;
         self.wrong_blame += usize::from(measured.blamed_other);
         self.shared_blame += usize::from(measured.blamed_shared);
     }
@@ -223,6 +229,7 @@ impl Campaign<'_> {
             "runs": tally.runs,
             "without_effect": tally.without_effect,
             "too_small": tally.too_small,
+            "accused": tally.accused,
             "detected": tally.detected,
             "detection_rate": tally.share(tally.detected),
             "isolated": tally.isolated,

@@ -41,6 +41,8 @@ pub(super) struct Served {
 pub(super) struct Measured {
     /// Alarms before the fault.
     pub(super) early: usize,
+    /// Whether the signal stood accused when its fault began: no further alarm need follow.
+    pub(super) accused: bool,
     /// From the fault's beginning to the first alarm that the clean run does not give.
     pub(super) latency: Option<Span>,
     /// Whether the faulty signal was named: failed or silent.
@@ -197,6 +199,7 @@ impl<'a> Watch<'a> {
         let needs = vec![Served { error: 0.0, unmet: false }; count];
         let measured = Measured {
             early: 0,
+            accused: false,
             latency: None,
             named: false,
             blamed_other: false,
@@ -207,7 +210,12 @@ impl<'a> Watch<'a> {
     }
 
     fn listen(&mut self, run: &mut Run) {
-        run.events.drain(..).filter_map(|event| alarm(&event)).for_each(|alarm| self.hear(alarm));
+        for event in run.events.drain(..) {
+            if event.time < self.fault.0 && event.signal == Some(self.signal) {
+                self.measured.accused = event.kind != EventKind::Restored;
+            }
+            alarm(&event).into_iter().for_each(|alarm| self.hear(alarm));
+        }
         for publication in run.publications.drain(..) {
             self.see(publication.need, publication.time, &publication.value);
         }
