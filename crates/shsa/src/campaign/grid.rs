@@ -326,8 +326,8 @@ impl Detectable {
         if fault.kind != FaultKind::Stuck(None) {
             return false;
         }
-        let Some((bias, within)) = self.smallest.seen(signal, Kind::Bias) else { return true };
-        let drift = self.smallest.seen(signal, Kind::Drift).map_or(0.0, |(drift, _)| drift);
+        let seen = |kind| self.smallest.seen(signal, kind);
+        let Some(((bias, within), (drift, _))) = seen(Kind::Bias).zip(seen(Kind::Drift)) else { return true };
         let number = |sample: &Sample| numbers(&sample.value).first().copied();
         let onset = end - fault.to.map_or(Span::ZERO, |to| to - fault.from);
         let begin = own.partition_point(|sample| sample.received < onset);

@@ -128,7 +128,7 @@ impl Section<'_> {
 
     /// What is seen of each signal, beside what its model tolerates.
     fn amounts(&self, smallest: &Smallest) -> String {
-        let kinds: Vec<Kind> = Kind::ALL.into_iter().filter(|kind| smallest.has(*kind)).collect();
+        let kinds = smallest.kinds();
         let onsets: Vec<String> = smallest.onsets.iter().map(|at| format!("{:.1}", at.seconds())).collect();
         let mut text = format!(
             "Smallest faults seen in the half that it was fitted to, beginning at {} s:\n\n| signal | tolerated |",

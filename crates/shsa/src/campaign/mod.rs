@@ -56,8 +56,9 @@ pub(crate) struct Arguments {
     /// Amounts, as multiples of the declared error.
     #[arg(long, value_name = "X,..", value_delimiter = ',', default_value = "2,4,8", value_parser = multiple)]
     amounts: Vec<f64>,
-    /// Amounts are F times (2 when not given) the smallest bias of each signal that `shsa calibrate` says is seen. The model is
-    /// calibrated on the first half of the recording, faults begin in the second; a drift reaches 3 times that bias.
+    /// Amounts are F times (2 when not given) the smallest fault of each kind and signal that gives an alarm at every onset in
+    /// the first half of the recording, on which the model is calibrated; faults begin in the second. A drift reaches 3 times
+    /// the smallest bias at least.
     #[arg(long, value_name = "F", num_args = 0..=1, default_missing_value = "2", require_equals = true,
         value_parser = multiple, conflicts_with = "amounts")]
     detectable: Option<f64>,

@@ -10,6 +10,7 @@ use super::grid::{Kind, Size, Trial, evenly, fault_kind};
 use super::on_all_cores;
 use super::text::rounded;
 use super::trial::Ground;
+use serde_json::{Map, Value, json};
 use shsa_core::knowledge::{Id, KnowledgeBase, Signal, SignalId};
 use shsa_core::time::{Span, Time};
 use shsa_format::fault::Fault;
@@ -121,9 +122,27 @@ impl Smallest {
         self.found.iter().find(|it| it.signal == signal && it.kind == kind).map(|it| it.limit)
     }
 
-    /// Whether faults of a kind were looked for.
-    pub(crate) fn has(&self, kind: Kind) -> bool {
-        self.found.iter().any(|it| it.kind == kind)
+    /// The kinds that were looked for.
+    pub(crate) fn kinds(&self) -> Vec<Kind> {
+        Kind::ALL.into_iter().filter(|kind| self.found.iter().any(|it| it.kind == *kind)).collect()
+    }
+
+    /// By signal and kind: the amount, as it would be injected, and the longest time to its alarm; where none is seen, up to
+    /// which amount, and in how many runs that one is.
+    pub(crate) fn to_json(&self, knowledge: &KnowledgeBase) -> Value {
+        let kinds = self.kinds();
+        let limit = |limit: Limit| match limit {
+            Limit::NotRecorded => Value::Null,
+            Limit::Seen { amount, within } => json!({ "amount": amount, "within_s": within.seconds() }),
+            Limit::Unseen { up_to, seen, of } => json!({ "unseen_up_to": up_to, "seen": seen, "of": of }),
+        };
+        let of_signal = |(id, signal): (SignalId, &Signal)| {
+            let cells = kinds.iter().filter_map(|&kind| Some((kind.name().to_owned(), limit(self.limit(id, kind)?))));
+            (signal.name.clone(), Value::Object(cells.collect()))
+        };
+        let onsets: Vec<f64> = self.onsets.iter().map(|onset| onset.seconds()).collect();
+        let signals: Map<String, Value> = knowledge.signals().enumerate().map(of_signal).collect();
+        json!({ "onsets_s": onsets, "fault_s": self.duration.seconds(), "signals": signals })
     }
 
     /// How small a fault of a signal may be, in words; a drift with the amount that it reaches.
