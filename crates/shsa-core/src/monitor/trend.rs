@@ -242,14 +242,10 @@ impl Trend {
         self.in_conflict = true;
     }
 
-    /// The single comparisons agree again: what was gathered during their conflict is over, but for how they scatter: what
-    /// is wrong now and then comes into conflict and out of it.
+    /// The single comparisons agree again: what was gathered during their conflict is over.
     pub fn relax(&mut self) {
         if self.in_conflict {
-            let (scatter, recent, raised) = (self.scatter, self.recent, self.raised);
-            let alarm = if self.alarm == Tendency::Noise { Tendency::Noise } else { Tendency::Calm };
             self.forget();
-            *self = Trend { scatter, recent, raised, alarm, ..*self };
         }
     }
 
@@ -376,20 +372,6 @@ mod tests {
     fn a_difference_that_has_always_been_there_is_no_drift() {
         let (_, seconds) = after(10_000, |_| 0.8, |_| 0.0);
         assert!(seconds.is_infinite());
-    }
-
-    /// One wild value in five brings the pair into conflict for a moment each time.
-    #[test]
-    fn noise_that_comes_into_conflict_and_out_of_it_is_found() {
-        let mut trend = Trend::new(TrendOptions::default(), Span::ZERO);
-        for number in 0..200 {
-            let now = Time::from_seconds(PERIOD_S * f64::from(number));
-            let is_wild = number % 5 == 0;
-            let value = if is_wild { Interval::new(9.0, 10.0) } else { Interval::new(-0.5, 0.5) };
-            if is_wild { trend.engage(true) } else { trend.relax() }
-            trend.record(value, Interval::new(-0.5, 0.5), Validity { from: now, to: now }, now);
-        }
-        assert_eq!(trend.tendency(), Tendency::Noise);
     }
 
     #[test]
