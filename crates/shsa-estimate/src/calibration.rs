@@ -367,11 +367,13 @@ impl<'a> Work<'a> {
     /// more. Time: a run of the monitor over the earlier part for each round.
     fn silent_errors(&self, trial: &Trial, demands: &mut [Demand]) -> Result<Vec<f64>, Problem> {
         let mut errors = self.solve(demands);
-        let span = self.early.first().zip(self.early.last()).map(|(first, last)| last.received - first.received);
+        let span =
+            self.early.first().zip(self.early.last()).map(|(first, last)| last.received - first.received);
         let accepted = self.options.false_alarms_per_hour * span.map_or(0.0, Span::seconds) / 3600.0;
         for _ in 0..MOST_ROUNDS {
             let is_asked = |number: usize| {
-                let asks = |demand: &Demand| demand.least > 0.0 && demand.gains.iter().any(|(at, _)| *at == number);
+                let asks =
+                    |demand: &Demand| demand.least > 0.0 && demand.gains.iter().any(|(at, _)| *at == number);
                 demands.iter().any(asks)
             };
             let tried = |(number, error): (usize, &f64)| is_asked(number).then_some(*error);

@@ -129,7 +129,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         .map(|lasting| smallest(&found, &recording, first + split, &wanted.left_out, lasting))
         .transpose()?;
     let smallest = smallest.as_ref();
-    let report = report::Report { draft: live.draft(), knowledge, found: &found, smallest, first, split, duration };
+    let report =
+        report::Report { draft: live.draft(), knowledge, found: &found, smallest, first, split, duration };
     if let Some(mut patch) = patch {
         patch.write_all(patch::text(&report, arguments.false_alarms).as_bytes())?;
         patch.flush()?;

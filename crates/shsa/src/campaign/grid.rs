@@ -199,9 +199,7 @@ impl Grid {
         }
         let mut whats = Vec::new();
         for &kind in wish.kinds {
-            whats.extend(
-                kind.multiples(wish.multiples).into_iter().map(|multiple| What { kind, multiple }),
-            );
+            whats.extend(kind.multiples(wish.multiples).into_iter().map(|multiple| What { kind, multiple }));
         }
         let mut grid = Grid {
             whats,
@@ -252,7 +250,9 @@ impl Grid {
                 let is_below = wish.detectable.is_some_and(|it| it.is_below(&fault, id, &own, end));
                 let is_measured = wish.detectable.is_some();
                 // A signal that ends within the time of a fault has a shorter one.
-                if is_measured && own.last().is_none_or(|last| last.received < end - Span(self.duration.0 / 10)) {
+                if is_measured
+                    && own.last().is_none_or(|last| last.received < end - Span(self.duration.0 / 10))
+                {
                     continue;
                 }
                 let trial = |seed| Trial { cell, fault: fault.clone(), end, seed, is_below, is_measured };

@@ -194,7 +194,8 @@ impl Section<'_> {
         let shows = self.analysis.faults.is_detectable(cell.signal);
         let is_unnamed = measured.latency.is_some()
             && !is_passed_over(run)
-            && self.is_isolable(cell.signal) && !measured.is_isolated();
+            && self.is_isolable(cell.signal)
+            && !measured.is_isolated();
         let plain = is_unnamed && !measured.blamed_other && !measured.blamed_shared;
         let holds =
             [measured.blamed_other, measured.blamed_shared, is_missed && shows, is_missed && !shows, plain];

@@ -260,6 +260,8 @@ fn progress(length: usize, of_what: &str) -> ProgressBar {
     let target =
         if stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some(length as u64), target);
-    let style = ProgressStyle::with_template(&format!("{{bar:40}} {{percent:>3}} %  {{pos}} of {{len}} {of_what}  {{eta}} left"));
+    let style = ProgressStyle::with_template(&format!(
+        "{{bar:40}} {{percent:>3}} %  {{pos}} of {{len}} {of_what}  {{eta}} left"
+    ));
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

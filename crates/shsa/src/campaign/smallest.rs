@@ -105,7 +105,8 @@ impl Smallest {
         let nothing = |onsets| Smallest { duration: wish.duration, onsets, found: Vec::new() };
         let Some(ground) = Ground::new(knowledge, samples) else { return Ok(nothing(Vec::new())) };
         let onsets = healthy_onsets(&ground, wish);
-        let pairs = wish.signals.iter().flat_map(|&signal| wish.kinds.iter().map(move |&kind| (signal, kind)));
+        let pairs =
+            wish.signals.iter().flat_map(|&signal| wish.kinds.iter().map(move |&kind| (signal, kind)));
         let jobs: Vec<(SignalId, Kind)> = pairs.filter(|(_, kind)| kind.has_amount()).collect();
         let work = |number: usize| {
             let &(signal, kind) = jobs.get(number)?;
@@ -137,7 +138,8 @@ impl Smallest {
             Limit::Unseen { up_to, seen, of } => json!({ "unseen_up_to": up_to, "seen": seen, "of": of }),
         };
         let of_signal = |(id, signal): (SignalId, &Signal)| {
-            let cells = kinds.iter().filter_map(|&kind| Some((kind.name().to_owned(), limit(self.limit(id, kind)?))));
+            let cells =
+                kinds.iter().filter_map(|&kind| Some((kind.name().to_owned(), limit(self.limit(id, kind)?))));
             (signal.name.clone(), Value::Object(cells.collect()))
         };
         let onsets: Vec<f64> = self.onsets.iter().map(|onset| onset.seconds()).collect();
