@@ -29,6 +29,11 @@ use std::collections::BTreeSet;
 /// What a pair needs at least when its parameters are weighed: a share of what the largest pair of the same needs.
 const LEAST_OF_MOST: f64 = 0.05;
 
+/// A pair that comes into conflict in what was fitted asks for this many times as much,
+const MORE: f64 = 1.1;
+/// so many times at most.
+const MOST_ROUNDS: usize = 12;
+
 /// What is asked for.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -263,8 +268,11 @@ impl<'a> Work<'a> {
             gains: gains.clone(),
             least: pair.needed,
         };
-        let demands: Vec<Demand> = pairs.iter().zip(&gains).map(demand).collect();
-        let errors = self.solve(&demands);
+        let mut demands: Vec<Demand> = pairs.iter().zip(&gains).map(demand).collect();
+        let errors = self.silent_errors(&trial, &mut demands)?;
+        for (pair, demand) in pairs.iter_mut().zip(&demands) {
+            pair.needed = demand.least;
+        }
         for (at, pair) in pairs.iter_mut().enumerate() {
             pair.test(self, &watched.comparisons[at], demands[at].reached(&errors));
         }
@@ -352,6 +360,35 @@ impl<'a> Work<'a> {
         let asked: Vec<Demand> =
             demands.iter().filter(|it| it.least > 0.0 && !it.gains.is_empty()).cloned().collect();
         least_widening(&scales, &asked)
+    }
+
+    /// The errors with which no pair comes into conflict more often than wanted in what is fitted. What a pair gets of them depends on the moment,
+    /// and what it needs is known for one width all the time only: a pair that comes into conflict all the same asks for
+    /// more. Time: a run of the monitor over the earlier part for each round.
+    fn silent_errors(&self, trial: &Trial, demands: &mut [Demand]) -> Result<Vec<f64>, Problem> {
+        let mut errors = self.solve(demands);
+        let span =
+            self.early.first().zip(self.early.last()).map(|(first, last)| last.received - first.received);
+        let accepted = self.options.false_alarms_per_hour * span.map_or(0.0, Span::seconds) / 3600.0;
+        for _ in 0..MOST_ROUNDS {
+            let is_asked = |number: usize| {
+                let asks =
+                    |demand: &Demand| demand.least > 0.0 && demand.gains.iter().any(|(at, _)| *at == number);
+                demands.iter().any(asks)
+            };
+            let tried = |(number, error): (usize, &f64)| is_asked(number).then_some(*error);
+            let tried = Trial { errors: errors.iter().enumerate().map(tried).collect(), ..trial.clone() };
+            let watched = self.watch(&tried, self.early)?;
+            let is_loud = |conflicts: &(usize, bool)| conflicts.0 as f64 > accepted;
+            if !watched.conflicts.iter().any(is_loud) {
+                break;
+            }
+            for (demand, _) in demands.iter_mut().zip(&watched.conflicts).filter(|(_, it)| is_loud(it)) {
+                demand.least = MORE * demand.reached(&errors).max(demand.least);
+            }
+            errors = self.solve(demands);
+        }
+        Ok(errors)
     }
 
     fn fitted(

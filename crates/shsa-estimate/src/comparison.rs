@@ -2,7 +2,7 @@
 
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::KnowledgeBase;
-use shsa_core::monitor::{self, Monitor, Pair, WatchedWay, WayIndex};
+use shsa_core::monitor::{self, Monitor, Pair, Relationship, WatchedWay, WayIndex};
 use shsa_core::observation::Observation;
 use shsa_core::substitution::Way;
 use shsa_core::time::{Time, Validity};
@@ -30,6 +30,8 @@ pub(crate) struct Watched {
     /// When and what each way said: the middle of its value, SI.
     pub(crate) outputs: Vec<Vec<(Validity, f64)>>,
     pub(crate) comparisons: Vec<Vec<Comparison>>,
+    /// How often each pair came into conflict, by single comparisons or by many together, and whether it is.
+    pub(crate) conflicts: Vec<(usize, bool)>,
 }
 
 impl Watched {
@@ -42,7 +44,8 @@ impl Watched {
         }
         let outputs = vec![Vec::new(); monitor.ways().len()];
         let comparisons = vec![Vec::new(); monitor.pairs().len()];
-        let mut watched = Watched { monitor, outputs, comparisons };
+        let conflicts = vec![(0, false); monitor.pairs().len()];
+        let mut watched = Watched { monitor, outputs, comparisons, conflicts };
         for moment in observations.chunk_by(|one, next| one.received == next.received) {
             let Some(now) = moment.first().map(|first| first.received) else { continue };
             for observation in moment {
@@ -70,6 +73,9 @@ impl Watched {
                     width: sample.value.width() + known.width(),
                 };
                 self.comparisons[number].push(comparison);
+                let (count, before) = &mut self.conflicts[number];
+                let is_now = self.monitor.pairs()[number].relationship(now) == Relationship::Conflict;
+                *count += usize::from(is_now && !std::mem::replace(before, is_now));
             }
         }
     }

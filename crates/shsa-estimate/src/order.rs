@@ -1,5 +1,11 @@
 //! Order statistics: quantiles, and bounds that are exceeded rarely enough, with what supports them.
 
+/// How certain the slope of a tail is an upper bound where it is followed to what is a few times as rare as what was seen.
+/// Where it is followed further than that, what is asked for is asked for of the slope, too.
+const NEAR_CONFIDENCE: f64 = 0.7;
+/// A tail is followed far when fewer of the values than this are expected there.
+const FAR: f64 = 0.1;
+
 /// What a bound rests on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Support {
@@ -48,8 +54,9 @@ pub(crate) fn spread(values: &[f64]) -> f64 {
 /// `maxima` are the largest values of blocks, which are far enough apart to count as independent. The bound is the order
 /// statistic that is above the wanted quantile with `confidence` (H. A. David, H. N. Nagaraja, Order Statistics,
 /// DOI 10.1002/0471722162, section 7.1). Where there are too few blocks for that, the excesses over the upper quarter are
-/// taken to be exponential, the usual limit of a light tail (J. Pickands, DOI 10.1214/aos/1176343003), and the largest
-/// that was seen is a lower limit unless one of so many may exceed the bound. Time: O(n log n).
+/// taken to be exponential, the usual limit of a light tail (J. Pickands, DOI 10.1214/aos/1176343003), with the mean that
+/// they have at most with that confidence, or less of it near by; the largest that was seen is a lower limit unless one of so many may exceed the
+/// bound. Time: O(n log n).
 pub(crate) fn rarely_exceeded(maxima: &[f64], probability: f64, confidence: f64) -> Option<(f64, Support)> {
     let sorted = sorted(maxima.iter().copied());
     let largest = *sorted.last()?;
@@ -59,12 +66,35 @@ pub(crate) fn rarely_exceeded(maxima: &[f64], probability: f64, confidence: f64)
     }
     let above = (of / 4).max(1);
     let from = sorted.get(of.saturating_sub(above + 1)).copied().unwrap_or(largest);
-    let excess = sorted.iter().rev().take(above).map(|value| value - from).sum::<f64>() / above as f64;
+    let sum = sorted.iter().rev().take(above).map(|value| value - from).sum::<f64>();
+    let confidence = if of as f64 * probability < FAR { confidence } else { NEAR_CONFIDENCE };
+    let excess = sum / fewest_expected(above, confidence);
     let times = above as f64 / (of as f64 * probability.max(f64::MIN_POSITIVE));
     let bound = from + excess * times.ln().max(0.0);
     // None of so many may lie above it, unless one is expected to.
     let least = if of as f64 * probability < 1.0 { largest } else { from };
     Some((bound.max(least), Support::Extrapolated { largest, of }))
+}
+
+/// How many are expected at least when `seen` came about with no less than `1 - confidence`: half the quantile of the
+/// chi-square distribution with twice as many degrees of freedom, by which the sum of as many exponential values over
+/// their mean is distributed.
+fn fewest_expected(seen: usize, confidence: f64) -> f64 {
+    let as_many_or_more = |expected: f64| {
+        let mut term = (-expected).exp();
+        let mut fewer = 0.0;
+        for count in 0..seen {
+            fewer += term;
+            term *= expected / (count + 1) as f64;
+        }
+        1.0 - fewer
+    };
+    let (mut low, mut high) = (0.0, seen as f64);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        *(if as_many_or_more(middle) < 1.0 - confidence { &mut low } else { &mut high }) = middle;
+    }
+    high
 }
 
 /// The lowest of the largest values that still lies above the quantile with the wanted confidence: so many or more
@@ -111,8 +141,8 @@ mod tests {
         let maxima: Vec<f64> = (1..=20).map(f64::from).collect();
         let (bound, support) = rarely_exceeded(&maxima, 1e-3, 0.95).unwrap();
         assert_eq!(support, Support::Extrapolated { largest: 20.0, of: 20 });
-        // Excesses over 15 are 1 to 5, their mean is 3: 15 + 3 ln(5 / 0.02).
-        assert!((bound - (15.0 + 3.0 * 250.0_f64.ln())).abs() < 1e-9, "{bound}");
+        // Excesses over 15 are 1 to 5, their sum is 15; ten degrees of freedom have the 5 % quantile 3.940 (tables).
+        assert!((bound - (15.0 + 15.0 / (0.5 * 3.940_3) * 250.0_f64.ln())).abs() < 1e-2, "{bound}");
         assert_eq!(rarely_exceeded(&[2.0], 1e-9, 0.95).unwrap().0, 2.0);
         assert_eq!(rarely_exceeded(&[], 0.1, 0.95), None);
     }

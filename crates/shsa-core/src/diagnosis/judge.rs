@@ -19,7 +19,7 @@ use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 use core::cell::OnceCell;
 use core::ops::Bound;
-use evidence::{Priors, is_gradual, rests_on_any};
+use evidence::{Priors, is_gradual, rests_on_any, shows_a_step};
 
 pub use evidence::rests_on;
 pub use orders::Record;
@@ -387,7 +387,8 @@ impl Judge {
         let about_rest = || conflicts.iter().filter(|pair| rests_on_any(monitor, pair, &rest));
         let Some(onset) = about_rest().map(|pair| pair.onset(now)).min() else { return };
         let gradual = about_rest().any(|pair| is_gradual(pair, now));
-        if !self.is_settled((monitor, now), &rest, onset, gradual) {
+        let shows = about_rest().map(|pair| shows_a_step(monitor, pair)).max().unwrap_or(Span::MAX);
+        if !self.is_settled((monitor, now), &rest, onset, gradual, shows) {
             return;
         }
         // What is still undecided after the wait names nobody, but it speaks for those who do not disagree at all.
@@ -401,12 +402,14 @@ impl Judge {
 
     /// Whether all comparisons that speak about the accused have had the time to show a conflict that began at
     /// `onset`, or the wait for them is over. Only one that has come together gradually makes it wait for others that may.
+    /// What shows a step for so long only is not waited for until it shows it no more.
     fn is_settled(
         &mut self,
         (monitor, now): (&Monitor, Time),
         accused: &BTreeSet<Component>,
         onset: Time,
         gradual: bool,
+        shows: Span,
     ) -> bool {
         let latency = |pair: &Pair| if gradual { pair.latency() } else { pair.window.latency() };
         let is_open = |pair: &&Pair| {
@@ -419,7 +422,7 @@ impl Judge {
         };
         let open = monitor.pairs().iter().filter(is_open);
         let Some(latency) = open.map(latency).max() else { return true };
-        let deadline = onset + latency.times(2);
+        let deadline = onset + latency.times(2).min(Span(shows.0 - shows.0 / 4));
         if now >= deadline {
             return true;
         }

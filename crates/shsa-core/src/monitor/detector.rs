@@ -1,7 +1,7 @@
 //! What is wrong with the readings of a signal in themselves, whatever others say: invalid, out of range, too fast, out of
 //! order, late. One detector each, all of one kind: enough of the recent moments of reception show the symptom.
 //!
-//! A single bad reading makes no fault, and for as long as a signal may be silent it may say nothing possible, too. One moment of reception counts once, bad when any of its readings is, so that the
+//! A single bad reading makes no fault (single ones that come again and again do, where they jump), and for as long as a signal may be silent it may say nothing possible, too. One moment of reception counts once, bad when any of its readings is, so that the
 //! order within a moment does not matter. A fault is over when a whole window shows no symptom any more.
 
 use super::pair::Debounce;
@@ -21,6 +21,18 @@ const TOO_FAST: usize = 2;
 
 /// What was seen is stale after this many periods without a reading.
 const STALE_PERIODS: i64 = 6;
+
+/// Single outliers that come again and again are a fault, too, although most readings are sound: each of them alone is kept
+/// out and forgotten. They are when they are this share of the readings of late,
+const RECURRING: f64 = 0.04;
+/// and so many of them,
+const FEWEST_RECURRING: f64 = 4.5;
+/// over at least so long, as what shakes a vehicle is over then, and
+const RECURS_OVER: Span = Span::from_millis(5_000);
+/// so many readings.
+const RECURS_AMONG: f64 = 64.0;
+/// A smaller share of single outliers is none.
+const NONE_RECURRING: f64 = 1e-3;
 
 /// What a reading shows, in numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +96,11 @@ struct Detector {
     last: Option<Time>,
     lifetime: Option<Span>,
     fault: Option<Symptom>,
+    /// The share of single outliers among the readings of late, and among how many that is; whether the fault is that they
+    /// come again and again.
+    outliers: f64,
+    memory: f64,
+    recurs: bool,
     /// Where the readings of this moment are gathered.
     moment: Option<u32>,
 }
@@ -114,7 +131,8 @@ impl Detectors {
     pub fn inherit(&mut self, old: &Detectors, lineage: &Lineage) {
         for (id, before) in old.list.enumerate() {
             let Some(detector) = lineage.signal(id).map(|signal| &mut self.list[signal]) else { continue };
-            detector.bits = before.bits;
+            (detector.bits, detector.outliers, detector.recurs) =
+                (before.bits, before.outliers, before.recurs);
             detector.keep_window();
             (detector.seen, detector.last, detector.fault) = (before.seen, before.last, before.fault);
         }
@@ -190,7 +208,19 @@ impl Detector {
         let longest = rules.iter().map(|rule| i64::from(rule.n)).max().unwrap_or(0).max(STALE_PERIODS);
         let lifetime = period.map(|period| period.times(longest).max(debounce.span));
         let bits = [0; DETECTED.len()];
-        Detector { bits, rules, seen: 0, last: None, lifetime, fault: None, moment: None }
+        let in_span = period.map_or(0.0, |period| RECURS_OVER.seconds() / period.seconds());
+        Detector {
+            bits,
+            rules,
+            seen: 0,
+            last: None,
+            lifetime,
+            fault: None,
+            outliers: 0.0,
+            memory: in_span.max(RECURS_AMONG),
+            recurs: false,
+            moment: None,
+        }
     }
 
     /// Forgets what is before the windows.
@@ -198,6 +228,16 @@ impl Detector {
         for (bits, rule) in self.bits.iter_mut().zip(&self.rules) {
             *bits &= u64::MAX >> (64 - rule.n.clamp(1, 64));
         }
+    }
+
+    /// The jumps in the window.
+    fn jumps(&self) -> u64 {
+        self.bits.get(TOO_FAST).copied().unwrap_or(0)
+    }
+
+    /// What share of single outliers is a fault.
+    fn most_outliers(&self) -> f64 {
+        RECURRING.max(FEWEST_RECURRING / self.memory)
     }
 
     /// Whether a sound reading changes nothing.
@@ -217,6 +257,10 @@ impl Detector {
         }
         if last != now {
             self.seen = (self.seen + 1).min(64);
+            if self.outliers > 0.0 {
+                let left = self.outliers * (1.0 - 1.0 / self.memory);
+                self.outliers = if left < NONE_RECURRING { 0.0 } else { left };
+            }
         }
     }
 
@@ -229,16 +273,23 @@ impl Detector {
             *bits = *bits << 1 | u64::from(evidence.is_some());
         }
         self.keep_window();
+        // The first of a row.
+        if self.jumps() & 3 == 1 {
+            self.outliers += 1.0 / self.memory;
+        }
         if self.fault.is_none() {
             let fault =
                 (0..DETECTED.len()).zip(shown).find_map(|(at, evidence)| self.decided(at, evidence?))?;
             self.fault = Some(fault.symptom);
+            let k = self.rules.get(TOO_FAST).map_or(0, |rule| rule.k);
+            self.recurs = fault.symptom == Symptom::TooFast && self.jumps().count_ones() < k;
             return Some(Some(fault));
         }
-        if self.bits != [0; DETECTED.len()] {
+        let recurs = self.recurs && self.outliers > 0.5 * self.most_outliers();
+        if recurs || self.bits != [0; DETECTED.len()] {
             return None;
         }
-        self.fault = None;
+        (self.fault, self.recurs) = (None, false);
         Some(None)
     }
 
@@ -246,18 +297,20 @@ impl Detector {
     fn decided(&self, at: usize, evidence: Evidence) -> Option<Fault> {
         let (count, rule) = (self.bits.get(at)?.count_ones(), self.rules.get(at)?);
         let symptom = *DETECTED.get(at)?;
-        (count >= rule.k).then_some(Fault {
-            symptom,
-            evidence,
-            count: (count, self.seen.min(rule.n).max(count)),
-        })
+        let fault = |count, n| Fault { symptom, evidence, count: (count, n) };
+        if count >= rule.k {
+            return Some(fault(count, self.seen.min(rule.n).max(count)));
+        }
+        let among = libm::round(self.memory);
+        let recurring = || fault(libm::round(self.outliers * among) as u32, among as u32);
+        (at == TOO_FAST && self.outliers >= self.most_outliers()).then(recurring)
     }
 
     /// Whether the gate of the port must be open: jumps are the rule, or have been in this window.
     fn is_open(&self) -> bool {
-        let jumps = self.bits.get(TOO_FAST).map_or(0, |bits| bits.count_ones());
+        let jumps = self.jumps().count_ones();
         let is_rule = self.rules.get(TOO_FAST).is_some_and(|rule| jumps >= rule.k);
-        is_rule || (self.fault == Some(Symptom::TooFast) && jumps > 0)
+        is_rule || (self.fault == Some(Symptom::TooFast) && !self.recurs && jumps > 0)
     }
 }
 

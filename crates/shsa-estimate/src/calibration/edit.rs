@@ -28,6 +28,8 @@ pub(super) struct Trial {
     pub(super) shares: Vec<f64>,
     /// The parameter that has an error of [`PROBE`].
     pub(super) probe: Option<Parameter>,
+    /// The errors that are tried, by parameter; `None` leaves one as the model has it; 0 at first.
+    pub(super) errors: Vec<Option<f64>>,
 }
 
 impl Trial {
@@ -41,13 +43,15 @@ impl Trial {
             time_errors: IdVec::filled(count, |_| Span::ZERO),
             shares: vec![0.0; parameters.len()],
             probe: None,
+            errors: vec![Some(0.0); parameters.len()],
         }
     }
 
     pub(super) fn applied(&self, draft: &Draft) -> Draft {
         let mut draft = draft.clone();
         for (number, parameter) in self.parameters.iter().enumerate() {
-            let error = if self.probe == Some(*parameter) { PROBE } else { 0.0 };
+            let Some(error) = self.errors[number] else { continue };
+            let error = if self.probe == Some(*parameter) { PROBE } else { error };
             set_error(&mut draft, *parameter, around(-self.offsets[number], error, self.shares[number]));
         }
         for (signal, error) in self.time_errors.enumerate().filter(|(_, error)| **error > Span::ZERO) {

@@ -15,8 +15,9 @@ const MOST_BLOCKS: i64 = 64;
 /// A block lasts at least this many windows, so that what is in two of them hangs together little.
 const WINDOWS_IN_BLOCK: i64 = 4;
 
-/// Tails are followed to what happens once in so many times of what is fitted, and no further.
-const MOST_TIMES_OF_RECORDING: f64 = 10.0;
+/// Tails are followed to what happens once in so many times of what is fitted, and no further: half a minute is asked about an
+/// hour, not about a day.
+const MOST_TIMES_OF_RECORDING: f64 = 100.0;
 
 /// A bias counts as seen when it brings this share of the windows into conflict.
 const SEEN: f64 = 0.95;
@@ -81,7 +82,7 @@ impl PairFit {
             .zip(early.last())
             .map_or(Span::ZERO, |(first, last)| last.received - first.received);
         let block = Span((duration.0 / MOST_BLOCKS).max(period.times(WINDOWS_IN_BLOCK * n as i64).0).max(1));
-        // What is rarer than once in ten such recordings, no tail tells.
+        // What is rarer than once in a hundred such recordings, no tail tells.
         let supported = block.seconds() / (MOST_TIMES_OF_RECORDING * duration.seconds()).max(1e-9);
         let wanted = work.options.false_alarms_per_hour / 3600.0 * block.seconds();
         let probability = wanted.max(supported).clamp(1e-12, 0.5);

@@ -3,14 +3,16 @@
 mod patch;
 mod report;
 
+use crate::campaign::grid::Kind;
+use crate::campaign::smallest::{Smallest, Wish};
 use crate::outcome::Outcome;
 use crate::replay::{wanted, written};
 use crate::show;
 use anyhow::{Context, bail};
-use shsa_core::knowledge::{Id, SignalId};
+use shsa_core::knowledge::{Id, SignalId, build};
 use shsa_core::observation::Observation;
-use shsa_core::time::Span;
-use shsa_estimate::{Options, calibrate};
+use shsa_core::time::{Span, Time};
+use shsa_estimate::{Calibration, Options, calibrate};
 use shsa_format::fault::moment;
 use shsa_format::recording::{self, ReadOptions, Recording, parse_span};
 use std::io::{Write, stdout};
@@ -26,6 +28,7 @@ on the rest, which they have not seen. What is fitted: the value errors of signa
 the relations that compute the others, what both are off by all the time, delays of signals; and, where smaller faults are
 seen with them, errors of time and shares such as `2 %`. What is not: ranges and rates of change, which are shown and
 left to you. A short stretch in which one signal leaves all that it agrees with is taken for a fault, told, and not fitted.
+With --faults it is also said how large a fault must be, by kind, so that the whole loop gives an alarm at each of 5 moments.
 Exit status 1: with the fitted numbers, a healthy signal is still called failed in the rest.")]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
@@ -45,6 +48,10 @@ pub(crate) struct Arguments {
     /// Fit stretches that look like faults, too: where one of two ways leaves the other by five times as much as ever else.
     #[arg(long)]
     all: bool,
+    /// Find the smallest fault of each kind that the whole loop sees, too, with the fitted numbers and in the part that they are
+    /// fitted to, by trying; each lasts so long, a quarter of that part when no time is given. This may take minutes.
+    #[arg(long, value_name = "SPAN", num_args = 0..=1, require_equals = true, value_parser = parse_span)]
+    faults: Option<Option<Span>>,
     /// The longest delay that is searched for.
     #[arg(long, value_name = "SPAN", default_value = "2s", value_parser = parse_span)]
     most_delay: Span,
@@ -117,7 +124,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let [patch] = written::open([arguments.patch.as_deref()], &read)?;
     let found = calibrate(live.draft(), &observations, first + split, &wanted)
         .with_context(|| format!("{} cannot be calibrated", arguments.model.display()))?;
-    let report = report::Report { draft: live.draft(), knowledge, found: &found, first, split, duration };
+    let smallest = arguments
+        .faults
+        .map(|lasting| smallest(&found, &recording, first + split, &wanted.left_out, lasting))
+        .transpose()?;
+    let smallest = smallest.as_ref();
+    let report =
+        report::Report { draft: live.draft(), knowledge, found: &found, smallest, first, split, duration };
     if let Some(mut patch) = patch {
         patch.write_all(patch::text(&report, arguments.false_alarms).as_bytes())?;
         patch.flush()?;
@@ -129,6 +142,42 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         (0, true) => Outcome::Degraded,
         (0, false) => Outcome::Done,
     })
+}
+
+/// Moments and seeds at which each fault is tried.
+const ONSETS: usize = 5;
+const SEEDS: u64 = 3;
+
+/// The smallest faults that are seen before the split, with the fitted numbers.
+fn smallest(
+    found: &Calibration,
+    recording: &Recording,
+    split: Time,
+    left_out: &[(Time, Time)],
+    lasting: Option<Span>,
+) -> anyhow::Result<Smallest> {
+    let (knowledge, _) = build(&found.draft);
+    let is_early = |sample: &&recording::Sample| sample.received < split;
+    let early: Vec<_> = recording.samples.iter().take_while(is_early).cloned().collect();
+    let length = recording.first().map_or(Span::ZERO, |first| split - first);
+    let signals: Vec<SignalId> = knowledge.signals().ids().collect();
+    let unhealthy = found.unhealthy.iter().map(|it| (it.from, it.to)).chain(left_out.iter().copied());
+    let wish = Wish {
+        kinds: &[Kind::Bias, Kind::Noise, Kind::Drift, Kind::Spike, Kind::Delay],
+        signals: &signals,
+        onsets: ONSETS,
+        seeds: SEEDS,
+        duration: lasting.unwrap_or(Span(length.0 / 4)),
+        unhealthy: unhealthy.collect(),
+        threads: None,
+    };
+    anyhow::ensure!(
+        Span::ZERO < wish.duration && wish.duration < length,
+        "faults of {} s do not fit into the {} s that are fitted",
+        wish.duration.seconds(),
+        length.seconds()
+    );
+    Smallest::find(&knowledge, &early, &wish)
 }
 
 fn observations(recording: &Recording) -> Vec<Observation> {

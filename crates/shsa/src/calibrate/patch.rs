@@ -1,6 +1,7 @@
 //! What changes in the model, as a file of its own, with the evidence in comments.
 
 use super::report::{Report, number};
+use crate::campaign::grid::Kind;
 use shsa_core::knowledge::{Draft, RelationDraft, SignalDraft};
 use shsa_estimate::{Fitted, Parameter, Support};
 use shsa_format::model::write;
@@ -85,6 +86,13 @@ fn evidence(report: &Report<'_>, fitted: &Fitted) -> Vec<String> {
         if let (Some(bias), Some(by)) = (fitted.smallest_bias, fitted.seen_by) {
             let by = report.pair(&report.found.pairs[by]);
             lines.push(format!("a bias of {}{unit} is seen, by {by}", number(bias)));
+        }
+        if let Some(smallest) = report.smallest {
+            let signal_of_model = &report.knowledge.signals()[signal];
+            let told =
+                |kind: Kind| format!("{} {}", kind.name(), smallest.told(signal_of_model, signal, kind));
+            let told: Vec<String> = smallest.kinds().into_iter().map(told).collect();
+            lines.push(format!("smallest faults that give an alarm: {}", told.join(", ")));
         }
         let rhythm = &report.found.rhythms[shsa_core::knowledge::Id::index(signal)];
         if let (Some((lo, hi)), Some(fastest), Some(gap)) =

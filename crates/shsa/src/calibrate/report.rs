@@ -1,8 +1,9 @@
 //! A calibration for people, and as one JSON object.
 
+use crate::campaign::smallest::Smallest;
 use crate::show::{self, Paint, paint};
 use serde_json::{Value, json};
-use shsa_core::knowledge::{Bounds, Draft, KnowledgeBase, RelationId, SignalId};
+use shsa_core::knowledge::{Bounds, Draft, KnowledgeBase, RelationId, Signal, SignalId};
 use shsa_core::time::{Span, Time};
 use shsa_estimate::{Calibration, Fitted, PairFit, Parameter, Stretch, Support, Verdicts};
 
@@ -14,6 +15,8 @@ pub(super) struct Report<'a> {
     pub(super) draft: &'a Draft,
     pub(super) knowledge: &'a KnowledgeBase,
     pub(super) found: &'a Calibration,
+    /// The smallest faults of each kind that are seen, when they were looked for.
+    pub(super) smallest: Option<&'a Smallest>,
     pub(super) first: Time,
     pub(super) split: Span,
     pub(super) duration: Span,
@@ -118,6 +121,7 @@ impl Report<'_> {
         let remarks = self.found.pairs.iter().filter_map(|pair| self.remark(pair));
         let remarks: Vec<String> = self.unhealthy().into_iter().chain(remarks).collect();
         let mut parts = vec![split, self.rhythms(), self.pairs(), self.numbers()];
+        parts.extend(self.smallest.map(|smallest| self.faults(smallest)));
         if !remarks.is_empty() {
             parts.push(remarks.iter().map(|remark| show::wrapped(remark, 0)).collect::<Vec<_>>().join("\n"));
         }
@@ -224,6 +228,25 @@ impl Report<'_> {
         show::table(&head, self.found.fitted.iter().map(row).collect())
     }
 
+    /// What is seen of each signal, by kind.
+    fn faults(&self, smallest: &Smallest) -> String {
+        let kinds = smallest.kinds();
+        let row = |(id, signal): (SignalId, &Signal)| {
+            let cells = kinds.iter().map(|kind| smallest.told(signal, id, *kind));
+            std::iter::once(signal.name.clone()).chain(cells).collect()
+        };
+        let head: Vec<&str> =
+            std::iter::once("smallest seen").chain(kinds.iter().map(|kind| kind.name())).collect();
+        let onsets: Vec<String> = smallest.onsets.iter().map(|at| number(at.seconds())).collect();
+        let moments = format!(
+            "smallest faults that give an alarm in the fitted part, beginning at {} s; a drift by what it reaches in {} s",
+            onsets.join(", "),
+            number(smallest.duration.seconds())
+        );
+        let table = show::table(&head, self.knowledge.signals().enumerate().map(row).collect());
+        format!("{}\n{table}", show::wrapped(&moments, 0))
+    }
+
     /// What should be known of a pair; `None` when nothing.
     pub(super) fn remark(&self, pair: &PairFit) -> Option<String> {
         let name = self.pair(pair);
@@ -282,6 +305,7 @@ impl Report<'_> {
             "signals": rhythms,
             "pairs": self.found.pairs.iter().map(|pair| self.pair_json(pair)).collect::<Vec<_>>(),
             "fitted": self.found.fitted.iter().map(|fitted| self.fitted_json(fitted)).collect::<Vec<_>>(),
+            "smallest_faults": self.smallest.map(|smallest| smallest.to_json(self.knowledge)),
             "unhealthy": self.found.unhealthy.iter().map(|it| self.stretch_json(it)).collect::<Vec<_>>(),
             "before": verdicts(self.found.before),
             "after": verdicts(self.found.after),

@@ -1,19 +1,36 @@
-//! A model calibrated on the first half of the recording, and the smallest step that is seen of each signal.
+//! A model calibrated on the first half of the recording, and the smallest faults that are seen there.
 
-use super::grid::Detectable;
+use super::grid::{Detectable, Kind};
+use super::smallest::{self, Smallest};
 use anyhow::{anyhow, bail};
 use shsa_core::knowledge::{Id, KnowledgeBase, Severity, SignalId, build};
 use shsa_core::observation::Observation;
 use shsa_core::time::Span;
-use shsa_estimate::{Options, Parameter, calibrate};
+use shsa_estimate::{Options, calibrate};
 use shsa_format::model::live::Live;
 use shsa_format::recording::{Recording, Sample};
+use std::num::NonZeroUsize;
+
+/// What is wanted of the search for the smallest faults.
+pub(super) struct Wish<'a> {
+    pub(super) kinds: &'a [Kind],
+    pub(super) signals: &'a [SignalId],
+    pub(super) onsets: usize,
+    pub(super) seeds: u64,
+    /// How long a fault lasts; a quarter of the recording when not given.
+    pub(super) duration: Option<Span>,
+    pub(super) threads: Option<NonZeroUsize>,
+}
 
 /// Calibrates as `shsa calibrate` does without further options.
 ///
 /// # Errors
 /// When the recording is empty, or nothing in it can be compared.
-pub(super) fn calibrated(live: &Live, recording: &Recording) -> anyhow::Result<(KnowledgeBase, Detectable)> {
+pub(super) fn calibrated(
+    live: &Live,
+    recording: &Recording,
+    wish: &Wish<'_>,
+) -> anyhow::Result<(KnowledgeBase, Detectable)> {
     let samples = &recording.samples;
     let (Some(first), Some(last)) = (recording.first(), samples.last()) else { bail!("nothing recorded") };
     let half = Span((last.received - first).0 / 2);
@@ -29,13 +46,20 @@ pub(super) fn calibrated(live: &Live, recording: &Recording) -> anyhow::Result<(
     if let Some(error) = remarks.into_iter().find(|it| it.severity == Severity::Error) {
         return Err(anyhow!("the calibrated model has an error: {}", error.message));
     }
-    let mut biases = vec![None; knowledge.signals().len()];
-    for fitted in &found.fitted {
-        if let Parameter::Signal(signal) = fitted.parameter
-            && let Some(bias) = biases.get_mut(signal.index())
-        {
-            *bias = fitted.smallest_bias;
-        }
-    }
-    Ok((knowledge, Detectable { from: half, biases }))
+    let is_early = |sample: &&Sample| sample.received < first + half;
+    let early: Vec<Sample> = samples.iter().take_while(is_early).cloned().collect();
+    // What a value that sticks is compared with is always looked for.
+    let mut kinds = wish.kinds.to_vec();
+    kinds.extend([Kind::Bias, Kind::Drift].into_iter().filter(|kind| !wish.kinds.contains(kind)));
+    let wish = smallest::Wish {
+        kinds: &kinds,
+        signals: wish.signals,
+        onsets: wish.onsets,
+        seeds: wish.seeds,
+        duration: wish.duration.unwrap_or(Span(half.0 / 2)),
+        unhealthy: found.unhealthy.iter().map(|it| (it.from, it.to)).collect(),
+        threads: wish.threads,
+    };
+    let smallest = Smallest::find(&knowledge, &early, &wish)?;
+    Ok((knowledge, Detectable { from: half, smallest }))
 }

@@ -1,5 +1,6 @@
 //! What is tried: every kind and amount of fault for every signal, at every onset and with every seed.
 
+use super::smallest::Smallest;
 use anyhow::bail;
 use shsa_core::knowledge::{Id, KnowledgeBase, Signal, SignalId};
 use shsa_core::observation::RawValue;
@@ -7,12 +8,16 @@ use shsa_core::time::{Span, Time};
 use shsa_format::fault::{Fault, FaultKind};
 use shsa_format::recording::Sample;
 
-/// What a drift reaches at its end where amounts are multiples of the smallest detectable bias: it is to be found before.
+/// What a drift reaches at least, in smallest detectable biases, where amounts are multiples of what is seen: it is to be
+/// found before.
 pub(super) const DRIFT_REACHES: f64 = 3.0;
+
+/// A value that sticks must be so many smallest biases and drifts away from what it would be.
+const STUCK_BY: f64 = 2.0;
 
 /// A kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     /// The value stays.
     Stuck,
     /// The amount is added.
@@ -34,7 +39,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    pub(super) const ALL: [Kind; 9] = [
+    pub(crate) const ALL: [Kind; 9] = [
         Kind::Stuck,
         Kind::Bias,
         Kind::Drop,
@@ -47,7 +52,7 @@ impl Kind {
     ];
 
     /// As in `--inject`.
-    pub(super) fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Kind::Stuck => "stuck",
             Kind::Bias => "bias",
@@ -62,15 +67,24 @@ impl Kind {
     }
 
     /// Whether seeds make a difference.
-    fn is_random(self) -> bool {
+    pub(super) fn is_random(self) -> bool {
         matches!(self, Kind::Noise | Kind::Spike)
     }
 
+    /// Whether it has an amount.
+    pub(super) fn has_amount(self) -> bool {
+        !matches!(self, Kind::Stuck | Kind::Drop)
+    }
+
+    /// Whether its amount may be negative, too.
+    pub(super) fn has_sides(self) -> bool {
+        matches!(self, Kind::Bias | Kind::Drift | Kind::Spike | Kind::Scale | Kind::Spoof)
+    }
+
     /// The multiples that make sense, of those that are wanted: one without a number for a kind without an amount.
-    fn multiples(self, wanted: &[f64], is_detectable: bool) -> Vec<Option<f64>> {
+    fn multiples(self, wanted: &[f64]) -> Vec<Option<f64>> {
         match self {
             Kind::Stuck | Kind::Drop => vec![None],
-            Kind::Drift if is_detectable => vec![Some(DRIFT_REACHES)],
             Kind::Noise | Kind::Delay => wanted.iter().filter(|by| **by > 0.0).copied().map(Some).collect(),
             _ => wanted.iter().copied().map(Some).collect(),
         }
@@ -109,6 +123,10 @@ pub(super) struct Trial {
     /// When the fault ends, and the run with it.
     pub(super) end: Time,
     pub(super) seed: u64,
+    /// A value that sticks while it would hardly move: less of a fault than what is seen.
+    pub(super) is_below: bool,
+    /// Whether it is as large as what is seen, so that it is expected to be.
+    pub(super) is_measured: bool,
 }
 
 /// What the user wants to be tried.
@@ -127,8 +145,8 @@ pub(super) struct Wish<'a> {
 pub(super) struct Detectable {
     /// Where the part begins that the model was not fitted to; no fault begins before.
     pub(super) from: Span,
-    /// The smallest detectable bias of each signal by index, in its unit.
-    pub(super) biases: Vec<Option<f64>>,
+    /// The smallest faults that are seen in the part before.
+    pub(super) smallest: Smallest,
 }
 
 /// All that is tried.
@@ -146,13 +164,15 @@ pub(super) struct Grid {
 }
 
 /// How large the values of a signal are, and how well they are known.
-struct Size {
+pub(super) struct Size {
     /// The declared error of a value of median size, in the signal's unit.
-    error: f64,
+    pub(super) error: f64,
     /// Median of the values' magnitudes, in the signal's unit.
-    median: f64,
+    pub(super) median: f64,
+    /// Between the lowest and the highest value.
+    pub(super) range: f64,
     /// The declared error of its time stamps and the mean time from one value to the next.
-    time: Span,
+    pub(super) time: Span,
 }
 
 impl Grid {
@@ -179,18 +199,14 @@ impl Grid {
         }
         let mut whats = Vec::new();
         for &kind in wish.kinds {
-            whats.extend(
-                kind.multiples(wish.multiples, wish.detectable.is_some())
-                    .into_iter()
-                    .map(|multiple| What { kind, multiple }),
-            );
+            whats.extend(kind.multiples(wish.multiples).into_iter().map(|multiple| What { kind, multiple }));
         }
         let mut grid = Grid {
             whats,
             signals: Vec::new(),
             cells: Vec::new(),
             trials: Vec::new(),
-            onsets: onsets(length - duration - earliest, wish.onsets).map(|onset| earliest + onset).collect(),
+            onsets: evenly(length - duration - earliest, wish.onsets).map(|onset| earliest + onset).collect(),
             duration,
             left_out: Vec::new(),
         };
@@ -205,24 +221,22 @@ impl Grid {
 
     fn add(&mut self, signal: &Signal, id: SignalId, samples: &[Sample], wish: &Wish<'_>) {
         let own: Vec<&Sample> = samples.iter().filter(|sample| sample.wanted == id.index()).collect();
-        let Some(mut size) = Size::of(signal, &own) else {
+        let Some(size) = Size::of(signal, &own) else {
             self.left_out.push(format!("{}: not in the recording", signal.name));
             return;
         };
-        if let Some(detectable) = wish.detectable {
-            size.error = detectable.biases.get(id.index()).copied().flatten().unwrap_or(0.0);
-        }
-        if size.error <= 0.0 && wish.detectable.is_some() {
-            let reason = "faults with an amount, as no comparison in the recording sees a step of it";
-            self.left_out.push(format!("{}: {reason}", signal.name));
-        } else if size.error <= 0.0 {
+        if size.error <= 0.0 && wish.detectable.is_none() {
             let reason =
                 "faults with an amount, as no value error is declared that it could be a multiple of";
             self.left_out.push(format!("{}: {reason}", signal.name));
         }
         self.signals.push(id);
         for what in self.whats.clone() {
-            let Some(size) = size.amount(what, self.duration) else { continue };
+            let amount = match wish.detectable {
+                Some(detectable) => detectable.amount(what, id, self.duration),
+                None => size.amount(what, self.duration),
+            };
+            let Some(size) = amount else { continue };
             let cell = self.cells.len();
             self.cells.push(Cell { what, signal: id, size });
             for &from in &self.onsets {
@@ -233,7 +247,15 @@ impl Grid {
                 let fault = Fault { kind, signal: signal.name.clone(), from, to: Some(to) };
                 let end = samples.first().map_or(Time(0), |sample| sample.received) + to;
                 let seeds = 1..=if what.kind.is_random() { wish.seeds } else { 1 };
-                let trial = |seed| Trial { cell, fault: fault.clone(), end, seed };
+                let is_below = wish.detectable.is_some_and(|it| it.is_below(&fault, id, &own, end));
+                let is_measured = wish.detectable.is_some();
+                // A signal that ends within the time of a fault has a shorter one.
+                if is_measured
+                    && own.last().is_none_or(|last| last.received < end - Span(self.duration.0 / 10))
+                {
+                    continue;
+                }
+                let trial = |seed| Trial { cell, fault: fault.clone(), end, seed, is_below, is_measured };
                 self.trials.extend(seeds.map(trial));
             }
         }
@@ -241,17 +263,19 @@ impl Grid {
 }
 
 /// Evenly over the room, the last one at its end.
-fn onsets(room: Span, count: usize) -> impl Iterator<Item = Span> {
+pub(super) fn evenly(room: Span, count: usize) -> impl Iterator<Item = Span> {
     let share = move |number: usize| Span::from_seconds(room.seconds() * number as f64 / count as f64);
     (1..=count).map(share)
 }
 
 impl Size {
     /// `None` without a finite value.
-    fn of(signal: &Signal, own: &[&Sample]) -> Option<Size> {
-        let mut magnitudes: Vec<f64> =
-            own.iter().flat_map(|sample| numbers(&sample.value)).map(f64::abs).collect();
-        magnitudes.retain(|value| value.is_finite());
+    pub(super) fn of(signal: &Signal, own: &[&Sample]) -> Option<Size> {
+        let values = own.iter().flat_map(|sample| numbers(&sample.value)).filter(|value| value.is_finite());
+        let (lowest, highest) = values
+            .clone()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), value| (lo.min(value), hi.max(value)));
+        let mut magnitudes: Vec<f64> = values.map(f64::abs).collect();
         let middle = magnitudes.len() / 2;
         let median =
             (!magnitudes.is_empty()).then(|| *magnitudes.select_nth_unstable_by(middle, f64::total_cmp).1)?;
@@ -261,7 +285,7 @@ impl Size {
         let (first, last) = (own.first()?.received, own.last()?.received);
         let period = Span((last - first).0 / (own.len() as i64 - 1).max(1));
         let (early, late) = signal.time_error;
-        Some(Size { error, median, time: early.abs().max(late.abs()) + period })
+        Some(Size { error, median, range: highest - lowest, time: early.abs().max(late.abs()) + period })
     }
 
     /// What is injected, `None` where that is impossible.
@@ -278,6 +302,50 @@ impl Size {
     }
 }
 
+impl Detectable {
+    /// So many times what is seen; `None` where nothing is.
+    fn amount(&self, what: What, signal: SignalId, duration: Span) -> Option<Option<f64>> {
+        let Some(by) = what.multiple else { return Some(None) };
+        let (seen, _) = self.smallest.seen(signal, what.kind)?;
+        Some(Some(match what.kind {
+            Kind::Drift => by * seen.abs().max(self.reaching(signal, duration).unwrap_or(0.0) / by.abs()),
+            Kind::Scale => 1.0 + by * seen,
+            _ => by * seen,
+        }))
+    }
+
+    /// The drift that reaches three smallest biases within the time.
+    fn reaching(&self, signal: SignalId, duration: Span) -> Option<f64> {
+        let (bias, _) = self.smallest.seen(signal, Kind::Bias)?;
+        Some(DRIFT_REACHES * bias / duration.seconds())
+    }
+
+    /// Whether a value that sticks would move too little in that time to be seen: it never leaves where it stuck by twice
+    /// the smallest bias, and by twice the smallest drift since then, for as long as that bias takes to be seen.
+    fn is_below(&self, fault: &Fault, signal: SignalId, own: &[&Sample], end: Time) -> bool {
+        if fault.kind != FaultKind::Stuck(None) {
+            return false;
+        }
+        let seen = |kind| self.smallest.seen(signal, kind);
+        let Some(((bias, within), (drift, _))) = seen(Kind::Bias).zip(seen(Kind::Drift)) else { return true };
+        let number = |sample: &Sample| numbers(&sample.value).first().copied();
+        let onset = end - fault.to.map_or(Span::ZERO, |to| to - fault.from);
+        let begin = own.partition_point(|sample| sample.received < onset);
+        let Some(held) = begin.checked_sub(1).and_then(|at| number(own.get(at)?)) else { return true };
+        let mut away: Option<(Time, bool)> = None;
+        for sample in own.iter().skip(begin).take_while(|sample| sample.received < end) {
+            let Some(value) = number(sample) else { continue };
+            let (left, needed) = (value - held, bias.max(drift * (sample.received - onset).seconds()));
+            away = match away.filter(|(_, above)| *above == (left > 0.0)) {
+                _ if left.abs() < STUCK_BY * needed => None,
+                Some((since, _)) if sample.received - since >= within => return false,
+                same => same.or(Some((sample.received, left > 0.0))),
+            };
+        }
+        true
+    }
+}
+
 fn numbers(value: &RawValue) -> Vec<f64> {
     match value {
         RawValue::Number(value) => vec![*value],
@@ -287,7 +355,13 @@ fn numbers(value: &RawValue) -> Vec<f64> {
 }
 
 /// The fault of a size; `None` for a spoof before which no value has come.
-fn fault_kind(kind: Kind, size: f64, own: &[&Sample], from: Span, samples: &[Sample]) -> Option<FaultKind> {
+pub(super) fn fault_kind(
+    kind: Kind,
+    size: f64,
+    own: &[&Sample],
+    from: Span,
+    samples: &[Sample],
+) -> Option<FaultKind> {
     Some(match kind {
         Kind::Stuck => FaultKind::Stuck(None),
         Kind::Bias => FaultKind::Bias(size),

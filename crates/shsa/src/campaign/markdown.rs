@@ -2,11 +2,12 @@
 
 use super::Arguments;
 use super::grid::{Cell, Detectable, Kind, Trial};
+use super::smallest::Smallest;
 use super::tally::Campaign;
 use super::text::rounded;
 use super::trial::Measured;
 use shsa_core::analysis::{Analysis, Options, analyze};
-use shsa_core::knowledge::{Id, SignalId};
+use shsa_core::knowledge::{Id, Signal, SignalId};
 use shsa_core::time::Span;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -53,9 +54,8 @@ pub(super) fn section(
         let late = ground.alarms.iter().filter(|(time, ..)| *time >= ground.first + detectable.from).count();
         let _ = write!(
             text,
-            "The model is the calibrated one. Of those alarms {late} are in the half that it has not seen.\n\n\
-             Smallest detectable bias: {}.\n\n",
-            section.biases(detectable)
+            "The model is the calibrated one. Of those alarms {late} are in the half that it has not seen.\n\n{}",
+            section.amounts(&detectable.smallest)
         );
     }
     text.push_str(&section.table());
@@ -126,19 +126,28 @@ impl Section<'_> {
         self.analysis.faults.is_detectable(signal) && self.analysis.faults.suspects(signal).len() == 1
     }
 
-    fn biases(&self, detectable: &Detectable) -> String {
-        let signals = self.campaign.knowledge().signals().enumerate().zip(&detectable.biases);
-        let one = |((_, signal), bias): ((SignalId, &shsa_core::knowledge::Signal), &Option<f64>)| {
-            let bias = bias.map(rounded)?;
-            let unit = signal.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
-            Some(format!("`{}` {bias}{unit}", signal.name))
-        };
-        signals.filter_map(one).collect::<Vec<_>>().join(", ")
+    /// What is seen of each signal, beside what its model tolerates.
+    fn amounts(&self, smallest: &Smallest) -> String {
+        let kinds = smallest.kinds();
+        let onsets: Vec<String> = smallest.onsets.iter().map(|at| format!("{:.1}", at.seconds())).collect();
+        let mut text = format!(
+            "Smallest faults seen in the half that it was fitted to, beginning at {} s:\n\n| signal | tolerated |",
+            onsets.join(", ")
+        );
+        kinds.iter().for_each(|kind| text += &format!(" {} |", kind.name()));
+        text += &format!("\n|---|---|{}\n", "---|".repeat(kinds.len()));
+        for &id in &self.campaign.grid.signals {
+            let signal = &self.campaign.knowledge().signals()[id];
+            let _ = write!(text, "| `{}` | {} |", signal.name, tolerated(signal));
+            kinds.iter().for_each(|&kind| text += &format!(" {} |", smallest.told(signal, id, kind)));
+            text.push('\n');
+        }
+        text + "\n"
     }
 
     fn table(&self) -> String {
-        let mut text = "| fault | runs | detected | isolated, of the isolable | wrong blame | shared blame | latency, median | worst | early alarms |\n\
-                        |---|---|---|---|---|---|---|---|---|\n"
+        let mut text = "| fault | runs | too small | accused before | detected | isolated, of the isolable | wrong blame | shared blame | latency, median | worst | early alarms |\n\
+                        |---|---|---|---|---|---|---|---|---|---|---|\n"
             .to_owned();
         let all = |_: &Cell| true;
         for what in &self.campaign.grid.whats {
@@ -149,7 +158,9 @@ impl Section<'_> {
     }
 
     fn row(&self, text: &mut String, label: &str, is_wanted: impl Fn(&Cell) -> bool) {
-        let runs: Vec<Run<'_>> = self.runs().filter(|(_, cell, _)| is_wanted(cell)).collect();
+        let (below, runs): (Vec<Run<'_>>, Vec<Run<'_>>) =
+            self.runs().filter(|(_, cell, _)| is_wanted(cell)).partition(is_passed_over);
+        let too_small = below.iter().filter(|(trial, ..)| trial.is_below).count();
         let count = |is_it: &dyn Fn(&Run<'_>) -> bool| runs.iter().filter(|run| is_it(run)).count();
         let isolable = count(&|run| self.is_isolable(run.1.signal));
         let mut latencies: Vec<f64> = runs.iter().filter_map(|run| self.latency(run)).collect();
@@ -158,12 +169,14 @@ impl Section<'_> {
         let median = latencies.len().checked_sub(1).and_then(|last| latencies.get(last / 2));
         let _ = writeln!(
             text,
-            "| {label} | {} | {} | {} of {isolable} | {} | {} | {} | {} | {} |",
+            "| {label} | {} | {} | {} | {} | {} of {isolable} | {} | {} | {} | {} | {} |",
             runs.len(),
+            too_small,
+            below.len() - too_small,
             count(&|run| run.2.latency.is_some()),
             count(&|run| self.is_isolable(run.1.signal) && run.2.is_isolated()),
-            count(&|run| run.2.blamed_other),
-            count(&|run| run.2.blamed_shared),
+            count(&|run| run.2.blamed_other) + below.iter().filter(|run| run.2.blamed_other).count(),
+            count(&|run| run.2.blamed_shared) + below.iter().filter(|run| run.2.blamed_shared).count(),
             told(median),
             told(latencies.last()),
             runs.iter().map(|run| run.2.early).sum::<usize>(),
@@ -175,10 +188,14 @@ impl Section<'_> {
         Some(measured.latency?.seconds() / period.seconds())
     }
 
-    fn reasons(&self, (_, cell, measured): &Run<'_>) -> Vec<usize> {
-        let is_missed = measured.latency.is_none();
+    fn reasons(&self, run: &Run<'_>) -> Vec<usize> {
+        let (_, cell, measured) = run;
+        let is_missed = measured.latency.is_none() && !is_passed_over(run);
         let shows = self.analysis.faults.is_detectable(cell.signal);
-        let is_unnamed = !is_missed && self.is_isolable(cell.signal) && !measured.is_isolated();
+        let is_unnamed = measured.latency.is_some()
+            && !is_passed_over(run)
+            && self.is_isolable(cell.signal)
+            && !measured.is_isolated();
         let plain = is_unnamed && !measured.blamed_other && !measured.blamed_shared;
         let holds =
             [measured.blamed_other, measured.blamed_shared, is_missed && shows, is_missed && !shows, plain];
@@ -210,6 +227,28 @@ impl Section<'_> {
         }
         text + "\n"
     }
+}
+
+/// Whether nothing is expected of a run: the fault is smaller than what is seen, or its signal stood accused before.
+fn is_passed_over((trial, _, measured): &Run<'_>) -> bool {
+    trial.is_below || (trial.is_measured && measured.accused)
+}
+
+/// The errors of value and time that a model grants a signal, and how late it may be.
+fn tolerated(signal: &Signal) -> String {
+    let error = signal.value_error;
+    let scale = signal.unit.as_ref().map_or(1.0, |unit| unit.scale);
+    let unit = signal.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
+    let mut parts = Vec::new();
+    if error.hi > error.lo {
+        parts.push(format!("{} to {}{unit}", rounded(error.lo / scale), rounded(error.hi / scale)));
+    }
+    if error.relative > 0.0 {
+        parts.push(format!("{} %", rounded(100.0 * error.relative)));
+    }
+    let late = signal.limits.max_delay.or(signal.timeout);
+    parts.extend(late.map(|late| format!("{} s late", rounded(late.seconds()))));
+    parts.join(", ")
 }
 
 /// The fault of a run as `shsa replay --inject` takes it.

@@ -8,8 +8,9 @@
 //! into the order of the grid, so they are the same for any number of threads. What the figures mean is in
 //! [`tally::LEGEND`], which is printed with them.
 
-mod grid;
+pub(crate) mod grid;
 mod trial;
+pub(crate) mod smallest;
 mod tally;
 mod compare;
 mod text;
@@ -55,8 +56,9 @@ pub(crate) struct Arguments {
     /// Amounts, as multiples of the declared error.
     #[arg(long, value_name = "X,..", value_delimiter = ',', default_value = "2,4,8", value_parser = multiple)]
     amounts: Vec<f64>,
-    /// Amounts are F times (2 when not given) the smallest bias of each signal that `shsa calibrate` says is seen. The model is
-    /// calibrated on the first half of the recording, faults begin in the second; a drift reaches 3 times that bias.
+    /// Amounts are F times (2 when not given) the smallest fault of each kind and signal that gives an alarm at every onset in
+    /// the first half of the recording, on which the model is calibrated; faults begin in the second. A drift reaches 3 times
+    /// the smallest bias at least.
     #[arg(long, value_name = "F", num_args = 0..=1, default_missing_value = "2", require_equals = true,
         value_parser = multiple, conflicts_with = "amounts")]
     detectable: Option<f64>,
@@ -106,14 +108,23 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let before = arguments.compare.as_deref().map(compare::read).transpose()?;
     let signals = signals(arguments, live.knowledge())?;
     let recording = read(arguments, live.knowledge())?;
-    let calibrated = arguments.detectable.map(|_| detectable::calibrated(&live, &recording)).transpose()?;
+    let (kinds, seeds) = (distinct(&arguments.kinds, &Kind::ALL), arguments.seeds.get() as u64);
+    let search = detectable::Wish {
+        kinds: &kinds,
+        signals: &signals,
+        onsets: arguments.onsets.get(),
+        seeds,
+        duration: arguments.duration,
+        threads: arguments.threads,
+    };
+    let calibrated =
+        arguments.detectable.map(|_| detectable::calibrated(&live, &recording, &search)).transpose()?;
     let (knowledge, detectable) = match &calibrated {
         Some((knowledge, detectable)) => (knowledge, Some(detectable)),
         None => (live.knowledge(), None),
     };
-    let seeds = arguments.seeds.get() as u64;
     let wish = Wish {
-        kinds: &distinct(&arguments.kinds, &Kind::ALL),
+        kinds: &kinds,
         multiples: &arguments.detectable.map_or_else(|| distinct(&arguments.amounts, &[]), |by| vec![by]),
         signals: &signals,
         onsets: arguments.onsets.get(),
@@ -204,17 +215,31 @@ fn measure(
     grid: &Grid,
     threads: Option<NonZeroUsize>,
 ) -> anyhow::Result<Vec<Option<Measured>>> {
+    on_all_cores(grid.trials.len(), threads, "runs", |number| {
+        let trial = grid.trials.get(number)?;
+        ground.measure(trial, grid.cells.get(trial.cell)?.signal)
+    })
+}
+
+/// What `work` gives for each number below a count, in their order, with a bar that shows how far it is.
+fn on_all_cores<T: Send>(
+    count: usize,
+    threads: Option<NonZeroUsize>,
+    of_what: &'static str,
+    work: impl Fn(usize) -> T + Sync,
+) -> anyhow::Result<Vec<T>> {
     let cores = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
-    let threads = threads.map_or_else(cores, NonZeroUsize::get).min(grid.trials.len());
-    let progress = progress(grid.trials.len());
+    let threads = threads.map_or_else(cores, NonZeroUsize::get).min(count);
+    let progress = progress(count, of_what);
     let next = AtomicUsize::new(0);
     let work = || {
         let mut done = Vec::new();
         loop {
             let number = next.fetch_add(1, Ordering::Relaxed);
-            let Some(trial) = grid.trials.get(number) else { return done };
-            let signal = grid.cells.get(trial.cell).map(|cell| cell.signal);
-            done.push((number, signal.and_then(|signal| ground.measure(trial, signal))));
+            if number >= count {
+                return done;
+            }
+            done.push((number, work(number)));
             progress.inc(1);
         }
     };
@@ -228,13 +253,15 @@ fn measure(
     })?;
     progress.finish_and_clear();
     done.sort_unstable_by_key(|(number, _)| *number);
-    Ok(done.into_iter().map(|(_, measured)| measured).collect())
+    Ok(done.into_iter().map(|(_, result)| result).collect())
 }
 
-fn progress(length: usize) -> ProgressBar {
+fn progress(length: usize, of_what: &str) -> ProgressBar {
     let target =
         if stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some(length as u64), target);
-    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {pos} of {len} runs  {eta} left");
+    let style = ProgressStyle::with_template(&format!(
+        "{{bar:40}} {{percent:>3}} %  {{pos}} of {{len}} {of_what}  {{eta}} left"
+    ));
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

@@ -1,6 +1,6 @@
 //! What was measured, counted together: for a cell, a row of cells, or all.
 
-use super::grid::{Cell, Grid};
+use super::grid::{Cell, Grid, Trial};
 use super::trial::{Ground, Measured};
 use serde_json::{Map, Value, json};
 use shsa_core::knowledge::{KnowledgeBase, NeedId};
@@ -13,12 +13,15 @@ pub(super) const LEGEND: [(&str, &str); 12] = [
         "2× is twice the error that the model declares for a value of median size of the signal; a drift reaches it \
          at the fault's end, a scale gives it to that value, a spoof sends the last value before the fault with it \
          on top; for a delay twice its error of time and the mean time between its values; with --detectable it is \
-         twice the smallest detectable bias instead, and three times that for a drift",
+         twice the smallest fault of that kind that is seen in the first half, and a drift reaches at least three \
+         smallest biases",
     ),
     ("runs", "one for each onset, and for each seed where the fault is random; a run ends with its fault"),
     (
         "without effect",
-        "faults that changed no value, such as stuck where the value did not move; no other figure counts them",
+        "faults that changed no value, such as stuck where the value did not move; with --detectable also those that are \
+         smaller than what is seen (too_small in the JSON), and those of a signal that stood accused before (accused); of \
+         these only wrong and shared blame count",
     ),
     (
         "detected",
@@ -71,6 +74,10 @@ pub(super) fn settings(ground: &Ground<'_>, grid: &Grid, seeds: u64) -> Value {
 pub(super) struct Tally {
     pub(super) runs: usize,
     pub(super) without_effect: usize,
+    /// Of these, values that stuck while they would have moved by less than what is seen.
+    pub(super) too_small: usize,
+    /// And those of signals that stood accused before.
+    pub(super) accused: usize,
     pub(super) detected: usize,
     pub(super) isolated: usize,
     pub(super) wrong_blame: usize,
@@ -85,16 +92,28 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    fn of<'m>(results: impl Iterator<Item = &'m Option<Measured>>, needs: usize) -> Tally {
+    fn of<'m>(results: impl Iterator<Item = (&'m Trial, &'m Option<Measured>)>, needs: usize) -> Tally {
         let mut tally = Tally { needs: vec![(0, 0.0); needs], ..Tally::default() };
-        for result in results {
+        for (trial, result) in results {
             match result {
                 None => tally.without_effect += 1,
+                Some(measured) if trial.is_below || (trial.is_measured && measured.accused) => {
+                    tally.pass_over(measured, trial.is_below);
+                }
                 Some(measured) => tally.add(measured),
             }
         }
         tally.latencies.sort_unstable();
         tally
+    }
+
+    /// A fault that is smaller than what is seen, or of a signal that stood accused before: nothing is expected but that
+    /// nobody else is blamed.
+    fn pass_over(&mut self, measured: &Measured, is_below: bool) {
+        self.without_effect += 1;
+        *(if is_below { &mut self.too_small } else { &mut self.accused }) += 1;
+        self.wrong_blame += usize::from(measured.blamed_other);
+        self.shared_blame += usize::from(measured.blamed_shared);
     }
 
     fn add(&mut self, measured: &Measured) {
@@ -136,14 +155,15 @@ impl Campaign<'_> {
     pub(super) fn tally(&self, is_wanted: impl Fn(&Cell) -> bool) -> Tally {
         let trials = self.grid.trials.iter().zip(&self.results);
         let of_cells = trials.filter(|(trial, _)| self.grid.cells.get(trial.cell).is_some_and(&is_wanted));
-        Tally::of(of_cells.map(|(_, result)| result), self.knowledge().needs().len())
+        Tally::of(of_cells, self.knowledge().needs().len())
     }
 
     /// The runs of each cell, in the order of the cells.
     pub(super) fn by_cell(&self) -> Vec<Tally> {
         let mut results = vec![Vec::new(); self.grid.cells.len()];
         for (trial, result) in self.grid.trials.iter().zip(&self.results) {
-            results.get_mut(trial.cell).into_iter().for_each(|of_cell: &mut Vec<_>| of_cell.push(result));
+            let of_cell = results.get_mut(trial.cell).into_iter();
+            of_cell.for_each(|of_cell: &mut Vec<_>| of_cell.push((trial, result)));
         }
         let needs = self.knowledge().needs().len();
         results.into_iter().map(|of_cell| Tally::of(of_cell.into_iter(), needs)).collect()
@@ -208,6 +228,8 @@ impl Campaign<'_> {
         json!({
             "runs": tally.runs,
             "without_effect": tally.without_effect,
+            "too_small": tally.too_small,
+            "accused": tally.accused,
             "detected": tally.detected,
             "detection_rate": tally.share(tally.detected),
             "isolated": tally.isolated,

@@ -9,6 +9,7 @@ use shsa_core::time::{Span, Time};
 use shsa_format::drive::{Given, Run};
 use shsa_format::recording::Sample;
 use std::convert::Infallible;
+use std::ops::ControlFlow;
 
 /// A decision that accuses a signal.
 type Alarm = (Time, EventKind, Option<SignalId>);
@@ -40,6 +41,8 @@ pub(super) struct Served {
 pub(super) struct Measured {
     /// Alarms before the fault.
     pub(super) early: usize,
+    /// Whether the signal stood accused when its fault began: no further alarm need follow.
+    pub(super) accused: bool,
     /// From the fault's beginning to the first alarm that the clean run does not give.
     pub(super) latency: Option<Span>,
     /// Whether the faulty signal was named: failed or silent.
@@ -72,6 +75,7 @@ impl<'a> Ground<'a> {
                     values.push((publication.time, publication.value));
                 }
             }
+            ControlFlow::Continue(())
         });
         Some(Ground { knowledge, samples, first, last, alarms, values })
     }
@@ -80,6 +84,25 @@ impl<'a> Ground<'a> {
     ///
     /// Memory: the engine's and the samples of the faulty signal; nothing that is published is kept.
     pub(super) fn measure(&self, trial: &Trial, signal: SignalId) -> Option<Measured> {
+        self.run(trial, signal, |_| ControlFlow::Continue(()))
+    }
+
+    /// The same up to the first alarm: when that was, `Some(None)` when there was none.
+    pub(super) fn first_alarm(&self, trial: &Trial, signal: SignalId) -> Option<Option<Span>> {
+        let until_alarm = |measured: &Measured| match measured.latency {
+            Some(_) => ControlFlow::Break(()),
+            None => ControlFlow::Continue(()),
+        };
+        self.run(trial, signal, until_alarm).map(|measured| measured.latency)
+    }
+
+    /// Runs for as long as `goes_on` says.
+    fn run(
+        &self,
+        trial: &Trial,
+        signal: SignalId,
+        goes_on: impl Fn(&Measured) -> ControlFlow<()>,
+    ) -> Option<Measured> {
         let target = signal.index();
         let clean = self.samples.iter().filter(|sample| sample.wanted == target);
         let mut own: Vec<Sample> = clean.clone().cloned().collect();
@@ -92,7 +115,10 @@ impl<'a> Ground<'a> {
         let samples = merged(others, own.iter()).take_while(is_before_end);
         let onset = self.first + trial.fault.from;
         let mut watch = Watch::new(self, signal, (onset, trial.end));
-        drive(self.knowledge, samples, (self.first, trial.end), |run| watch.listen(run));
+        drive(self.knowledge, samples, (self.first, trial.end), |run| {
+            watch.listen(run);
+            goes_on(&watch.measured)
+        });
         Some(watch.finish())
     }
 
@@ -108,12 +134,12 @@ impl<'a> Ground<'a> {
     }
 }
 
-/// Drives a new engine over samples and on to the end; `hear` takes what has come out, again and again.
+/// Drives a new engine over samples and on to the end; `hear` takes what has come out, again and again, and may break it off.
 fn drive<'s>(
     knowledge: &KnowledgeBase,
     samples: impl Iterator<Item = &'s Sample>,
     (first, end): (Time, Time),
-    mut hear: impl FnMut(&mut Run),
+    mut hear: impl FnMut(&mut Run) -> ControlFlow<()>,
 ) {
     let mut record = |_: Given<'_>| Ok::<(), Infallible>(());
     let mut run = Run::new(knowledge, first);
@@ -126,11 +152,13 @@ fn drive<'s>(
             value: sample.value.clone(),
         });
         let Ok(()) = run.take(&input, &mut record);
-        hear(&mut run);
+        if hear(&mut run).is_break() {
+            return;
+        }
     }
     let Ok(()) = run.pass_until(end, &mut record);
     let Ok(()) = run.take(&Input::Tick(end), &mut record);
-    hear(&mut run);
+    let _ = hear(&mut run);
 }
 
 /// Both in the order of reception.
@@ -171,6 +199,7 @@ impl<'a> Watch<'a> {
         let needs = vec![Served { error: 0.0, unmet: false }; count];
         let measured = Measured {
             early: 0,
+            accused: false,
             latency: None,
             named: false,
             blamed_other: false,
@@ -181,7 +210,12 @@ impl<'a> Watch<'a> {
     }
 
     fn listen(&mut self, run: &mut Run) {
-        run.events.drain(..).filter_map(|event| alarm(&event)).for_each(|alarm| self.hear(alarm));
+        for event in run.events.drain(..) {
+            if event.time < self.fault.0 && event.signal == Some(self.signal) {
+                self.measured.accused = event.kind != EventKind::Restored;
+            }
+            alarm(&event).into_iter().for_each(|alarm| self.hear(alarm));
+        }
         for publication in run.publications.drain(..) {
             self.see(publication.need, publication.time, &publication.value);
         }

@@ -4,7 +4,7 @@ use super::{Component, Judge, JudgeOptions};
 use crate::diagnosis::explain::Comparison;
 use crate::knowledge::{CauseId, IdVec, KnowledgeBase, RelationId, SignalId, SignalSet};
 use crate::monitor::{Monitor, Pair, Relationship, WatchedWay, WayIndex};
-use crate::time::Time;
+use crate::time::{Span, Time};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 
@@ -147,4 +147,13 @@ pub(super) fn is_gradual(conflict: &Pair, now: Time) -> bool {
 /// Whether one of the ways of a pair rests on one of these.
 pub(super) fn rests_on_any(monitor: &Monitor, pair: &Pair, components: &BTreeSet<Component>) -> bool {
     components.iter().any(|&component| rests_on(monitor, pair, component))
+}
+
+/// How long a pair shows a step of a signal: a difference quotient does while it is within its window.
+pub(super) fn shows_a_step(monitor: &Monitor, pair: &Pair) -> Span {
+    let window = |index| monitor.way(index).map_or(Span::ZERO, |way| way.computation.timing().window);
+    match window(pair.way).max(window(pair.other)) {
+        Span::ZERO => Span::MAX,
+        window => window,
+    }
 }
