@@ -136,7 +136,7 @@ impl Stage<'_> {
                     !orders.contains(&Order::Forbid(Subject::Signal(name.to_owned()))),
                     "{source}: {orders:?}"
                 );
-                let Some(signal) = self.knowledge.signal(name) else { panic!("there is no {name}") };
+                let signal = self.knowledge.signal(name).expect("the model has it");
                 let verdict = self.engine.verdict(signal);
                 let is_accused = matches!(verdict, Verdict::Suspect | Verdict::Failed);
                 assert!(!is_accused || status.forced.is_some(), "{source} is {verdict:?}");
@@ -209,7 +209,7 @@ fn car(seconds: u32, shift: f64) -> (System, Engine) {
 }
 
 fn wheel(system: &System) -> SignalId {
-    system.knowledge.signal("wheel_1").unwrap_or_else(|| panic!("the car has a first wheel"))
+    system.knowledge.signal("wheel_1").expect("the car has a first wheel")
 }
 
 #[test]

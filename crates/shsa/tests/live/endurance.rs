@@ -72,9 +72,9 @@ fn what_was_known_before_a_crash_is_known_after_it() {
     assert!(
         after.clone().count() > 100,
         "{} {:?} {:?}",
-        after.count(),
+        after.clone().count(),
         seen.statuses.last(),
-        after.take(12).collect::<Vec<_>>()
+        after.clone().take(12).collect::<Vec<_>>()
     );
     assert!(after.clone().all(|value| value.2 == "UncertainSubstituteValue"));
 }
