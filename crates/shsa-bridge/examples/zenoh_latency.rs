@@ -25,7 +25,8 @@ const PAYLOAD: &[u8; 64] = &[b'1'; 64];
 fn main() -> Outcome {
     println!("64 bytes at 1 kHz over TCP on loopback, one way, {MESSAGES} messages:");
     shown("  a socket alone    ", socket()?);
-    shown("  Zenoh alone       ", transport()?);
+    shown("  Zenoh alone       ", transport(false)?);
+    shown("  the same, express ", transport(true)?);
     shown("  bridge to inbox   ", bridges()?);
     flood()
 }
@@ -78,7 +79,7 @@ fn session(side: &str, port: u16) -> Result<Session, Box<dyn Error>> {
     Ok(::zenoh::open(config).wait().map_err(|problem| problem.to_string())?)
 }
 
-fn transport() -> Result<Vec<Duration>, Box<dyn Error>> {
+fn transport(is_express: bool) -> Result<Vec<Duration>, Box<dyn Error>> {
     let port = free_port()?;
     let (far, near) = (session("listen/endpoints", port)?, session("connect/endpoints", port)?);
     let (sender, arrivals) = channel();
@@ -86,7 +87,7 @@ fn transport() -> Result<Vec<Duration>, Box<dyn Error>> {
         let _ = sender.send(Instant::now());
     });
     let _subscriber = subscriber.wait().map_err(|problem| problem.to_string())?;
-    let publisher = near.declare_publisher("x").express(true);
+    let publisher = near.declare_publisher("x").express(is_express);
     let publisher = publisher.priority(Priority::RealTime).congestion_control(CongestionControl::Drop);
     let publisher = publisher.wait().map_err(|problem| problem.to_string())?;
     std::thread::sleep(Duration::from_millis(500));

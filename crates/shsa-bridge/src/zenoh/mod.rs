@@ -165,7 +165,8 @@ pub(crate) fn subscribe(
     });
 }
 
-/// For messages that are worth most when they are new.
+/// For messages that are worth most when they are new. They are not `express`: that is no quicker where nothing waits,
+/// and makes each message fill one of the 16 places of the queue by itself.
 pub(crate) fn declare_publisher(
     session: &Session,
     key: KeyExpr<'static>,
@@ -174,7 +175,6 @@ pub(crate) fn declare_publisher(
         .declare_publisher(key)
         .congestion_control(CongestionControl::Drop)
         .priority(Priority::RealTime)
-        .express(true)
         .wait();
     publisher.map_err(lost)
 }
