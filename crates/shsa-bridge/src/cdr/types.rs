@@ -124,11 +124,40 @@ impl Types {
         })
     }
 
+    /// Appends the paths of all numbers and lists of numbers in a type, until there are `at_most`; of a list of messages
+    /// those of the first one.
+    ///
+    /// # Errors
+    /// When a type is not known.
+    pub(crate) fn paths(
+        &self,
+        name: &str,
+        from: &str,
+        at_most: usize,
+        paths: &mut Vec<String>,
+    ) -> Result<(), String> {
+        for Member { name, kind, count } in self.members(name)? {
+            let dot = if from.is_empty() { "" } else { "." };
+            let element = if matches!(kind, Kind::Message(_)) && *count != Count::One { "[0]" } else { "" };
+            let path = format!("{from}{dot}{name}{element}");
+            match kind {
+                _ if paths.len() >= at_most || path.len() > PATH_MAX => return Ok(()),
+                Kind::Primitive(_) => paths.push(path),
+                Kind::Message(inner) => self.paths(inner, &path, at_most, paths)?,
+                Kind::Text(_) | Kind::WideText => {}
+            }
+        }
+        Ok(())
+    }
+
     /// The names of all types.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.0.keys().map(AsRef::as_ref)
     }
 }
+
+/// Longer paths are not listed: a type may hold itself.
+const PATH_MAX: usize = 200;
 
 /// Folders may nest so deep.
 const DEPTH_MAX: usize = 8;

@@ -1,8 +1,10 @@
 //! What a payload holds, when nobody knows yet what to ask for.
 
 use super::json::{self, Kind, Place, Visitor};
-use super::reader::{scalar, text_of};
+use super::reader::{Field, Reader, scalar, text_of};
+use super::typed::{is_message_type, text_in};
 use super::{SIZE_LIMIT, Unreadable};
+use crate::cdr::{Types, full_name};
 use crate::{Message, Payload};
 use shsa_core::observation::RawValue;
 
@@ -41,8 +43,32 @@ pub fn explore(message: &Message) -> Result<Vec<Leaf>, Unreadable> {
         Payload::Value(value) => {
             Ok(vec![Leaf { path: String::new(), content: Content::Value(value.clone()) }])
         }
-        Payload::Bytes(bytes) => leaves(text_of(bytes, SIZE_LIMIT)?),
+        Payload::Bytes(bytes) => match message.message_type.as_deref().filter(|name| is_message_type(name)) {
+            None => leaves(text_of(bytes, SIZE_LIMIT)?),
+            Some(name) => match text_in(name, bytes) {
+                Some(text) => leaves(text_of(text?, SIZE_LIMIT)?),
+                None => typed_leaves(message, name),
+            },
+        },
     }
+}
+
+/// The fields that a message's type says it has, as far as the message has them.
+fn typed_leaves(message: &Message, name: &str) -> Result<Vec<Leaf>, Unreadable> {
+    let mut paths = Vec::new();
+    Types::standard().paths(&full_name(name), "", FIELDS_MAX, &mut paths).map_err(Unreadable::Layout)?;
+    let fields: Vec<Field> = paths.iter().map(|path| Field { path: path.clone(), stamp: None }).collect();
+    let mut reader =
+        Reader::new(&fields, SIZE_LIMIT).map_err(|error| Unreadable::Layout(error.to_string()))?;
+    let (mut leaves, mut problem) = (Vec::new(), None);
+    reader.read(message, |index, reading| match (reading, paths.get(index)) {
+        (Ok(reading), Some(path)) => {
+            leaves.push(Leaf { path: path.clone(), content: Content::Value(reading.value) });
+        }
+        (Err(unreadable), _) => problem = Some(unreadable),
+        (Ok(_), None) => {}
+    });
+    problem.filter(|_| leaves.is_empty()).map_or(Ok(leaves), Err)
 }
 
 fn leaves(text: &str) -> Result<Vec<Leaf>, Unreadable> {
@@ -223,6 +249,23 @@ mod tests {
             ],
         );
         check("{}", &[]);
+    }
+
+    #[test]
+    fn typed_messages_have_the_fields_of_their_type() {
+        let shown = |bytes: Vec<u8>| {
+            let payload = Payload::Bytes(bytes.into());
+            let name = Some("geometry_msgs/msg/Twist".into());
+            explore(&Message { message_type: name, ..Message::new("a".into(), Time(0), payload) })
+        };
+        let numbers = [1.0_f64, 2.0, 3.0, 4.0, 5.0, 6.0].map(f64::to_le_bytes).concat();
+        let twist = [&[0, 1, 0, 0], &*numbers].concat();
+        let leaves = shown(twist.clone()).unwrap();
+        let paths: Vec<&str> = leaves.iter().map(|leaf| &*leaf.path).collect();
+        assert_eq!(paths, ["linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z"]);
+        assert_eq!(leaves[4].content, Content::Value(RawValue::Number(5.0)));
+        assert_eq!(shown(twist[..12].to_vec()).unwrap().len(), 1);
+        assert!(shown(vec![0, 1, 0, 0]).unwrap_err().to_string().contains("is not within 0 bytes"));
     }
 
     #[test]
