@@ -112,7 +112,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let inbox = Inbox::new(arguments.bus.queue, clock.clone());
     let stop = stop_on_signals(inbox.clone())?;
     let mut bridge: Box<dyn Bridge> = match arguments.stdio {
-        true => Box::new(Pipes::open(inbox, stop.clone())?),
+        true => Box::new(Pipes::open(inbox, stop.clone(), ports.topics().cloned().collect())?),
         false => arguments.bus.open(&arguments.name, inbox, &MemoryBus::new(clock.clone()))?,
     };
     for topic in ports.topics() {

@@ -12,8 +12,8 @@ use shsa_core::time::Time;
 use std::collections::BTreeSet;
 use std::io::{self, BufRead, Read, Write};
 use std::process;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 /// The longest line that is read, bytes.
@@ -32,26 +32,25 @@ struct Line {
 /// Standard input and output as a bus.
 pub(super) struct Pipes {
     inbox: Inbox,
-    topics: Arc<Mutex<BTreeSet<String>>>,
     broken: Arc<AtomicU64>,
     told: u64,
 }
 
 impl Pipes {
-    /// Reads from now on; the end of the input raises `stop`.
+    /// Reads messages of these topics from now on; the end of the input raises `stop`. They are named at once, as what comes
+    /// before a subscription would be lost.
     ///
     /// # Errors
     /// When no thread can be had.
-    pub(super) fn open(inbox: Inbox, stop: Arc<AtomicBool>) -> io::Result<Pipes> {
-        let topics = Arc::new(Mutex::new(BTreeSet::new()));
+    pub(super) fn open(inbox: Inbox, stop: Arc<AtomicBool>, topics: BTreeSet<Arc<str>>) -> io::Result<Pipes> {
         let broken = Arc::new(AtomicU64::new(0));
-        let pipes = Pipes { inbox: inbox.clone(), topics: topics.clone(), broken: broken.clone(), told: 0 };
+        let pipes = Pipes { inbox: inbox.clone(), broken: broken.clone(), told: 0 };
         thread::Builder::new().name("stdin".into()).spawn(move || {
             let mut input = io::stdin().lock();
             let mut line = Vec::new();
             while matches!(input.by_ref().take(LONGEST).read_until(b'\n', &mut line), Ok(read) if read > 0) {
                 match message(&line, &inbox) {
-                    Some(message) if is_wanted(&topics, &message.topic) => inbox.push(message),
+                    Some(message) if topics.contains(&message.topic) => inbox.push(message),
                     Some(_) => {}
                     None if line.trim_ascii().is_empty() => {}
                     None => _ = broken.fetch_add(1, Ordering::Relaxed),
@@ -63,10 +62,6 @@ impl Pipes {
         })?;
         Ok(pipes)
     }
-}
-
-fn is_wanted(topics: &Mutex<BTreeSet<String>>, topic: &str) -> bool {
-    topics.lock().unwrap_or_else(PoisonError::into_inner).contains(topic)
 }
 
 fn message(line: &[u8], inbox: &Inbox) -> Option<Message> {
@@ -86,8 +81,7 @@ impl Bridge for Pipes {
         &self.inbox
     }
 
-    fn subscribe(&mut self, topic: &str, _: Option<&str>) -> Result<(), BridgeError> {
-        self.topics.lock().unwrap_or_else(PoisonError::into_inner).insert(topic.to_owned());
+    fn subscribe(&mut self, _: &str, _: Option<&str>) -> Result<(), BridgeError> {
         Ok(())
     }
 
