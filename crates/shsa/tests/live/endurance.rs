@@ -69,12 +69,7 @@ fn what_was_known_before_a_crash_is_known_after_it() {
     let kinds = events.as_array().unwrap().iter().map(|event| event["kind"].as_str().unwrap());
     assert!(kinds.clone().all(|kind| kind != "failed" && kind != "restored"), "{events}");
     let after = seen.values.iter().filter(|value| value.0 > 8.0);
-    assert!(
-        after.clone().count() > 100,
-        "{} {:?} {:?}",
-        after.clone().count(),
-        seen.statuses.last(),
-        after.clone().take(12).collect::<Vec<_>>()
-    );
+    // The slowest of the sources that may serve it comes 10 times a second.
+    assert!(after.clone().count() > 30, "{}", after.count());
     assert!(after.clone().all(|value| value.2 == "UncertainSubstituteValue"));
 }
