@@ -1,5 +1,6 @@
 //! Operators' orders: what is forbidden serves nothing, what is forced is not replaced, what cannot be obeyed changes
 //! nothing; and a restart in between changes none of that.
+#![cfg(test)]
 
 mod models;
 
