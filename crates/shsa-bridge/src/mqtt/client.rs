@@ -218,6 +218,14 @@ impl Client {
         }
     }
 
+    /// What had happened before the connection broke and was not told: an answer may come with the end in one piece.
+    pub(super) fn left_over(&mut self) -> Vec<Happening> {
+        match self {
+            Client::V4(connection) => connection.state.events.drain(..).map(happening_v4).collect(),
+            Client::V5(connection) => connection.state.events.drain(..).map(happening_v5).collect(),
+        }
+    }
+
     /// The topics of publications that have not surely arrived.
     pub(super) fn unfinished(&mut self) -> Vec<String> {
         match self {

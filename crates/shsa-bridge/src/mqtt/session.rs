@@ -488,7 +488,10 @@ async fn serve(
             }
         };
         match polled {
-            Err(failure) => return Some(failure),
+            Err(failure) => {
+                client.left_over().into_iter().for_each(|happening| shared.happened(happening));
+                return Some(failure);
+            }
             Ok(Happening::Connected) => {
                 *since = Some(Instant::now());
                 shared.connected(sender);

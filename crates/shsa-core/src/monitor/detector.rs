@@ -273,9 +273,11 @@ impl Detector {
             *bits = *bits << 1 | u64::from(evidence.is_some());
         }
         self.keep_window();
-        // The first of a row.
-        if self.jumps() & 3 == 1 {
-            self.outliers += 1.0 / self.memory;
+        // A jump after a sound reading may be an outlier; when it is not over with the next reading, it was none.
+        match self.jumps() & 7 {
+            0b001 | 0b101 => self.outliers += 1.0 / self.memory,
+            0b011 => self.outliers = (self.outliers - 1.0 / self.memory).max(0.0),
+            _ => {}
         }
         if self.fault.is_none() {
             let fault =

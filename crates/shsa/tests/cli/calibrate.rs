@@ -59,7 +59,17 @@ fn offsets_delays_and_errors_are_found() {
     let report = folder().json("calibrate m.yaml drive.csv", 0);
     assert_eq!(
         keys(&report),
-        ["split_s", "duration_s", "signals", "pairs", "fitted", "unhealthy", "before", "after"]
+        [
+            "split_s",
+            "duration_s",
+            "signals",
+            "pairs",
+            "fitted",
+            "smallest_faults",
+            "unhealthy",
+            "before",
+            "after"
+        ]
     );
     near(&fitted(&report, "c")["delay_s"], 0.4, 0.03);
     near(&fitted(&report, "a")["delay_s"], 0.0, 0.0);

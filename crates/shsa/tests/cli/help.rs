@@ -2,13 +2,14 @@
 
 use crate::folder::Folder;
 
-const COMMANDS: [&str; 17] = [
+const COMMANDS: [&str; 18] = [
     "check",
     "plan",
     "analyze",
     "monitor",
     "replay",
     "run",
+    "scan",
     "service",
     "explain",
     "calibrate",
