@@ -176,6 +176,10 @@ fn kept_messages_are_marked_and_come_once() {
         let mut source = open(&versioned(&broker, "source", version));
         let kept = Outgoing { retain: true, ..Outgoing::new("a", Time(1), Payload::Bytes("old".into())) };
         source.publish(kept).unwrap();
+        // When this one has it, the broker has.
+        let mut witness = open(&versioned(&broker, "witness", version));
+        witness.subscribe("a", None).unwrap();
+        contract::next(&mut witness);
         let mut sink = open(&versioned(&broker, "sink", version));
         sink.subscribe("a", None).unwrap();
         let message = contract::next(&mut sink);

@@ -216,7 +216,9 @@ fn check_car(case: &Case, kind: &str, signal: &str, seed: u32, start_s: f64, wit
     let after = report.named_after(signal, start_s);
     assert!(after.is_some_and(|after| (0.0..=within_s).contains(&after)), "{fault}, seed {seed}: {after:?}");
     let (gap_s, rmse) = (report.need("speed", "longest_gap_s"), report.need("speed", "rmse"));
-    assert!(gap_s <= 0.2, "{fault}, seed {seed}: a gap of {gap_s} s");
+    // The recording itself pauses for 26 ms. Noise of this size leaves nobody uncontradicted for some rows.
+    let longest = if kind.starts_with("noise") { 0.06 } else { 0.03 };
+    assert!(gap_s <= longest, "{fault}, seed {seed}: a gap of {gap_s} s");
     assert!(rmse < 0.25, "{fault}, seed {seed}: rmse {rmse} m/s");
 }
 

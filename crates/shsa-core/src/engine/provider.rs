@@ -8,6 +8,7 @@ mod inherit;
 mod proven;
 mod forced;
 mod resume;
+mod stand_in;
 
 pub(super) use inherit::Succession;
 pub(super) use resume::Resumption;
@@ -33,6 +34,7 @@ use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use proven::Ranked;
+use stand_in::Pace;
 
 /// How many alternatives an event names.
 const MOST_NAMED: usize = 3;
@@ -106,6 +108,8 @@ pub(super) struct Provider {
     preferred: Option<Way>,
     active: Option<Service>,
     active_rests_on: SignalSet,
+    /// How regularly it gives values.
+    pace: Pace,
     /// Since when the source has given nothing but values that are too old or too wide.
     unfit_since: Option<Time>,
     /// When the last switch was.
@@ -150,6 +154,7 @@ impl Provider {
             preferred: None,
             active: None,
             active_rests_on: SignalSet::new(),
+            pace: Pace::default(),
             unfit_since: None,
             switched: None,
             started: None,
@@ -181,13 +186,14 @@ impl Provider {
         }
     }
 
-    /// When the need becomes overdue, or the hold time of a better source is over; after that, only what comes can
-    /// make the better source fit.
+    /// When the source becomes late or the need overdue, or the hold time of a better source is over; after that, only
+    /// what comes can change something.
     pub(super) fn next_deadline(&self, now: Time) -> Option<Time> {
         let overdue =
             (!self.unserved).then(|| self.last_served().map(|last| last + self.max_age + Span(1))).flatten();
+        let late = self.late_after().map(|late| late + Span(1)).filter(|late| *late > now);
         let held = self.switched.map(|at| at + self.switching.hold).filter(|until| *until > now);
-        overdue.into_iter().chain(held.filter(|_| self.better().is_some())).min()
+        overdue.into_iter().chain(late).chain(held.filter(|_| self.better().is_some())).min()
     }
 
     pub(super) fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {
@@ -225,6 +231,7 @@ impl Provider {
         self.better_by = Better::Trusted;
         let rests_on = service.as_ref().map(|service| rests_on(knowledge, service.way()));
         self.active_rests_on = rests_on.unwrap_or_default();
+        self.pace = Pace::default();
         self.active = service;
     }
 
@@ -379,6 +386,9 @@ impl Provider {
         let last = self.last.map(|(_, sample)| sample);
         let computed =
             self.active.as_mut().and_then(|service| service.compute(monitor.ports(), last)).map(owned);
+        if computed.is_some() {
+            self.pace.step(now);
+        }
         let found = match computed {
             Some((PublishedValue::Scalar(value), validity)) => {
                 let sample = Sample { validity, value };
@@ -409,40 +419,6 @@ impl Provider {
 
     fn active_server(&self) -> Server {
         Server::Active { since: self.switched }
-    }
-
-    /// Half the time that a value may be old is over.
-    fn is_late(&self, now: Time) -> bool {
-        self.last_served().is_some_and(|last| now - last > Span(self.max_age.0 / 2))
-    }
-
-    /// What another trusted way gives at this moment, when it is not contradicted itself: the best proven one.
-    fn stand_in(
-        &mut self,
-        knowledge: &KnowledgeBase,
-        monitor: &Monitor,
-        trusts: impl Fn(&WatchedWay) -> bool + Copy,
-        now: Time,
-    ) -> Option<(Sample, Server)> {
-        if self.forced.is_some() {
-            return None;
-        }
-        self.rank(knowledge, monitor, Some(now));
-        let standing = |index: WayIndex| {
-            let way = monitor.way(index).map(|way| way.computation.way());
-            self.ranked().position(|(source, _)| Some(&source.way) == way).unwrap_or(usize::MAX)
-        };
-        let sound = |&(index, sample): &(WayIndex, Sample)| {
-            let way = monitor.way(index).filter(|way| way.variable() == self.variable)?;
-            let usable = trusts(way) && way.rests_on != self.active_rests_on;
-            let contradicted =
-                || monitor.votes(self.variable, &way.rests_on, sample, trusts).is_contradicted();
-            let sound = usable && self.is_fit(&sample, now) && !contradicted();
-            sound.then_some((index, sample))
-        };
-        let (index, sample) =
-            monitor.fresh().iter().filter_map(sound).min_by_key(|(index, _)| standing(*index))?;
-        Some((sample, Server::StandIn(index)))
     }
 
     /// The value to publish: while a blend lasts, moved towards the last value and grown so that it still holds

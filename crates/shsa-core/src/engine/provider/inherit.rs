@@ -42,6 +42,7 @@ impl Provider {
         match (way, old.active) {
             (Some(way), Some(mut service)) => {
                 self.go_on(way, &mut service, change);
+                self.pace = old.pace;
                 self.unfit_since = old.unfit_since;
                 self.is_doubted = old.is_doubted;
                 self.better_by = if self.preferred == preferred { old.better_by } else { Better::Changed };
