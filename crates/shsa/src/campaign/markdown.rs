@@ -7,7 +7,8 @@ use super::tally::Campaign;
 use super::text::rounded;
 use super::trial::Measured;
 use shsa_core::analysis::{Analysis, Options, analyze};
-use shsa_core::knowledge::{Id, Signal, SignalId};
+use shsa_core::computation::Computation;
+use shsa_core::knowledge::{Id, KnowledgeBase, Signal, SignalId};
 use shsa_core::time::Span;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -27,7 +28,7 @@ type Run<'a> = (&'a Trial, &'a Cell, &'a Measured);
 struct Section<'a> {
     campaign: &'a Campaign<'a>,
     analysis: Analysis,
-    /// For each signal the mean time between values of the slowest signal that it is compared with.
+    /// For each signal the period of the slowest witness that it is compared with.
     periods: Vec<Span>,
 }
 
@@ -91,7 +92,8 @@ fn command(arguments: &Arguments) -> String {
     text + &format!(" --onsets {} --seeds {} --markdown FILE", arguments.onsets, arguments.seeds)
 }
 
-/// The mean time between values, by signal, of the slowest one in its comparisons.
+/// By signal, the period of the slowest witness in its comparisons: the mean time between values of the slowest signal, or the
+/// window over which a rate is taken, as such a comparison knows something new once a window.
 fn periods(campaign: &Campaign<'_>, analysis: &Analysis) -> Vec<Span> {
     let count = campaign.knowledge().signals().len();
     let mut seen = vec![0_i64; count];
@@ -106,12 +108,21 @@ fn periods(campaign: &Campaign<'_>, analysis: &Analysis) -> Vec<Span> {
     let mut periods: Vec<Span> = (0..count).map(|index| own(SignalId::from_index(index))).collect();
     for &pair in analysis.comparisons.pairs() {
         let together = analysis.comparisons.signals(pair);
-        let slowest = together.iter().map(own).max().unwrap_or(Span::ZERO);
+        let windows =
+            [pair.one, pair.other].into_iter().map(|way| window(campaign.knowledge(), analysis, way));
+        let slowest = together.iter().map(own).chain(windows).max().unwrap_or(Span::ZERO);
         for signal in together.iter() {
             periods.get_mut(signal.index()).into_iter().for_each(|it| *it = slowest.max(*it));
         }
     }
     periods
+}
+
+/// The longest window of a way that is compared.
+fn window(knowledge: &KnowledgeBase, analysis: &Analysis, way: usize) -> Span {
+    let way = analysis.comparisons.ways().get(way).cloned();
+    let computation = way.and_then(|way| Computation::new(knowledge, way, Computation::slowest_input));
+    computation.map_or(Span::ZERO, |computation| computation.timing().window)
 }
 
 impl Section<'_> {
@@ -154,7 +165,7 @@ impl Section<'_> {
             self.row(&mut text, &what.label(), |cell| cell.what == *what);
         }
         self.row(&mut text, "all", all);
-        text + "\nA latency is in periods of the slowest signal that the faulty one is compared with.\n\n"
+        text + "\nA latency is in periods of the slowest witness: of the slowest signal that the faulty one is compared with, or windows of the rate that it is compared by where these are longer.\n\n"
     }
 
     fn row(&self, text: &mut String, label: &str, is_wanted: impl Fn(&Cell) -> bool) {

@@ -3,21 +3,29 @@ writes down what arrives under the name of the need.
 
 The argument is a JSON object:
 
-    {"bus": "mqtt" | "zenoh", "port": N, "data": FOLDER, "skip": SECONDS, "seconds": SECONDS, "need": NAME,
+    {"bus": "mqtt" | "zenoh" | "ros2", "port": N, "data": FOLDER, "skip": SECONDS, "seconds": SECONDS, "need": NAME,
      "fault": {"topic": NAME, "column": NAME, "kind": "stop" | "bias", "amount": NUMBER, "at": SECONDS}}
 
 The answer is one, too: the values, the statuses and the round trips of a topic of its own, each with its time in seconds
-from the beginning.
+from the beginning, and how late the latest row was sent, as a busy machine lets us wait.
 """
 
 import csv
 import json
+import os
 import sys
 import threading
 import time
 
-TOPICS = ["wheel_speed", "gnss_ublox", "gyro", "steering_angle"]
 PING = "test/ping"
+TOPICS = ["wheel_speed", "gnss_ublox", "gyro", "steering_angle"]
+# As nodes of ROS 2 tell these columns: topic, type, field.
+MESSAGES = {
+    **{f"wheel_{n}": (f"/wheel_{n}/twist", "geometry_msgs/msg/TwistStamped", "twist.linear.x") for n in range(1, 5)},
+    "speed": ("/gnss/twist", "geometry_msgs/msg/TwistWithCovarianceStamped", "twist.twist.linear.x"),
+    "gyro_z": ("/imu", "sensor_msgs/msg/Imu", "angular_velocity.z"),
+    "steering_angle": ("/steering_angle", "std_msgs/msg/Float64", "data"),
+}
 
 
 class Mqtt:
@@ -82,6 +90,80 @@ class Zenoh:
             session.close()
 
 
+class Ros2(Zenoh):
+    """Nodes that speak rmw_zenoh; messages are those of `rosbags`, names and attachments those of `zenoh_ros2_sdk`."""
+
+    def __init__(self, port):
+        os.environ.setdefault("GIT_PYTHON_REFRESH", "quiet")
+        super().__init__(port)
+        from rosbags.typesys import Stores, get_typestore
+        from zenoh_ros2_sdk.attachment import Attachment
+        from zenoh_ros2_sdk.keyexpr import topic_keyexpr
+        from zenoh_ros2_sdk.utils import ros2_to_dds_type
+
+        self.store, self.attachment = get_typestore(Stores.ROS2_JAZZY), Attachment
+        self.key = lambda topic, name: topic_keyexpr(0, topic, ros2_to_dds_type(name), self.store.hash_rihs01(name))
+        self.sent, self.messages = 0, {}
+
+    def message(self, name):
+        """A message of zeros that is filled in again and again."""
+        from numpy import zeros
+        from rosbags.interfaces import Nodetype
+
+        def default(desc):
+            kind, inner = desc
+            if kind == Nodetype.NAME:
+                return make(inner)
+            if kind == Nodetype.BASE:
+                return "" if inner[0] == "string" else 0
+            return zeros(inner[1] if kind == Nodetype.ARRAY else 0)
+
+        def make(name):
+            return self.store.types[name](**{field: default(desc) for field, desc in self.store.fielddefs[name][1]})
+
+        return self.messages.setdefault(name, make(name))
+
+    def put(self, topic, name, content):
+        if topic not in self.publishers:
+            self.publishers[topic] = self.sessions[0].declare_publisher(self.key(topic, name), express=True)
+        self.sent += 1
+        beside = self.attachment(self.sent, time.time_ns(), bytes(range(1, 17))).to_bytes()
+        self.publishers[topic].put(bytes(self.store.serialize_cdr(content, name)), attachment=beside)
+
+    def publish(self, topic, text):
+        columns = {"test": text} if topic == PING else json.loads(text)
+        for column, value in columns.items():
+            if topic == PING:
+                path, name, field = PING, "std_msgs/msg/String", "data"
+            elif column in MESSAGES:
+                path, name, field = MESSAGES[column]
+            else:
+                continue
+            content = where = self.message(name)
+            if hasattr(content, "header"):
+                now = time.time_ns()
+                object.__setattr__(content.header.stamp, "sec", now // 10**9)
+                object.__setattr__(content.header.stamp, "nanosec", now % 10**9)
+            *way, last = field.split(".")
+            for step in way:
+                where = getattr(where, step)
+            object.__setattr__(where, last, value)
+            self.put(path, name, content)
+
+    def subscribe(self, topics, heard):
+        for topic in topics:
+            name = "std_msgs/msg/Float64" if topic == topics[0] else "std_msgs/msg/String"
+            key = self.key(topic.replace("#", "**"), name)
+
+            def on_sample(sample, name=name):
+                content = self.store.deserialize_cdr(sample.payload.to_bytes(), name)
+                # DOMAIN/TOPIC/TYPE/HASH
+                topic = str(sample.key_expr).split("/", 1)[1].rsplit("/", 2)[0]
+                heard(topic, str(content.data), None)
+
+            self.subscribers.append(self.sessions[1].declare_subscriber(key, on_sample))
+
+
 def rows(folder, topic, skip, seconds):
     """The rows of a topic with their times from the beginning, columns without their units."""
     with open(f"{folder}/{topic}.csv", newline="") as file:
@@ -103,7 +185,7 @@ def broken(topic, columns, at, fault):
 
 def main():
     order = json.loads(sys.argv[1])
-    bus = {"mqtt": Mqtt, "zenoh": Zenoh}[order["bus"]](order["port"])
+    bus = {"mqtt": Mqtt, "zenoh": Zenoh, "ros2": Ros2}[order["bus"]](order["port"])
     values, statuses, trips = [], [], []
     start = time.monotonic()
 
@@ -123,11 +205,12 @@ def main():
     )
     time.sleep(0.5)
     start = time.monotonic()
-    ping = 0
+    ping = latest = 0
     for at, topic, columns in recording:
         left = at - (time.monotonic() - start)
         if left > 0:
             time.sleep(left)
+        latest = max(latest, time.monotonic() - start - at)
         columns = broken(topic, columns, at, order.get("fault"))
         if columns is not None:
             bus.publish(topic, json.dumps(columns))
@@ -136,7 +219,7 @@ def main():
             bus.publish(PING, str(time.monotonic() - start))
     time.sleep(0.5)
     bus.close()
-    print(json.dumps({"ready": True, "values": values, "statuses": statuses, "trips": trips}), flush=True)
+    print(json.dumps({"ready": True, "values": values, "statuses": statuses, "trips": trips, "late": latest}), flush=True)
 
 
 main()
