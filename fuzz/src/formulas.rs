@@ -139,6 +139,7 @@ fn gaps(formula: &Formula) -> Gaps {
         Operation::Select
         | Operation::Index
         | Operation::Derivative(_)
+        | Operation::MovingMean(_)
         | Operation::Integral
         | Operation::Delay(_)
         | Operation::Elapsed => true,
@@ -201,7 +202,7 @@ pub fn seeds() -> Vec<Vec<u8>> {
         "if(x < 1 and not (p >= 2 or x != 0), x, 2)",
         "x - previous(x) + dt / 1 s",
         "derivative(y, 20 ms) * z + y",
-        "integral(x) / 1 s + delay(x, 10 ms)",
+        "integral(x) / 1 s + delay(x, 10 ms) + moving_mean(y, 30 ms)",
         "sin(a) + cos(a) - tan(a) + asin(x) / 1 rad",
         "exp(x) + ln(p) + log10(p) + floor(x) + abs(x)",
         "hypot(y, k) + atan2(y, k) * 1 m / 1 rad",

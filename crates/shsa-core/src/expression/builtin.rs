@@ -34,10 +34,11 @@ pub(super) enum Builtin {
     Derivative,
     Integral,
     Delay,
+    MovingMean,
 }
 
 /// By name, with the number of arguments, at least and at most, and how it is written.
-pub(super) const FUNCTIONS: [(&str, Builtin, usize, usize, &str); 31] = [
+pub(super) const FUNCTIONS: [(&str, Builtin, usize, usize, &str); 32] = [
     ("sqrt", Builtin::Sqrt, 1, 1, "sqrt(x)"),
     ("exp", Builtin::Exp, 1, 1, "exp(x)"),
     ("ln", Builtin::Ln, 1, 1, "ln(x)"),
@@ -69,6 +70,7 @@ pub(super) const FUNCTIONS: [(&str, Builtin, usize, usize, &str); 31] = [
     ("derivative", Builtin::Derivative, 2, 2, "derivative(x, 0.5 s)"),
     ("integral", Builtin::Integral, 1, 1, "integral(x)"),
     ("delay", Builtin::Delay, 2, 2, "delay(x, 0.5 s)"),
+    ("moving_mean", Builtin::MovingMean, 2, 2, "moving_mean(x, 0.5 s)"),
 ];
 
 const MANY: usize = 1_000;

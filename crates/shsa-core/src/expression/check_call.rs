@@ -33,7 +33,7 @@ impl<'a> Checker<'a> {
             }
             (Builtin::Root, [of, degree]) => self.root(span, of, degree),
             (Builtin::Interval, [lo, hi]) => self.between(span, lo, hi),
-            (Builtin::Derivative | Builtin::Delay, [of, window]) => {
+            (Builtin::Derivative | Builtin::Delay | Builtin::MovingMean, [of, window]) => {
                 self.over_time(span, &what, function, of, window)
             }
             (Builtin::PlusMinus, [of]) => self.plus_minus(span, of),
@@ -261,11 +261,13 @@ impl<'a> Checker<'a> {
         let typed = self.scalar(what, of);
         let window = self.span(what, window);
         let (typed, window) = typed.zip(window)?;
-        let (operation, measure) = if function == Builtin::Delay {
-            (Operation::Delay(window), typed.measure)
-        } else {
-            let measure = typed.measure.combine(Measure::Known(Dimension::TIME), Dimension::over);
-            (Operation::Derivative(window), self.noted(span, measure))
+        let (operation, measure) = match function {
+            Builtin::Delay => (Operation::Delay(window), typed.measure),
+            Builtin::MovingMean => (Operation::MovingMean(window), typed.measure),
+            _ => {
+                let measure = typed.measure.combine(Measure::Known(Dimension::TIME), Dimension::over);
+                (Operation::Derivative(window), self.noted(span, measure))
+            }
         };
         self.made(span, Formula::node(operation, vec![typed.formula]), measure)
     }

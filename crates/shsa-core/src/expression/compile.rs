@@ -133,7 +133,7 @@ impl Compiler {
                 self.program.longest_list = self.program.longest_list.max(arguments.len());
                 operands = [Register::Scalar(start), Register::Scalar(arguments.len() as u32), NONE];
             }
-            (Operation::Derivative(_) | Operation::Integral | Operation::Delay(_), _) => {
+            (operation, _) if operation.recalls() => {
                 let memory = Register::Scalar(self.program.memories.len() as u32);
                 self.program.memories.push(operation);
                 let [_, second, _] = &mut operands;

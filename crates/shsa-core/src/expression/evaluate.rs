@@ -352,7 +352,7 @@ impl Program {
                 let number = state.element(first, second);
                 set(&mut state.scalars, to, number);
             }
-            (Operation::Derivative(_) | Operation::Integral | Operation::Delay(_), Register::Scalar(to)) => {
+            (operation, Register::Scalar(to)) if operation.recalls() => {
                 let number = state.recall(first, second, moment);
                 set(&mut state.scalars, to, number);
             }

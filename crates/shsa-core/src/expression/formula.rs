@@ -213,13 +213,14 @@ pub(super) fn whole_power(base: Formula, exponent: i32) -> Formula {
 impl Operation {
     /// Whether its value depends on more than its arguments' present values.
     pub(super) fn is_stateful(self) -> bool {
+        matches!(self, Operation::Previous(_) | Operation::Elapsed) || self.recalls()
+    }
+
+    /// Whether it remembers samples of its argument.
+    pub(super) fn recalls(self) -> bool {
         matches!(
             self,
-            Operation::Previous(_)
-                | Operation::Elapsed
-                | Operation::Derivative(_)
-                | Operation::Integral
-                | Operation::Delay(_)
+            Operation::Derivative(_) | Operation::Integral | Operation::Delay(_) | Operation::MovingMean(_)
         )
     }
 }

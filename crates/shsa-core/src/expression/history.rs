@@ -65,7 +65,9 @@ impl<N: Number> History<N> {
     /// Allocates all that it will need for samples at up to `rate` per second.
     pub(super) fn new(operation: Operation, rate: f64) -> History<N> {
         let window = match operation {
-            Operation::Derivative(window) | Operation::Delay(window) => window,
+            Operation::Derivative(window) | Operation::Delay(window) | Operation::MovingMean(window) => {
+                window
+            }
             _ => Span::ZERO,
         };
         let wanted = libm::ceil(2.0 * window.seconds() * rate.max(0.0)) as usize;
@@ -91,6 +93,9 @@ impl<N: Number> History<N> {
         let recalled = match self.operation {
             Operation::Derivative(window) => self.derivative(value, at, window),
             Operation::Delay(span) => Recalled { value: self.delay(value, at, span), since: None },
+            Operation::MovingMean(window) => {
+                Recalled { value: self.moving_mean(value, at, window), since: None }
+            }
             _ => Recalled { value: self.integral(value, at, is_new), since: None },
         };
         if is_new && !value.is_missing() {
@@ -146,6 +151,21 @@ impl<N: Number> History<N> {
         let around =
             samples().filter(|sample| (middle(before.at)..=middle(after.at)).contains(&middle(sample.at)));
         around.fold(nominal.value, |hull, sample| hull.covering(sample.value))
+    }
+
+    /// The mean of the values that are younger than the window, this one among them; there is none before a window is over.
+    fn moving_mean(&self, value: N, at: Validity, window: Span) -> N {
+        let age = |sample: &Sample<N>| middle(at) - middle(sample.at);
+        let is_over = self.samples().next().is_some_and(|oldest| age(oldest) >= window);
+        if value.is_missing() || !is_over {
+            return N::MISSING;
+        }
+        let within = self.samples().filter(|sample| Span::ZERO < age(sample) && age(sample) < window);
+        let add =
+            |(sum, count): (N, f64), sample: &Sample<N>| (sum.binary(Binary::Add, sample.value), count + 1.0);
+        let (sum, count) = within.fold((value, 1.0), add);
+        let count = Constant { value: count, bounds: Interval::point(count) };
+        sum.binary(Binary::Div, N::constant(count))
     }
 
     /// The sum of the trapezoids since the first value. Over intervals, the value between two samples lies in their

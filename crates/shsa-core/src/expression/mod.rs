@@ -18,7 +18,8 @@
 //!   number go element by element; vectors of different lengths have no result.
 //! * Uncertainty: `plusminus(e)`, `interval(lo, hi)` of constants; each place in a formula is a number of its own.
 //!   `within(x, lo, hi)` is what of `x` lies in the bounds (`inf` for none), `either(x, y)` the one that has a value.
-//! * Time: `previous(x)`, `dt`, `derivative(x, window)`, `integral(x)`, `delay(x, span)`.
+//! * Time: `previous(x)`, `dt`, `derivative(x, window)`, `integral(x)`, `delay(x, span)`,
+//!   `moving_mean(x, window)` of the values within the last window, which has to be over once.
 //! * Functions of the model, which may not use themselves.
 //!
 //! What has no value (a missing input, the root of a negative number, a division by zero) makes the result have none.

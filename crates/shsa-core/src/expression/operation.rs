@@ -49,6 +49,8 @@ pub enum Operation {
     Integral,
     /// The value a span ago.
     Delay(Span),
+    /// The mean of the values within the last span.
+    MovingMean(Span),
 }
 
 /// Functions of one number.

@@ -318,7 +318,7 @@ fn blocked(operation: Operation) -> Result<Formula, Obstacle> {
             blocked_by("a function of a vector", "many vectors give the same result")
         }
         Operation::Index | Operation::Slice(..) => blocked_by("`[..]`", "the other elements stay unknown"),
-        Operation::Derivative(_) | Operation::Integral | Operation::Delay(_) => {
+        operation if operation.recalls() => {
             blocked_by("a time operator", "its value at other times counts too")
         }
         _ => blocked_by("a comparison", "many values give the same result"),

@@ -147,6 +147,7 @@ impl Writer<'_> {
             }
             Operation::Derivative(span) => ("derivative", format!(", {} s", decimal(span.seconds()))),
             Operation::Delay(span) => ("delay", format!(", {} s", decimal(span.seconds()))),
+            Operation::MovingMean(span) => ("moving_mean", format!(", {} s", decimal(span.seconds()))),
             _ => ("integral", String::new()),
         };
         self.push(name);

@@ -308,7 +308,9 @@ impl Cost {
 fn looks_back(formula: &Formula) -> Span {
     let below = formula.arguments().iter().map(looks_back).max().unwrap_or_default();
     match formula.operation() {
-        Operation::Derivative(window) | Operation::Delay(window) => below + window,
+        Operation::Derivative(window) | Operation::Delay(window) | Operation::MovingMean(window) => {
+            below + window
+        }
         _ => below,
     }
 }

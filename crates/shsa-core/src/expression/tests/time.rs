@@ -120,8 +120,32 @@ fn delays_give_the_value_of_then() {
 }
 
 #[test]
+fn moving_means_forget_what_is_older_than_their_window() {
+    let samples = [(0.0, 9.0), (0.5, 2.0), (1.0, 3.0), (1.2, 4.0), (1.3, N), (1.7, 5.0), (4.0, 7.0)];
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let expected = [N, N, mean(&[2.0, 3.0]), mean(&[2.0, 3.0, 4.0]), N, mean(&[3.0, 4.0, 5.0]), 7.0];
+    check("moving_mean(x, 1 s)", &samples, &expected);
+    let program = compiled("moving_mean(x, 1 s)", 9);
+    let mut state = program.new_state(0, 10.0);
+    let mut run = |second: f64, x: Interval| {
+        program.evaluate(&mut state, &[Value::Scalar(x)], at(second), None).value.scalar()
+    };
+    run(0.0, Interval::point(50.0));
+    run(0.5, Interval::new(1.0, 2.0));
+    let both = run(1.0, Interval::new(3.0, 6.0));
+    assert!(both.contains(2.0) && both.contains(4.0) && both.width() < 2.0 + 1e-9, "{both:?}");
+}
+
+#[test]
 fn evaluations_out_of_order_change_nothing() {
-    let texts = ["previous(x)", "derivative(x, 0.3 s)", "integral(x)", "delay(x, 0.3 s)", "x + y * dt"];
+    let texts = [
+        "previous(x)",
+        "derivative(x, 0.3 s)",
+        "integral(x)",
+        "delay(x, 0.3 s)",
+        "moving_mean(x, 0.3 s)",
+        "x + y * dt",
+    ];
     for text in texts {
         let program = compiled(text, 9);
         let (mut plain, mut disturbed) = (program.new_state(0, 10.0), program.new_state(0, 10.0));
