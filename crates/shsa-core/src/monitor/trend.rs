@@ -109,6 +109,9 @@ struct Before {
 #[derive(Clone, Copy, Debug)]
 pub struct Trend {
     options: TrendOptions,
+    /// The share of a mean that a second of comparisons replaces, and the most that one comparison does.
+    gain_per_second: f64,
+    most_gain: f64,
     before: Option<Before>,
     /// Cumulative sums (CUSUM, E. S. Page, Continuous Inspection Schemes, 1954, doi:10.1093/biomet/41.1-2.100) of
     /// differences beyond the allowance, above and below; an alarm at 1.
@@ -148,6 +151,8 @@ impl Trend {
     fn empty(options: TrendOptions) -> Trend {
         Trend {
             options,
+            gain_per_second: 1.0 / options.span.seconds(),
+            most_gain: 1.0 / f64::from(options.least.max(1)),
             before: None,
             sums: [0.0; 2],
             usual: None,
@@ -183,14 +188,16 @@ impl Trend {
         if !(tolerance > 0.0 && tolerance.is_finite() && difference.is_finite()) {
             return;
         }
-        let share = difference / tolerance;
+        // Divisions are what this costs: one for all shares of the tolerance.
+        let shares = 1.0 / tolerance;
+        let share = difference * shares;
         let clipped = share.clamp(-LARGEST, LARGEST);
         let time = validity.to;
         let before = self.before.replace(Before { time, share: clipped, other: middle });
         let Some(before) = before.filter(|before| before.time < time) else { return };
         let elapsed = (time - before.time).seconds();
         let gain = self.gain(elapsed);
-        self.accumulate(share, tolerance, gain);
+        self.accumulate(share, shares, gain);
         let change = clipped - before.share;
         let quick = smaller(elapsed / QUICK.seconds(), 1.0 / FEW) / MEMORY;
         approach(&mut self.scatter, 0.5 * change * change, quick);
@@ -198,7 +205,7 @@ impl Trend {
         let gain = gain / MEMORY;
         approach(&mut self.mean, difference, gain);
         approach(&mut self.square, clipped * clipped, gain);
-        let slope = (middle - before.other) / (tolerance * elapsed);
+        let slope = (middle - before.other) * shares / elapsed;
         approach(&mut self.slope_slope, slope * slope, gain);
         approach(&mut self.slope_difference, slope * clipped, gain);
         approach(&mut self.weight, 1.0, gain);
@@ -212,13 +219,13 @@ impl Trend {
 
     /// The share of a mean that a comparison replaces, and of an alarm that twice the allowance adds.
     fn gain(&self, elapsed: f64) -> f64 {
-        smaller(elapsed / self.options.span.seconds(), 1.0 / f64::from(self.options.least.max(1)))
+        smaller(elapsed * self.gain_per_second, self.most_gain)
     }
 
     /// Adds what exceeds the allowance; what disagrees outright is for the single comparisons to tell.
-    fn accumulate(&mut self, share: f64, tolerance: f64, gain: f64) {
+    fn accumulate(&mut self, share: f64, shares: f64, gain: f64) {
         let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return };
-        let share = common(share, share - usual / tolerance);
+        let share = common(share, share - usual * shares);
         let allowance = self.options.allowance;
         if share.abs() <= allowance && self.sums == [0.0; 2] {
             // Most often: there is nothing to take from.
@@ -234,8 +241,8 @@ impl Trend {
         let limit_of_scatter = self.options.scatter * self.options.scatter;
         self.alarm == Tendency::Calm
             && self.largest_sum() <= OPEN
-            && self.scatter / limit_of_scatter <= HALF
-            && self.square / self.limit_of_skew() <= HALF
+            && self.scatter <= HALF * limit_of_scatter
+            && self.square <= HALF * self.limit_of_skew()
     }
 
     fn raise(&mut self, now: Time) {
