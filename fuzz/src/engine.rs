@@ -255,7 +255,7 @@ impl Run<'_> {
             match &output {
                 Output::Publication(publication) => self.check(publication),
                 Output::Event(event) => assert!(event.time <= self.now, "from the future: {event:?}"),
-                Output::Reloaded(_) => {}
+                Output::Task { .. } | Output::Reloaded(_) => {}
             }
             self.said.push(format!("{output:?}"));
         }

@@ -118,6 +118,18 @@ impl Input {
     }
 }
 
+/// One evaluation that is yet to be done: the inputs of a program, brought to a moment. It holds all that the evaluation
+/// needs beside the program and its memory, so that it can be done elsewhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Task {
+    /// The inputs of the program in their order, SI; a number is a list of one.
+    pub values: Vec<Vec<Interval>>,
+    /// The moment.
+    pub moment: Validity,
+    /// When the last value of the variable that is computed was true, where that is an input.
+    pub last: Option<Validity>,
+}
+
 impl Source {
     fn succeeded(self, lineage: &Lineage) -> Option<Source> {
         match self {
@@ -274,12 +286,48 @@ impl Computation {
                 (outcome.value, outcome.valid)
             }
         };
-        match value {
-            Value::Scalar(value) => value.is_bounded().then_some((Computed::Scalar(value), validity)),
-            Value::Vector(elements) => {
-                (!elements.is_empty()).then_some((Computed::Vector(elements), validity))
-            }
+        usable(value).map(|value| (value, validity))
+    }
+
+    /// What [`Computation::evaluate`] would evaluate at a moment, to be done elsewhere; `None` when an input is missing there,
+    /// or nothing is computed. Time and memory: linear in the inputs.
+    #[must_use]
+    pub fn task(
+        &self,
+        ports: &IdVec<SignalId, Port>,
+        moment: Validity,
+        last: Option<Sample>,
+    ) -> Option<Task> {
+        let Body::Computed { inputs, .. } = &self.body else { return None };
+        let listed = |value: Value<'_, Interval>| match value {
+            Value::Scalar(value) => Vec::from([value]),
+            Value::Vector(elements) => elements.to_vec(),
+        };
+        let value = |input: &Source| match input {
+            Source::Signal(input) => input.at(ports, moment).map(listed),
+            Source::Constant(value) => Some(Vec::from([*value])),
+            Source::Last => last.map(|last| Vec::from([last.value])),
+        };
+        let values = inputs.iter().map(value).collect::<Option<_>>()?;
+        Some(Task { values, moment, last: last.map(|last| last.validity) })
+    }
+
+    /// Does a task of a computation of the same way. `None` when it is of another shape, or the result has no value.
+    pub fn carry_out(&mut self, task: &Task) -> Option<(Computed<'_>, Validity)> {
+        let Body::Computed { program, state, inputs } = &mut self.body else { return None };
+        if inputs.len() != task.values.len() {
+            return None;
         }
+        let mut values = Vec::with_capacity(inputs.len());
+        for (input, given) in inputs.iter().zip(&task.values) {
+            values.push(match input {
+                Source::Signal(Input { shape: Shape::Vector, .. }) => Value::Vector(given),
+                _ => Value::Scalar(given.first().copied()?),
+            });
+        }
+        make_room(state, &values);
+        let outcome = program.evaluate(state, &values, task.moment, task.last);
+        usable(outcome.value).map(|value| (value, outcome.valid))
     }
 
     /// Evaluates over one chosen observation for each source, in the order of the way's sources (`None` for a
@@ -319,6 +367,14 @@ impl Computation {
             (Computed::Scalar(value), validity) => Some(Sample { validity, value }),
             (Computed::Vector(_), _) => None,
         }
+    }
+}
+
+/// A value that says something.
+fn usable(value: Value<'_, Interval>) -> Option<Computed<'_>> {
+    match value {
+        Value::Scalar(value) => value.is_bounded().then_some(Computed::Scalar(value)),
+        Value::Vector(elements) => (!elements.is_empty()).then_some(Computed::Vector(elements)),
     }
 }
 

@@ -3,11 +3,12 @@
 //! Starting one costs no I/O and no waiting: the past of its inputs is there already. It computes whenever its fastest input delivers, the others brought to that moment.
 
 use crate::alignment::{Port, Sample};
-use crate::computation::{Computation, Computed};
+use crate::computation::{Computation, Computed, Task};
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId};
 use crate::observation::Observation;
 use crate::substitution::Way;
 use crate::time::{Span, Validity};
+use alloc::vec::Vec;
 
 /// A way of knowing that is provided as an output.
 #[derive(Debug)]
@@ -30,6 +31,37 @@ impl Service {
             }
         }
         Some(Service { computation, pending: None })
+    }
+
+    /// The same, where somebody else has computed it until now and left this moment undone: it is computed next.
+    #[must_use]
+    pub fn start_at(
+        knowledge: &KnowledgeBase,
+        way: Way,
+        ports: &IdVec<SignalId, Port>,
+        undone: Validity,
+    ) -> Option<Service> {
+        let mut computation = Computation::new(knowledge, way, Computation::fastest_input)?;
+        if let Some(trigger) = computation.trigger() {
+            for moment in ports[trigger].moments().filter(|moment| moment.to < undone.to) {
+                computation.evaluate(ports, moment, None);
+            }
+        }
+        Some(Service { computation, pending: Some(undone) })
+    }
+
+    /// What [`Service::compute`] would compute now, for somebody else to do.
+    pub fn task(&mut self, ports: &IdVec<SignalId, Port>, last: Option<Sample>) -> Option<Task> {
+        let moment = self.pending.take()?;
+        self.computation.task(ports, moment, last)
+    }
+
+    /// What the ports remember of the inputs before a moment, oldest first: who computes elsewhere begins with it, so that
+    /// windows are full.
+    pub fn past(&self, ports: &IdVec<SignalId, Port>, before: Validity) -> Vec<Task> {
+        let moments = self.computation.trigger().into_iter().flat_map(|trigger| ports[trigger].moments());
+        let moments = moments.filter(|moment| moment.to < before.to);
+        moments.filter_map(|moment| self.computation.task(ports, moment, None)).collect()
     }
 
     /// Goes on from an earlier service of the same way, which was made from the knowledge base before a change; whether it

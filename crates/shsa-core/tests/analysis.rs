@@ -38,6 +38,7 @@ fn with_parts(
             max_width: None,
             integrity: None,
             switching: Switching::default(),
+            is_isolated: false,
         });
     }
     KnowledgeBase::from_parts(knowledge.variables().clone(), relations, signals, all)

@@ -104,7 +104,7 @@ impl Run {
 fn event(output: &Output) -> Option<&Event> {
     match output {
         Output::Event(event) => Some(event),
-        Output::Publication(_) | Output::Reloaded(_) => None,
+        Output::Publication(_) | Output::Task { .. } | Output::Reloaded(_) => None,
     }
 }
 

@@ -27,7 +27,7 @@ fn handle(engine: &mut Engine, inputs: Vec<Input>) -> Cost {
                 match output {
                     Output::Publication(_) => cost.publications += 1,
                     Output::Event(event) => cost.events.push(event.kind),
-                    Output::Reloaded(_) => {}
+                    Output::Task { .. } | Output::Reloaded(_) => {}
                 }
             }
         }

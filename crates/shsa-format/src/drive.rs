@@ -260,6 +260,8 @@ impl Run {
             match output {
                 Output::Event(event) => self.events.push(event),
                 Output::Publication(publication) => self.publications.push(publication),
+                // Who answers is among the inputs.
+                Output::Task { .. } => {}
                 Output::Reloaded(until) => {
                     let knowledge = std::mem::replace(&mut self.knowledge, self.engine.knowledge().clone());
                     let (events, publications) = (self.events.len(), self.publications.len());

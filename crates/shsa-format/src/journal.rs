@@ -6,17 +6,21 @@
 //! `{"order_ns": 5, "given": {"order": "forbid", "signal": "/a"}}`, and what a run goes on from after a restart is
 //! `{"restore_ns": 5, "known": {"state": "shsa-state-1", ..}}`. Where the model was changed, a line
 //! `{"reload_ns": 5, "file": "a.yaml", "text": "..", "signals": [..]}` holds the text that changed it, and the names that
-//! count from there on.
+//! count from there on. What a process says that computes a need's source (`need` counts them in the model) is one of
+//! `{"report_ns": 5, "need": 0, "ready": 1}`, `{"report_ns": 5, "need": 0, "gone": true}` and
+//! `{"report_ns": 5, "need": 0, "answer": 7, "from_ns": 3, "to_ns": 4, "value": {"lo": 1, "hi": 2}}`, without the three last where
+//! there is no value.
 
 use crate::drive::{Era, Given};
 use crate::model::live::{Live, Written};
 use crate::order::OrderForm;
 use crate::state::StateForm;
 use serde::{Deserialize, Serialize};
-use shsa_core::engine::Input;
-use shsa_core::knowledge::{KnowledgeBase, SignalId};
+use shsa_core::engine::{Input, PublishedValue, Report};
+use shsa_core::interval::Interval;
+use shsa_core::knowledge::{Id, KnowledgeBase, NeedId, SignalId};
 use shsa_core::observation::{Observation, RawValue};
-use shsa_core::time::Time;
+use shsa_core::time::{Time, Validity};
 use std::io::{self, BufRead, Write};
 
 /// What the first line says in its field `journal`.
@@ -36,6 +40,82 @@ enum Line {
     Restore { restore_ns: i64, known: Box<StateForm> },
     Observation { signal: usize, time_ns: i64, received_ns: i64, value: Value },
     Reload { reload_ns: i64, file: String, text: String, signals: Vec<String> },
+    Report { report_ns: i64, need: usize, #[serde(flatten)] said: Said },
+}
+
+/// What a process says.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum Said {
+    Value { answer: u64, from_ns: i64, to_ns: i64, value: Computed },
+    Nothing { answer: u64 },
+    Ready { ready: u64 },
+    Gone { gone: bool },
+}
+
+/// A computed value.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum Computed {
+    Scalar(Bounds),
+    Vector(Vec<Bounds>),
+}
+
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct Bounds {
+    lo: Number,
+    hi: Number,
+}
+
+impl From<&Interval> for Bounds {
+    fn from(value: &Interval) -> Bounds {
+        Bounds { lo: value.lo().into(), hi: value.hi().into() }
+    }
+}
+
+impl From<Bounds> for Interval {
+    fn from(Bounds { lo, hi }: Bounds) -> Interval {
+        Interval::new(lo.into(), hi.into())
+    }
+}
+
+impl From<&Report> for Said {
+    fn from(report: &Report) -> Said {
+        match report {
+            Report::Ready { era } => Said::Ready { ready: *era },
+            Report::Gone => Said::Gone { gone: true },
+            Report::Answer { number, result: None } => Said::Nothing { answer: *number },
+            Report::Answer { number, result: Some((value, validity)) } => Said::Value {
+                answer: *number,
+                from_ns: validity.from.0,
+                to_ns: validity.to.0,
+                value: match value {
+                    PublishedValue::Scalar(value) => Computed::Scalar(value.into()),
+                    PublishedValue::Vector(elements) => Computed::Vector(elements.iter().map(Into::into).collect()),
+                },
+            },
+        }
+    }
+}
+
+impl From<Said> for Report {
+    fn from(said: Said) -> Report {
+        match said {
+            Said::Ready { ready } => Report::Ready { era: ready },
+            Said::Gone { .. } => Report::Gone,
+            Said::Nothing { answer } => Report::Answer { number: answer, result: None },
+            Said::Value { answer, from_ns, to_ns, value } => {
+                let value = match value {
+                    Computed::Scalar(value) => PublishedValue::Scalar(value.into()),
+                    Computed::Vector(elements) => {
+                        PublishedValue::Vector(elements.into_iter().map(Into::into).collect())
+                    }
+                };
+                let validity = Validity { from: Time(from_ns), to: Time(to_ns) };
+                Report::Answer { number: answer, result: Some((value, validity)) }
+            }
+        }
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -131,7 +211,6 @@ impl<W: Write> JournalWriter<W> {
     /// # Errors
     /// What the output says.
     pub fn record(&mut self, given: Given<'_>) -> io::Result<()> {
-        use shsa_core::knowledge::Id;
         let line = match given {
             Given::Era(era) => {
                 let (file, text) = era.change.clone().unwrap_or_default();
@@ -143,6 +222,9 @@ impl<W: Write> JournalWriter<W> {
             }
             Given::Input(Input::Restore { time, snapshot }) => {
                 Line::Restore { restore_ns: time.0, known: Box::new(StateForm::from(&**snapshot)) }
+            }
+            Given::Input(Input::Report { time, need, report }) => {
+                Line::Report { report_ns: time.0, need: need.index(), said: report.into() }
             }
             Given::Input(Input::Observation(observation)) => Line::Observation {
                 signal: observation.signal.index(),
@@ -274,6 +356,11 @@ impl Line {
             Line::Restore { restore_ns, known } => {
                 let snapshot = known.snapshot().map_err(|error| error.to_string())?;
                 Input::Restore { time: Time(restore_ns), snapshot: Box::new(snapshot) }
+            }
+            // What the model does not have the engine leaves unread.
+            Line::Report { report_ns, need, said } => {
+                let need = NeedId::from_index(need);
+                Input::Report { time: Time(report_ns), need, report: said.into() }
             }
             Line::Observation { signal, time_ns, received_ns, value } => {
                 let known = signals.get(signal);

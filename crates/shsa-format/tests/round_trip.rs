@@ -96,7 +96,7 @@ signals:
   "- \"quoted\" \\ \u2028 \u00e4": { variable: humidity }
   "true": { variable: heavy }
 needs:
-  dmin: { signal: /stop, max_age: 250 ms, max_width: 50 cm, integrity: B, hold: 0 s, probation: 1 min, blend: 10 ms, hysteresis: 5 % }
+  dmin: { signal: /stop, max_age: 250 ms, max_width: 50 cm, integrity: B, hold: 0 s, probation: 1 min, blend: 10 ms, hysteresis: 5 %, isolation: process }
   speed:
 utility: { aggregate: product, relation: "1 / cost", signal: "accuracy", defaults: { cost: 1, accuracy: 0.9 } }
 "##;
@@ -209,10 +209,21 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
 fn need() -> impl Strategy<Value = NeedDraft> {
     let first = (some(text()), some(text()), some(text()), some(text()));
     let second = (some(text()), some(text()), some(text()), some(text()));
-    (first, second).prop_map(
-        |((signal, max_age, max_width, integrity), (hold, probation, blend, hysteresis))| {
+    (first, second, some(text())).prop_map(
+        |((signal, max_age, max_width, integrity), (hold, probation, blend, hysteresis), isolation)| {
             let variable = Text::default();
-            NeedDraft { variable, signal, max_age, max_width, integrity, hold, probation, blend, hysteresis }
+            NeedDraft {
+                variable,
+                signal,
+                max_age,
+                max_width,
+                integrity,
+                hold,
+                probation,
+                blend,
+                hysteresis,
+                isolation,
+            }
         },
     )
 }

@@ -81,6 +81,9 @@ enum Command {
     Part(parts::PartArguments),
     /// Measure how fast this is, and how it grows.
     Bench(bench::Arguments),
+    /// Compute a substitute for `shsa run`, which starts it: tasks on standard input, answers on standard output.
+    #[command(hide = true)]
+    Substitute(run::isolation::worker::Arguments),
     /// Print completions for a shell.
     Completions(complete::Arguments),
 }
@@ -105,6 +108,7 @@ fn main() -> ExitCode {
         Command::Join(arguments) => parts::join(&arguments),
         Command::Part(arguments) => parts::part(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Substitute(arguments) => run::isolation::worker::run(&arguments),
         Command::Completions(arguments) => complete::run(&arguments),
     };
     Outcome::from_result(outcome).into()

@@ -2,6 +2,7 @@
 
 use super::order::Order;
 use super::snapshot::Snapshot;
+use crate::computation::Task;
 use crate::interval::Interval;
 use crate::knowledge::{CauseId, NeedId, RelationId, SignalId, VariableId};
 use crate::monitor::Symptom;
@@ -32,6 +33,34 @@ pub enum Input {
         /// What was known.
         snapshot: Box<Snapshot>,
     },
+    /// Who computes the source of a need for the engine says something.
+    Report {
+        /// When.
+        time: Time,
+        /// The need.
+        need: NeedId,
+        /// What.
+        report: Report,
+    },
+}
+
+/// What somebody says who computes the source of a need for the engine.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Report {
+    /// It computes this source from now on, which is still the present one. Tasks come by [`Output::Task`].
+    Ready {
+        /// The number of the source, as [`Engine::commission`](super::Engine::commission) gives it.
+        era: u64,
+    },
+    /// It has done a task. Late ones are left unread.
+    Answer {
+        /// The number of the task.
+        number: u64,
+        /// What came of it; `None` when there is no value. Judged as what the engine computes itself.
+        result: Option<(PublishedValue, Validity)>,
+    },
+    /// It is there no more: the engine computes itself from now on, first what was not answered yet.
+    Gone,
 }
 
 impl Input {
@@ -40,7 +69,10 @@ impl Input {
     pub fn time(&self) -> Time {
         match self {
             Input::Observation(observation) => observation.received,
-            Input::Tick(time) | Input::Order { time, .. } | Input::Restore { time, .. } => *time,
+            Input::Tick(time)
+            | Input::Order { time, .. }
+            | Input::Restore { time, .. }
+            | Input::Report { time, .. } => *time,
         }
     }
 }
@@ -52,6 +84,15 @@ pub enum Output {
     Event(Event),
     /// A value of a need, to be published under the need's name.
     Publication(Publication),
+    /// Something to compute for a need whose source somebody else computes, who [reports](Input::Report).
+    Task {
+        /// The need.
+        need: NeedId,
+        /// Ascending for each need.
+        number: u64,
+        /// What.
+        task: Task,
+    },
     /// A new knowledge base has taken over at this moment: ids in what comes after this are its ids.
     Reloaded(Time),
 }
@@ -169,6 +210,8 @@ pub struct Publication {
     pub value: PublishedValue,
     /// Where it comes from.
     pub quality: Quality,
+    /// Whether somebody else than the engine has computed it.
+    pub delegated: bool,
 }
 
 /// The shape of a published value.

@@ -21,19 +21,20 @@ mod evidence;
 
 pub use evidence::{Comparison, Evidence, Mute, Rival, Side};
 pub use explain::{difference as difference_text, interval as interval_text, span as span_text};
-pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality};
+pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality, Report};
 pub use order::{Order, Refusal, Subject};
-pub use provider::NeedStatus;
+pub use provider::{Commission, NeedStatus};
 pub use snapshot::{Charge, Missing, Published, Remembered, Served, Snapshot, Trending};
 pub use testimony::Testimony;
 pub use watched::{WatchBudget, Witnesses, afford, can_be_watched, to_watch, witnesses};
 
+use crate::computation::Task;
 use crate::diagnosis::{Component, Decision, Judge, JudgeOptions, Verdict};
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use crate::monitor::{self, Absence, Change, Finding, Monitor, Symptom};
 use crate::observation::Observation;
 use crate::plan;
-use crate::time::{Span, Time};
+use crate::time::{Span, Time, Validity};
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -146,6 +147,7 @@ impl Engine {
             // A refusal is among the outputs.
             Input::Order { time, order } => _ = self.order(&order, time),
             Input::Restore { time, snapshot } => self.restore(&snapshot, time),
+            Input::Report { time, need, report } => self.report(need, report, time),
         }
     }
 
@@ -210,6 +212,29 @@ impl Engine {
     #[must_use]
     pub fn need_status(&self, need: NeedId) -> NeedStatus {
         self.providers[need].status(&self.knowledge)
+    }
+
+    /// What somebody else could compute for a need: `None` while nothing serves it, or a signal does by itself.
+    #[must_use]
+    pub fn commission(&self, need: NeedId) -> Option<Commission<'_>> {
+        self.providers.find(need)?.commission()
+    }
+
+    /// What the source of a need has seen before a moment, oldest first, for who begins to compute it.
+    #[must_use]
+    pub fn past(&self, need: NeedId, before: Validity) -> Vec<Task> {
+        let service = self.providers.find(need).and_then(Provider::active);
+        service.map(|service| service.past(self.monitor.ports(), before)).unwrap_or_default()
+    }
+
+    /// Hears from who computes the source of a need.
+    fn report(&mut self, need: NeedId, report: Report, time: Time) {
+        self.advance(time);
+        if self.providers.find(need).is_none() {
+            return;
+        }
+        self.providers[need].hear(&self.knowledge, self.monitor.ports(), report);
+        self.settle();
     }
 
     fn advance(&mut self, time: Time) {

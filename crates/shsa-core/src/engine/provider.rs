@@ -4,12 +4,14 @@
 //! other ways contradict than support is held back even before there is a verdict, and a trusted way that is
 //! not contradicted fills in.
 
+mod delegate;
 mod inherit;
 mod proven;
 mod forced;
 mod resume;
 mod stand_in;
 
+pub use delegate::Commission;
 pub(super) use inherit::Succession;
 pub(super) use resume::Resumption;
 
@@ -18,7 +20,6 @@ use super::message::{Event, EventKind, Output, Publication, PublishedValue, Qual
 use super::standby::Standby;
 use super::ways::{Lost, Source};
 use crate::alignment::{Port, Sample};
-use crate::computation::Computed;
 use crate::diagnosis::Judge;
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId, SignalSet, Switching, VariableId};
@@ -33,6 +34,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
+use delegate::Delegate;
 use proven::Ranked;
 use stand_in::Pace;
 
@@ -107,6 +109,8 @@ pub(super) struct Provider {
     /// What serves it when nothing is wrong.
     preferred: Option<Way>,
     active: Option<Service>,
+    /// Who computes that instead of us.
+    delegate: Delegate,
     active_rests_on: SignalSet,
     /// How regularly it gives values.
     pace: Pace,
@@ -153,6 +157,7 @@ impl Provider {
             prefers_proven,
             preferred: None,
             active: None,
+            delegate: Delegate::default(),
             active_rests_on: SignalSet::new(),
             pace: Pace::default(),
             unfit_since: None,
@@ -233,6 +238,7 @@ impl Provider {
         self.active_rests_on = rests_on.unwrap_or_default();
         self.pace = Pace::default();
         self.active = service;
+        self.delegate.retire();
     }
 
     /// Chooses again after the trust in a signal has changed, or an order.
@@ -384,8 +390,7 @@ impl Provider {
         outputs.extend(self.leave_unfit(knowledge, monitor, now).map(Output::Event));
         let trusts = |way: &WatchedWay| judge.trusts_way(way);
         let last = self.last.map(|(_, sample)| sample);
-        let computed =
-            self.active.as_mut().and_then(|service| service.compute(monitor.ports(), last)).map(owned);
+        let computed = self.computed(monitor.ports(), last, outputs);
         if computed.is_some() {
             self.pace.step(now);
         }
@@ -466,6 +471,7 @@ impl Provider {
         let is_preferred = self.active.as_ref().map(Service::way) == self.preferred.as_ref();
         let stands_in = matches!(self.server, Some(Server::StandIn(_)));
         let is_own = is_preferred && !stands_in && !self.is_doubted;
+        let delegated = self.delegate.has_given() && !stands_in;
         let quality = if is_own { Quality::Good } else { Quality::Substitute };
         outputs.push_back(Output::Publication(Publication {
             need: self.need,
@@ -473,6 +479,7 @@ impl Provider {
             validity,
             value,
             quality,
+            delegated,
         }));
     }
 
@@ -498,10 +505,3 @@ impl Provider {
     }
 }
 
-fn owned((computed, validity): (Computed<'_>, Validity)) -> (PublishedValue, Validity) {
-    let value = match computed {
-        Computed::Scalar(value) => PublishedValue::Scalar(value),
-        Computed::Vector(elements) => PublishedValue::Vector(elements.to_vec()),
-    };
-    (value, validity)
-}

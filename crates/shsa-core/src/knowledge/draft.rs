@@ -250,6 +250,8 @@ pub struct NeedDraft {
     pub blend: Option<Text>,
     /// By what share another source must be better: a number or a percentage.
     pub hysteresis: Option<Text>,
+    /// `engine` or `process`: where its substitutes are computed.
+    pub isolation: Option<Text>,
 }
 
 /// What is wrong in a draft, and where.

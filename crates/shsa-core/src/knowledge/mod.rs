@@ -183,6 +183,8 @@ pub struct Need {
     pub integrity: Option<char>,
     /// How switching behaves.
     pub switching: Switching,
+    /// Whether its substitutes are to be computed in processes of their own, where the system has such.
+    pub is_isolated: bool,
 }
 
 /// Integrity levels with their numbers in the property `integrity`, the highest last.

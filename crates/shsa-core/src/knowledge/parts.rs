@@ -433,6 +433,7 @@ fn need_fields(draft: &NeedDraft) -> Fields {
         ("probation", words(draft.probation.as_ref())),
         ("blend", words(draft.blend.as_ref())),
         ("hysteresis", words(draft.hysteresis.as_ref())),
+        ("isolation", words(draft.isolation.as_ref())),
     ]
     .into()
 }

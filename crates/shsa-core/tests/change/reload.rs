@@ -105,6 +105,7 @@ impl Stage {
         while let Some(output) = self.engine.poll() {
             let known = &self.speaking;
             let (about, text) = match output {
+                Output::Task { .. } => continue,
                 Output::Reloaded(_) => {
                     self.speaking = self.engine.knowledge().clone();
                     continue;

@@ -33,8 +33,8 @@ const SIGNAL: [&str; 14] = [
     "shares",
     "properties",
 ];
-const NEED: [&str; 8] =
-    ["signal", "max_age", "max_width", "integrity", "hold", "probation", "blend", "hysteresis"];
+const NEED: [&str; 9] =
+    ["signal", "max_age", "max_width", "integrity", "hold", "probation", "blend", "hysteresis", "isolation"];
 
 const UTILITY: [&str; 5] = ["aggregate", "relation", "signal", "way", "defaults"];
 
@@ -302,5 +302,6 @@ fn need(reader: &mut Reader, (variable, node): &(Text, Node)) -> NeedDraft {
         probation: keys.span("probation"),
         blend: keys.span("blend"),
         hysteresis: keys.text("hysteresis", "a share", "5 %"),
+        isolation: keys.text("isolation", "`engine` or `process`", "process"),
     }
 }

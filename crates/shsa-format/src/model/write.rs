@@ -178,6 +178,7 @@ fn of_need(need: &NeedDraft) -> Tree {
         ("probation", need.probation.as_ref().map(text)),
         ("blend", need.blend.as_ref().map(text)),
         ("hysteresis", need.hysteresis.as_ref().map(text)),
+        ("isolation", need.isolation.as_ref().map(text)),
     ])
 }
 

@@ -175,6 +175,7 @@ fn hostile() -> KnowledgeBase {
         max_width: None,
         integrity: None,
         switching: Switching::default(),
+        is_isolated: false,
     };
     let mut needs = IdVec::new();
     needs.push(need);
@@ -266,6 +267,7 @@ fn a_very_large_base_is_soon_a_graph_for_graphviz() {
         max_width: None,
         integrity: None,
         switching: Switching::default(),
+        is_isolated: false,
     };
     let mut needs = IdVec::new();
     for at in 0..10_000 {

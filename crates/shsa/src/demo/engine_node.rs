@@ -81,7 +81,7 @@ impl Healer for EngineNode {
                 Some(Gift::Dmin { stamp: middle(publication.validity), value: raw(&publication.value) })
             }
             // The rover's model never changes.
-            Output::Reloaded(_) => None,
+            Output::Task { .. } | Output::Reloaded(_) => None,
         }
     }
 }

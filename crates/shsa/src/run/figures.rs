@@ -79,7 +79,8 @@ fn record(histogram: &mut Histogram<u64>, span: Span) {
     histogram.saturating_record(u64::try_from(span.0).unwrap_or(0).max(1));
 }
 
-fn times(histogram: &Histogram<u64>) -> Value {
+/// Median, 99th percentile and worst of nanoseconds, in microseconds.
+pub(super) fn times(histogram: &Histogram<u64>) -> Value {
     let microseconds = |nanoseconds: u64| nanoseconds as f64 / 1e3;
     json!({
         "p50": microseconds(histogram.value_at_quantile(0.5)),

@@ -1,5 +1,7 @@
 //! One knowledge base at work on a bus: messages become observations, publications become messages.
 
+use super::execution::Execution;
+use super::isolation::{Isolation, IsolationArguments, Wishes};
 use super::journal::{Bounds, Journal, Missing};
 use super::memory::Memory;
 use super::outlet::{Form, Outlet};
@@ -7,15 +9,19 @@ use super::wires::Wires;
 use crate::show;
 use anyhow::Context;
 use serde_json::{Value, json};
-use shsa_bridge::{Bridge, Clock, Message, Quality};
-use shsa_core::engine::{self, Engine, Event, EventKind, Input, NeedStatus, Order, Output, Publication};
+use shsa_bridge::{Bridge, Clock, Inbox, Message, Quality};
+use shsa_core::engine::{
+    self, Engine, Event, EventKind, Input, NeedStatus, Order, Output, Publication, Subject,
+};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::monitor::Symptom;
 use shsa_core::time::Time;
 use shsa_format::drive::{Era, Given};
 use shsa_format::model::live::{Live, Written};
+use std::collections::VecDeque;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// What a healer has done since it was last asked.
 pub(super) enum Deed {
@@ -23,6 +29,8 @@ pub(super) enum Deed {
     Decided(Event),
     /// It has served a need.
     Served(Publication),
+    /// Something has happened to a process of its: a kind and the reason.
+    Noted(&'static str, String),
 }
 
 /// One knowledge base at work.
@@ -40,6 +48,12 @@ pub(super) struct Healer {
     /// Whether something was decided that is not remembered yet.
     has_decided: bool,
     outlets: IdVec<NeedId, Outlet>,
+    /// How long it took to compute each need's values.
+    executions: IdVec<NeedId, Execution>,
+    /// How long the engine took for the latest input.
+    work: Duration,
+    isolation: Option<Isolation>,
+    notes: VecDeque<(&'static str, String)>,
 }
 
 impl Healer {
@@ -67,9 +81,22 @@ impl Healer {
             memory: None,
             has_decided: false,
             outlets: IdVec::new(),
+            executions: IdVec::new(),
+            work: Duration::ZERO,
+            isolation: None,
+            notes: VecDeque::new(),
         };
         healer.connect(bridge)?;
         Ok(healer)
+    }
+
+    /// Lets processes of their own compute the substitutes of needs that ask for it.
+    ///
+    /// # Errors
+    /// Never: bounds inside are right.
+    pub(super) fn isolate(&mut self, arguments: &IsolationArguments, inbox: Inbox) -> anyhow::Result<()> {
+        self.isolation = Some(Isolation::new(arguments, self.engine.knowledge(), inbox)?);
+        Ok(())
     }
 
     /// Writes every input to a journal from now on.
@@ -90,11 +117,7 @@ impl Healer {
         let (memory, snapshot) = Memory::open(folder, &self.name)?;
         self.memory = Some(memory);
         if let Some(snapshot) = snapshot {
-            give(
-                &mut self.engine,
-                &mut self.journal,
-                Input::Restore { time: now, snapshot: Box::new(snapshot) },
-            );
+            self.give(Input::Restore { time: now, snapshot: Box::new(snapshot) });
         }
         self.remember_all();
         Ok(())
@@ -111,6 +134,13 @@ impl Healer {
             let outlet = Outlet::new(knowledge, need, self.form)?;
             let same = before.iter().find(|before| before.topic() == outlet.topic());
             self.outlets.push(same.map_or(outlet.clone(), |before| outlet.succeeding(before)));
+        }
+        self.executions.clear();
+        for _ in knowledge.needs() {
+            self.executions.push(Execution::new()?);
+        }
+        if let Some(isolation) = &mut self.isolation {
+            isolation.renew(knowledge)?;
         }
         Ok(())
     }
@@ -133,6 +163,9 @@ impl Healer {
             if let Some(status) = status.as_object_mut() {
                 status.insert("published".to_owned(), json!(published));
                 status.insert("longest_gap_s".to_owned(), json!(longest_gap.seconds()));
+                status.insert("execution_us".to_owned(), self.executions[id].json());
+                let isolation = self.isolation.as_ref().and_then(|isolation| isolation.state(id));
+                status.extend(isolation.map(|state| ("isolation".to_owned(), state)));
             }
             (outlet.variable().to_owned(), status)
         });
@@ -169,20 +202,57 @@ impl Healer {
 
     /// Hears a message, if it is about one of its signals.
     pub(super) fn hear(&mut self, message: &Message, clock: &Clock) {
-        let (engine, journal) = (&mut self.engine, &mut self.journal);
-        self.wires.read(message, clock, |observation| give(engine, journal, Input::Observation(observation)));
+        let (engine, journal, work) = (&mut self.engine, &mut self.journal, &mut self.work);
+        self.wires.read(message, clock, |observation| {
+            *work = give(engine, journal, Input::Observation(observation));
+        });
     }
 
     /// Lets time pass, and takes together what has come.
     pub(super) fn pass(&mut self, now: Time) {
         let mut before = None;
         while let Some(due) = self.engine.next_deadline().filter(|due| *due <= now && before != Some(*due)) {
-            give(&mut self.engine, &mut self.journal, Input::Tick(due));
+            self.give(Input::Tick(due));
             before = Some(due);
         }
+        self.supervise(now);
         if let Some(journal) = &mut self.journal {
             journal.hand_over();
         }
+    }
+
+    /// Looks after the processes, and hears from them.
+    fn supervise(&mut self, now: Time) {
+        let Some(isolation) = &mut self.isolation else { return };
+        let Wishes { reports, notes, forbid } = isolation.supervise(&self.engine, &self.live);
+        for (need, report) in reports {
+            self.give(Input::Report { time: now, need, report });
+        }
+        self.notes.extend(notes);
+        for relation in forbid {
+            // It may be forbidden already, for another need.
+            let _ = self.order(&Order::Forbid(Subject::Relation(relation)), now);
+        }
+    }
+
+    /// When something is due without any message.
+    pub(super) fn due(&self) -> Option<Time> {
+        let isolation = self.isolation.as_ref().and_then(Isolation::due);
+        self.engine.next_deadline().into_iter().chain(isolation).min()
+    }
+
+    /// How long it took to compute a need's values: in the engine, nanoseconds.
+    pub(super) fn execution(&self, need: NeedId) -> &Execution {
+        &self.executions[need]
+    }
+
+    /// The processes of its needs.
+    pub(super) fn isolation(&self) -> Option<&Isolation> {
+        self.isolation.as_ref()
+    }
+
+    fn give(&mut self, input: Input) {
+        self.work = give(&mut self.engine, &mut self.journal, input);
     }
 
     /// What its journal and its state lack.
@@ -255,6 +325,9 @@ impl Healer {
     /// # Errors
     /// When the bus refuses a topic of a model that has just taken over.
     pub(super) fn poll(&mut self, bridge: &mut dyn Bridge) -> anyhow::Result<Option<Deed>> {
+        if let Some((kind, because)) = self.notes.pop_front() {
+            return Ok(Some(Deed::Noted(kind, because)));
+        }
         while let Some(output) = self.engine.poll() {
             match output {
                 Output::Event(event) => {
@@ -262,7 +335,17 @@ impl Healer {
                     self.has_decided = true;
                     return Ok(Some(Deed::Decided(event)));
                 }
-                Output::Publication(publication) => return Ok(Some(Deed::Served(publication))),
+                Output::Publication(publication) => {
+                    if !publication.delegated {
+                        self.executions[publication.need].took(self.work);
+                    }
+                    return Ok(Some(Deed::Served(publication)));
+                }
+                Output::Task { need, number, task } => {
+                    if let Some(isolation) = &mut self.isolation {
+                        isolation.hand(need, number, task, &self.engine);
+                    }
+                }
                 Output::Reloaded(_) => {
                     self.told = self.engine.knowledge().clone();
                     self.connect(bridge)?;
@@ -299,6 +382,12 @@ impl Healer {
         if !outlet.has_source() {
             outlet.follow(EventKind::Restored, self.engine.need_status(publication.need).source);
         }
+        let is_isolated = self.isolation.as_ref().is_some_and(|isolation| isolation.is_isolated(publication));
+        outlet.place(match (publication.delegated, is_isolated) {
+            (true, _) => ", in a process of its own",
+            (false, true) => ", in the engine for now",
+            (false, false) => "",
+        });
         outlet.note(publication, quality);
         if !is_ours(outlet.topic()) {
             return Ok(());
@@ -308,11 +397,13 @@ impl Healer {
     }
 }
 
-/// Gives an input to the engine, and to the journal before.
-fn give(engine: &mut Engine, journal: &mut Option<Journal>, input: Input) {
+/// Gives an input to the engine, and to the journal before; how long the engine took.
+fn give(engine: &mut Engine, journal: &mut Option<Journal>, input: Input) -> Duration {
     if let Some(journal) = journal {
         // What cannot be written is counted by the journal itself.
         let _ = journal.record(Given::Input(&input));
     }
+    let began = Instant::now();
     engine.handle(input);
+    began.elapsed()
 }

@@ -31,6 +31,7 @@ pub(super) fn text(
     of_run(&mut registry, figures, bridge);
     of_signals(&mut registry, healers);
     of_needs(&mut registry, healers, now);
+    of_services(&mut registry, healers);
     let mut text = String::new();
     encode(&mut text, &registry)?;
     Ok(text)
@@ -99,4 +100,29 @@ fn of_needs(registry: &mut Registry, healers: &[Healer], now: Time) {
     }
     registry.register("need_quality", "How a need is served", quality);
     registry.register("need_published", "Values published for a need", published);
+}
+
+fn of_services(registry: &mut Registry, healers: &[Healer]) {
+    let (seconds, replaced) = (Gauges::default(), Counters::default());
+    for healer in healers {
+        for (id, outlet) in healer.outlets() {
+            let labels = vec![("model", healer.name().to_owned()), ("need", outlet.variable().to_owned())];
+            let process = healer.isolation().and_then(|isolation| isolation.figures(id));
+            let engine = ("engine", healer.execution(id).times());
+            let places = [Some(engine), process.map(|(_, times)| ("process", times))];
+            for (place, times) in places.into_iter().flatten() {
+                for (name, quantile) in [("0.5", 0.5), ("0.99", 0.99), ("1", 1.0)] {
+                    let own = vec![("place", place.to_owned()), ("quantile", name.to_owned())];
+                    let time = times.value_at_quantile(quantile) as f64 / 1e9;
+                    seconds.get_or_create(&[labels.clone(), own].concat()).set(time);
+                }
+            }
+            if let Some((count, _)) = process {
+                replaced.get_or_create(&labels).inc_by(count);
+            }
+        }
+    }
+    let help = "Execution time of what computes a need's values: the engine's step, or the round trip to a process";
+    registry.register("service_seconds", help, seconds);
+    registry.register("process_replaced", "Processes that had to be replaced", replaced);
 }

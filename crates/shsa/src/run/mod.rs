@@ -9,9 +9,11 @@
 //! One thread does everything that decides; the bus and HTTP have threads of their own that only hand things in.
 
 mod control;
+mod execution;
 mod figures;
 mod healer;
 mod herald;
+pub(crate) mod isolation;
 mod journal;
 mod memory;
 mod metrics;
@@ -31,6 +33,7 @@ use control::{Desk, Guard, Token, http};
 use figures::Figures;
 use healer::Healer;
 use herald::{Herald, Style};
+use isolation::IsolationArguments;
 use journal::Bounds;
 use outlet::Form;
 use session::{House, Session};
@@ -67,6 +70,8 @@ pub(crate) struct Arguments {
     bus: BusArguments,
     #[command(flatten)]
     watching: Watching,
+    #[command(flatten)]
+    isolation: IsolationArguments,
     /// What this instance is called on the bus.
     #[arg(long, default_value = "shsa", value_name = "NAME")]
     name: String,
@@ -129,6 +134,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         |(path, live): (PathBuf, Live)| Healer::new(&path, live, options, arguments.form, bridge.as_mut());
     let healers = models.into_iter().map(healer);
     let mut healers = healers.collect::<anyhow::Result<Vec<_>>>()?;
+    healers.iter_mut().try_for_each(|healer| healer.isolate(&arguments.isolation, inbox.clone()))?;
     if let Some(folder) = &arguments.journal {
         let bounds = Bounds { size: arguments.journal_size << 20, older: arguments.journal_keep };
         healers.iter_mut().try_for_each(|healer| healer.keep_journal(folder, bounds))?;

@@ -27,6 +27,8 @@ pub(super) struct Outlet {
     unit: Option<Unit>,
     max_age: Span,
     provenance: Provenance,
+    /// What the provenance says at its end about where the value was computed.
+    place: &'static str,
     /// `None`: the middleware writes the value itself.
     writer: Option<Writer>,
     /// Whether somebody serves it.
@@ -49,6 +51,7 @@ impl Outlet {
             unit: variable.unit.clone(),
             max_age: need.max_age,
             provenance: Provenance { quality: Quality::Bad, source: String::new() },
+            place: "",
             writer,
             served: true,
             last: None,
@@ -59,6 +62,7 @@ impl Outlet {
     pub(super) fn succeeding(&self, before: &Outlet) -> Outlet {
         Outlet {
             provenance: before.provenance.clone(),
+            place: before.place,
             served: before.served,
             last: before.last,
             ..self.clone()
@@ -84,6 +88,17 @@ impl Outlet {
     pub(super) fn follow(&mut self, kind: EventKind, source: Option<String>) {
         self.served = kind != EventKind::Unhealable;
         self.provenance.source = source.unwrap_or_default();
+        self.place = "";
+    }
+
+    /// The next value was computed there; said at the end of its source.
+    pub(super) fn place(&mut self, place: &'static str) {
+        if self.place != place {
+            let source = &mut self.provenance.source;
+            source.truncate(source.len().saturating_sub(self.place.len()));
+            source.push_str(place);
+            self.place = place;
+        }
     }
 
     /// There is a value, whoever sends it.

@@ -125,6 +125,10 @@ impl Session {
                         figures.decided(event.kind);
                         herald.decided(healer.told(), &event, bridge.as_mut())?;
                     }
+                    Deed::Noted(kind, because) => {
+                        let now = bridge.inbox().clock().now();
+                        herald.noted(now, kind, &because, bridge.as_mut())?;
+                    }
                     Deed::Served(publication) => {
                         let is_ours = |need: &str| shares.as_ref().is_none_or(|shares| shares.is_ours(need));
                         healer.serve(&publication, is_ours, bridge.as_mut())?;
@@ -303,7 +307,7 @@ impl Session {
 
     /// Sleeps until something arrives or is due.
     fn rest(&self) {
-        let dues = self.healers.iter().filter_map(|healer| healer.engine().next_deadline());
+        let dues = self.healers.iter().filter_map(Healer::due);
         let due = dues.chain(self.until).fold(self.house.next, Time::min);
         let left = u64::try_from((due - self.now()).0).unwrap_or(0);
         if left > 0 {

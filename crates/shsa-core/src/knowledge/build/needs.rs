@@ -154,6 +154,7 @@ fn need(
     let hysteresis = draft.hysteresis.as_ref().and_then(|text| share(problems, text));
     let max_width = max_width.and_then(|text| width(problems, text, unit));
     let integrity = draft.integrity.as_ref().and_then(|text| integrity(problems, text));
+    let is_isolated = draft.isolation.as_ref().is_some_and(|text| isolation(problems, text));
     let variable = variable?;
     let healed = || format!("/healed/{}", draft.variable.text);
     Some(Need {
@@ -163,6 +164,7 @@ fn need(
         max_width,
         integrity,
         switching: Switching { hold, probation, blend, hysteresis: hysteresis.unwrap_or(usual.hysteresis) },
+        is_isolated,
     })
 }
 
@@ -204,4 +206,13 @@ fn integrity(problems: &mut Problems, text: &Text) -> Option<char> {
             None
         }
     }
+}
+
+/// Whether substitutes are to be computed in processes of their own.
+fn isolation(problems: &mut Problems, text: &Text) -> bool {
+    if !matches!(text.text.as_str(), "process" | "engine") {
+        let message = format!("`{}` is no place where substitutes are computed", text.text);
+        problems.error(text, message, "write `process` or `engine`, which is usual");
+    }
+    text.text == "process"
 }

@@ -54,7 +54,7 @@ signals:
   s2: { variable: heavy, rate: 1000 Hz, time_error: 5 ms, timeout: none, derived_from: s1 }
 needs:
   dmin: { signal: /emergency_stop/dmin, max_age: 250 ms, max_width: 50 cm, integrity: B, hold: 0 s,
-          probation: 1 min, blend: 10 ms, hysteresis: 5 % }
+          probation: 1 min, blend: 10 ms, hysteresis: 5 %, isolation: process }
   speed:
   curve_radius: {}
 utility: norm

@@ -232,7 +232,7 @@ needs:
   y: { max_age: 3, integrity: E, hold: -1 s }
   spede:
   z:
-  x: { signal: a, max_width: 3 V, hysteresis: -5 %, blend: 1, probation: soon }
+  x: { signal: a, max_width: 3 V, hysteresis: -5 %, blend: 1, probation: soon, isolation: moon }
 utility: nrom",
         "6:3 error: nothing can provide `y` (add a signal that carries it, or a relation whose inputs are provided)
          6:17 error: `3` has no unit (write a time like `300 ms` or `2 s`)
@@ -245,6 +245,7 @@ utility: nrom",
          9:47 error: `-5 %` is negative (write a share like `5 %` or `0.05`)
          9:60 error: `1` has no unit (write a time like `300 ms` or `2 s`)
          9:74 error: a number is missing before `soon`
+         9:91 error: `moon` is no place where substitutes are computed (write `process` or `engine`, which is usual)
          10:10 error: there is no utility `nrom` (write `norm`, or formulas of your own: `{ aggregate: product, relation: 1 / cost }`)",
     );
 }

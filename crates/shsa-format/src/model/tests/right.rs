@@ -93,6 +93,7 @@ fn needs_have_sound_defaults() {
     let switching = needs[0].switching;
     assert_eq!((switching.hold, switching.probation), (Span::ZERO, Span::from_millis(60_000)));
     assert_eq!((switching.blend, switching.hysteresis), (Span::from_millis(10), 0.05));
+    assert_eq!((needs[0].is_isolated, needs[1].is_isolated), (true, false));
     assert_eq!((needs[1].signal.as_str(), needs[1].max_age), ("/healed/speed", Span::from_millis(300)));
     assert_eq!(needs[2].max_age, Span::from_millis(1000));
 }

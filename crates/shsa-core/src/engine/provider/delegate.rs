@@ -1,0 +1,153 @@
+//! A need whose source is computed by somebody else, a process of its own say: the engine brings the inputs to one moment and
+//! hands them out, and judges what comes back as if it had computed it itself. While nobody is there, it computes.
+
+use super::super::message::{Output, PublishedValue, Report};
+use super::Provider;
+use crate::alignment::{Port, Sample};
+use crate::computation::Computed;
+use crate::knowledge::{IdVec, KnowledgeBase, Shape, SignalId};
+use crate::service::Service;
+use crate::substitution::Way;
+use crate::time::Validity;
+use alloc::collections::VecDeque;
+
+/// What somebody else could compute.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Commission<'a> {
+    /// Counts the sources of the need, so that who is ready for one is not taken for another.
+    pub era: u64,
+    /// The source.
+    pub way: &'a Way,
+}
+
+/// Who computes the source of a need instead of the engine.
+#[derive(Debug, Default)]
+pub(super) struct Delegate {
+    /// Counts the sources.
+    era: u64,
+    is_ready: bool,
+    /// The number of the newest task.
+    given: u64,
+    /// The moments of the tasks that are not answered yet, oldest first.
+    open: VecDeque<(u64, Validity)>,
+    /// What was answered and not looked at yet.
+    answer: Option<(PublishedValue, Validity)>,
+    /// Whether what was looked at last is from there.
+    has_given: bool,
+}
+
+/// Tasks that may be open; of more, the oldest are taken for lost.
+const MOST_OPEN: usize = 16;
+
+impl Delegate {
+    /// The source is another one from now on.
+    pub(super) fn retire(&mut self) {
+        let Delegate { era, given, .. } = *self;
+        *self = Delegate { era: era.wrapping_add(1), given, ..Delegate::default() };
+    }
+
+    /// Whether the value that was looked at last is not the engine's own.
+    pub(super) fn has_given(&self) -> bool {
+        self.has_given
+    }
+
+    fn hand_out(&mut self, moment: Validity) -> u64 {
+        self.given = self.given.wrapping_add(1);
+        if self.open.len() >= MOST_OPEN {
+            self.open.pop_front();
+        }
+        self.open.push_back((self.given, moment));
+        self.given
+    }
+
+    fn take(&mut self, number: u64, result: Option<(PublishedValue, Validity)>, shape: Shape) {
+        let Some((_, moment)) = self.open.iter().copied().find(|(open, _)| *open == number) else { return };
+        self.open.retain(|(open, _)| *open > number);
+        self.answer = result.filter(|(value, validity)| is_sound(value, shape) && is_of(*validity, moment));
+    }
+}
+
+/// Whether a value says something.
+fn is_sound(value: &PublishedValue, shape: Shape) -> bool {
+    match (value, shape) {
+        (PublishedValue::Scalar(value), Shape::Scalar) => value.is_bounded() && !value.is_empty(),
+        (PublishedValue::Vector(elements), Shape::Vector) => !elements.is_empty(),
+        _ => false,
+    }
+}
+
+/// Whether a value can be from the inputs of a moment: it may rest on earlier ones, and on no later ones.
+fn is_of(validity: Validity, moment: Validity) -> bool {
+    validity.from <= validity.to && validity.to == moment.to
+}
+
+impl Provider {
+    /// What somebody else could compute, where there is something to compute.
+    pub(in super::super) fn commission(&self) -> Option<Commission<'_>> {
+        let way = self.active.as_ref().map(Service::way).filter(|way| way.direct().is_none())?;
+        Some(Commission { era: self.delegate.era, way })
+    }
+
+    /// Hears from who computes the source.
+    pub(in super::super) fn hear(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        ports: &IdVec<SignalId, Port>,
+        report: Report,
+    ) {
+        match report {
+            Report::Ready { era } => {
+                self.delegate.is_ready = era == self.delegate.era && self.commission().is_some();
+            }
+            Report::Answer { number, result } => {
+                self.delegate.take(number, result, knowledge.variables()[self.variable].shape);
+            }
+            Report::Gone => self.compute_again(knowledge, ports),
+        }
+    }
+
+    /// Computes the source here from now on, as if it had always been so.
+    fn compute_again(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>) {
+        if !core::mem::take(&mut self.delegate.is_ready) {
+            return;
+        }
+        let Some(way) = self.active.as_ref().map(|service| service.way().clone()) else { return };
+        let undone = self.delegate.open.pop_back().map(|(_, moment)| moment);
+        self.delegate.open.clear();
+        let service = match undone {
+            Some(moment) => Service::start_at(knowledge, way, ports, moment),
+            None => Service::start(knowledge, way, ports),
+        };
+        self.active = service.or(self.active.take());
+    }
+
+    /// The next value of the source: computed, or answered; in the latter case what is to be computed next is handed out.
+    pub(super) fn computed(
+        &mut self,
+        ports: &IdVec<SignalId, Port>,
+        last: Option<Sample>,
+        outputs: &mut VecDeque<Output>,
+    ) -> Option<(PublishedValue, Validity)> {
+        let service = self.active.as_mut()?;
+        if !self.delegate.is_ready {
+            let computed = service.compute(ports, last).map(owned)?;
+            self.delegate.has_given = false;
+            return Some(computed);
+        }
+        if let Some(task) = service.task(ports, last) {
+            let number = self.delegate.hand_out(task.moment);
+            outputs.push_back(Output::Task { need: self.need, number, task });
+        }
+        let answer = self.delegate.answer.take()?;
+        self.delegate.has_given = true;
+        Some(answer)
+    }
+}
+
+fn owned((computed, validity): (Computed<'_>, Validity)) -> (PublishedValue, Validity) {
+    let value = match computed {
+        Computed::Scalar(value) => PublishedValue::Scalar(value),
+        Computed::Vector(elements) => PublishedValue::Vector(elements.to_vec()),
+    };
+    (value, validity)
+}
