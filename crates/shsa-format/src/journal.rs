@@ -35,12 +35,35 @@ struct Head {
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
 enum Line {
-    Tick { tick_ns: i64 },
-    Order { order_ns: i64, given: OrderForm },
-    Restore { restore_ns: i64, known: Box<StateForm> },
-    Observation { signal: usize, time_ns: i64, received_ns: i64, value: Value },
-    Reload { reload_ns: i64, file: String, text: String, signals: Vec<String> },
-    Report { report_ns: i64, need: usize, #[serde(flatten)] said: Said },
+    Tick {
+        tick_ns: i64,
+    },
+    Order {
+        order_ns: i64,
+        given: OrderForm,
+    },
+    Restore {
+        restore_ns: i64,
+        known: Box<StateForm>,
+    },
+    Observation {
+        signal: usize,
+        time_ns: i64,
+        received_ns: i64,
+        value: Value,
+    },
+    Reload {
+        reload_ns: i64,
+        file: String,
+        text: String,
+        signals: Vec<String>,
+    },
+    Report {
+        report_ns: i64,
+        need: usize,
+        #[serde(flatten)]
+        said: Said,
+    },
 }
 
 /// What a process says.
@@ -91,7 +114,9 @@ impl From<&Report> for Said {
                 to_ns: validity.to.0,
                 value: match value {
                     PublishedValue::Scalar(value) => Computed::Scalar(value.into()),
-                    PublishedValue::Vector(elements) => Computed::Vector(elements.iter().map(Into::into).collect()),
+                    PublishedValue::Vector(elements) => {
+                        Computed::Vector(elements.iter().map(Into::into).collect())
+                    }
                 },
             },
         }

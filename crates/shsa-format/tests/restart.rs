@@ -2,10 +2,13 @@
 
 use proptest::prelude::*;
 use shsa_core::diagnosis::Verdict;
-use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Order, Output, Snapshot, Subject};
+use shsa_core::engine::{
+    Engine, Event, EventKind, Input, Options, Order, Output, PublishedValue, Report, Snapshot, Subject,
+};
+use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
-use shsa_core::time::{Span, Time};
+use shsa_core::time::{Span, Time, Validity};
 use shsa_format::drive::Given;
 use shsa_format::journal::{JournalWriter, read_journal};
 use shsa_format::model::live::{Live, Written};
@@ -210,6 +213,10 @@ fn a_journal_holds_orders_and_what_a_run_goes_on_from() {
         })
     };
     let order = |at: i64, order: Order| Input::Order { time: Time(at), order };
+    let need = knowledge.needs().ids().next().expect("a need");
+    let said = |at: i64, report: Report| Input::Report { time: Time(at), need, report };
+    let (within, open) = (Interval::new(-0.1, 0.3), Interval::new(f64::MAX, f64::INFINITY));
+    let valid = Validity { from: Time(1), to: Time(2) };
     let given = vec![
         Input::Restore { time: Time(1), snapshot },
         order(2, Order::Forbid(Subject::Signal("/a".to_owned()))),
@@ -217,6 +224,14 @@ fn a_journal_holds_orders_and_what_a_run_goes_on_from() {
         order(4, Order::Force { need: "/v".to_owned(), source: "/b".to_owned() }),
         order(5, Order::Clear(Subject::Cause("imu".to_owned()))),
         Input::Tick(Time(6)),
+        said(7, Report::Ready { era: 3 }),
+        said(8, Report::Answer { number: 4, result: Some((PublishedValue::Scalar(within), valid)) }),
+        said(
+            9,
+            Report::Answer { number: 5, result: Some((PublishedValue::Vector(vec![within, open]), valid)) },
+        ),
+        said(10, Report::Answer { number: 6, result: None }),
+        said(11, Report::Gone),
     ];
     let mut journal = JournalWriter::new(Vec::new(), &knowledge).expect("a journal");
     given.iter().for_each(|input| journal.record(Given::Input(input)).expect("a line"));

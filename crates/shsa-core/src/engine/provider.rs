@@ -504,4 +504,3 @@ impl Provider {
         self.tell_unserved(knowledge, Some(because), now)
     }
 }
-

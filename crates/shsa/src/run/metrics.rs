@@ -122,7 +122,8 @@ fn of_services(registry: &mut Registry, healers: &[Healer]) {
             }
         }
     }
-    let help = "Execution time of what computes a need's values: the engine's step, or the round trip to a process";
+    let help =
+        "Execution time of what computes a need's values: the engine's step, or the round trip to a process";
     registry.register("service_seconds", help, seconds);
     registry.register("process_replaced", "Processes that had to be replaced", replaced);
 }

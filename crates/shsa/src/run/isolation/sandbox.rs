@@ -12,6 +12,7 @@ use anyhow::{Context, anyhow};
 /// When the operating system does not offer one of these limits; the process must not go on then.
 #[cfg(target_os = "linux")]
 pub(super) fn enter(memory: u64) -> anyhow::Result<()> {
+    close_inherited()?;
     limit(memory)?;
     seccompiler::apply_filter(&filter()?).context("the filter of system calls")?;
     Ok(())
@@ -21,6 +22,17 @@ pub(super) fn enter(memory: u64) -> anyhow::Result<()> {
 #[cfg(not(target_os = "linux"))]
 pub(super) fn enter(_: u64) -> anyhow::Result<()> {
     Err(anyhow!("processes are shut in on Linux only"))
+}
+
+/// Closes all that who started our starter has left open.
+#[cfg(target_os = "linux")]
+fn close_inherited() -> anyhow::Result<()> {
+    let open = std::fs::read_dir("/proc/self/fd").context("the open files")?;
+    let numbers = open.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
+    let numbers: Vec<i32> = numbers.filter(|number| *number > 2).collect();
+    // One of them was the list itself, and is closed by now.
+    numbers.into_iter().for_each(|number| drop(nix::unistd::close(number)));
+    Ok(())
 }
 
 #[cfg(target_os = "linux")]
@@ -55,7 +67,8 @@ fn filter() -> anyhow::Result<seccompiler::BpfProgram> {
     const EXECUTABLE: u64 = libc::PROT_EXEC as u64;
     let only = |conditions: Vec<(u8, seccompiler::SeccompCmpOp, u64)>| -> anyhow::Result<SeccompRule> {
         let conditions = conditions.into_iter();
-        let conditions = conditions.map(|(argument, is, value)| SeccompCondition::new(argument, Dword, is, value));
+        let conditions =
+            conditions.map(|(argument, is, value)| SeccompCondition::new(argument, Dword, is, value));
         Ok(SeccompRule::new(conditions.collect::<Result<_, _>>()?)?)
     };
     let process = u64::from(std::process::id());
@@ -109,7 +122,12 @@ mod tests {
     /// Runs one test of this file again, in a process that goes into the sandbox; what it says, and how it ends.
     fn inside(test: &str) -> (String, std::process::ExitStatus) {
         let output = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "--nocapture", "--test-threads=1", &format!("run::isolation::sandbox::tests::{test}")])
+            .args([
+                "--exact",
+                "--nocapture",
+                "--test-threads=1",
+                &format!("run::isolation::sandbox::tests::{test}"),
+            ])
             .env(INSIDE, "1")
             .stdin(Stdio::null())
             .output()
@@ -150,16 +168,21 @@ mod tests {
                 ("a program", &|| Command::new("/bin/true").status().map(drop)),
                 ("a thread", &|| std::thread::Builder::new().spawn(|| ()).map(drop)),
                 ("more memory than a little", &|| {
-                    Vec::<u8>::new().try_reserve_exact(GRANT).map_err(|_| std::io::ErrorKind::OutOfMemory.into())
+                    Vec::<u8>::new()
+                        .try_reserve_exact(GRANT)
+                        .map_err(|_| std::io::ErrorKind::OutOfMemory.into())
                 }),
                 ("a little memory", &|| {
-                    Vec::<u8>::new().try_reserve_exact(GRANT / 4).map_err(|_| std::io::ErrorKind::OutOfMemory.into())
+                    Vec::<u8>::new()
+                        .try_reserve_exact(GRANT / 4)
+                        .map_err(|_| std::io::ErrorKind::OutOfMemory.into())
                 }),
                 ("writing what it says", &|| std::io::stdout().write_all(b"")),
             ]);
         }
         let (said, status) = inside("nothing_but_its_pipes_is_within_reach");
-        let denied = ["a file", "its own memory map", "writing a file", "a folder", "a connection", "listening"];
+        let denied =
+            ["a file", "its own memory map", "writing a file", "a folder", "a connection", "listening"];
         for what in denied.into_iter().chain(["a datagram", "a program", "a thread"]) {
             assert!(said.contains(&format!("tried {what}: PermissionDenied\n")), "{what}: {said}");
         }

@@ -103,7 +103,8 @@ impl Order {
         let knowledge = live.knowledge();
         let variable = |id: VariableId| knowledge.variables()[id].name.clone();
         let relation = |id: RelationId| knowledge.relations()[id].name.clone();
-        let steps = way.substitution.steps.iter().map(|step| (relation(step.relation), variable(step.output)));
+        let steps =
+            way.substitution.steps.iter().map(|step| (relation(step.relation), variable(step.output)));
         let steps: Vec<(String, String)> = steps.collect();
         let signal = |id: &Option<SignalId>| id.map(|id| knowledge.signals()[id].name.clone());
         let sources = way.substitution.sources.iter().zip(&way.signals);
