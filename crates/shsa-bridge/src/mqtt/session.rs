@@ -10,7 +10,7 @@ use shsa_core::time::Time;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::hash::{BuildHasher, RandomState};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 use tokio::runtime::Runtime;
 use tokio::sync::Notify;
@@ -76,6 +76,8 @@ struct State {
     unclaimed: VecDeque<Message>,
     connected_first: Option<Instant>,
     echo: Echo,
+    /// Who waits for an answer, by the topic under which it comes.
+    asking: BTreeMap<String, mpsc::Sender<Bytes>>,
     /// How often messages of a topic were unfinished when a connection broke, in a row.
     attempts: BTreeMap<String, u32>,
     troubles: VecDeque<BridgeError>,
@@ -103,6 +105,7 @@ impl Shared {
             unclaimed: VecDeque::new(),
             connected_first: None,
             echo: Echo::default(),
+            asking: BTreeMap::new(),
             attempts: BTreeMap::new(),
             troubles: VecDeque::new(),
         };
@@ -170,6 +173,19 @@ impl Shared {
         }
         self.lock().publish(publication);
         Ok(())
+    }
+
+    /// Sends a message that is answered under another name; the next message there is the answer.
+    pub(super) fn ask(
+        &self,
+        answers: &str,
+        question: Publication,
+    ) -> Result<mpsc::Receiver<Bytes>, BridgeError> {
+        self.subscribe(answers);
+        let (sender, answer) = mpsc::channel();
+        self.lock().asking.insert(answers.to_owned(), sender);
+        self.publish(question)?;
+        Ok(answer)
     }
 
     /// Ends the thread; what waits is sent first if that is quick.
@@ -280,6 +296,11 @@ impl Shared {
         if state.echo.is_own(&topic, &payload, duplicate, Instant::now()) {
             return;
         }
+        if let Some(asking) = state.asking.remove(&topic).filter(|_| !retained) {
+            // Who has asked may have given up.
+            let _ = asking.send(payload);
+            return;
+        }
         let name = state.wanted.get(&*topic).cloned();
         let is_wanted = name.is_some() || state.wants_everything;
         let message = Message {
@@ -329,8 +350,8 @@ impl State {
         if let Some((topic, payload)) = what {
             let (topic, payload) = (topic.as_str().into(), payload.clone());
             // Alone: what was said before and may not have arrived is out of date.
-            let _older =
-                self.outbox.keep(Publication { topic, payload, retain: true, stamp, provenance: None }, 1);
+            let word = Publication { topic, payload, retain: true, stamp, provenance: None, answers: None };
+            let _older = self.outbox.keep(word, 1);
         }
     }
 

@@ -13,3 +13,4 @@ mod running;
 mod car;
 mod embedded;
 mod endurance;
+mod takeover;
