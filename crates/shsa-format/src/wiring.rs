@@ -321,8 +321,7 @@ fn action(reader: &mut Reader, node: &Node, on: bool) -> Option<Action> {
     if within > WITHIN_MAX {
         keys.reader.wrong(node, "an action takes at most 5 min", "give `within` a shorter time");
     }
-    let given: Vec<&str> =
-        ACTION[..5].iter().copied().filter(|key| keys.fields.get(key).is_some()).collect();
+    let given: Vec<&str> = ACTION[..5].iter().copied().filter(|key| keys.fields.get(key).is_some()).collect();
     let [kind] = given.as_slice() else {
         let message = format!("an action is one thing, found {}", given.len());
         keys.reader.wrong(node, &message, &format!("one of {}", ACTION[..5].join(", ")));
@@ -495,10 +494,8 @@ wiring:
         let takeover = need.takeover.clone().unwrap();
         let words = ["systemctl", "stop", "wheel driver"].map(String::from).into();
         let silence = Action { kind: ActionKind::Command(words), within: Span::from_millis(2_000) };
-        let restore = Action {
-            kind: ActionKind::Publish { topic: "on".into(), payload: "1".into() },
-            within: WITHIN,
-        };
+        let restore =
+            Action { kind: ActionKind::Publish { topic: "on".into(), payload: "1".into() }, within: WITHIN };
         let expected = Takeover {
             signal: Some("right".into()),
             silence,
@@ -529,7 +526,8 @@ wiring:
         let service = |name: &str, call| ActionKind::Service { name: name.into(), call };
         let set = "{ service: { name: /wheel/enable, type: std_srvs/srv/SetBool, data: false } }";
         assert_eq!(action(set).kind, service("/wheel/enable", Call::SetBool(false)));
-        let change = "{ service: { name: /w/change_state, type: lifecycle_msgs/srv/ChangeState, data: deactivate } }";
+        let change =
+            "{ service: { name: /w/change_state, type: lifecycle_msgs/srv/ChangeState, data: deactivate } }";
         assert_eq!(action(change).kind, service("/w/change_state", Call::ChangeState(4)));
         let client = |enabled| ActionKind::DynamicSecurity { client: "w".into(), enabled };
         assert_eq!(action("{ dynamic_security: { client: w } }").kind, client(false));

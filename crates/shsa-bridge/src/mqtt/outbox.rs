@@ -107,7 +107,14 @@ mod tests {
 
     fn publication(topic: &str, payload: &'static str) -> Publication {
         let payload = Bytes::from_static(payload.as_bytes());
-        Publication { topic: topic.into(), payload, retain: false, stamp: Time(0), provenance: None, answers: None }
+        Publication {
+            topic: topic.into(),
+            payload,
+            retain: false,
+            stamp: Time(0),
+            provenance: None,
+            answers: None,
+        }
     }
 
     fn keep(outbox: &mut Outbox, depth: usize, all: &[(&str, &'static str)]) {

@@ -151,7 +151,8 @@ impl Healer {
                 return Err(BridgeError::Configuration(NO_IDENTITY.to_owned()).into());
             }
             let named = settings.signal.as_ref().map(|name| knowledge.signal(name));
-            let signal = named.unwrap_or(own).with_context(|| format!("takeover for {}: no signal", need.signal))?;
+            let signal =
+                named.unwrap_or(own).with_context(|| format!("takeover for {}: no signal", need.signal))?;
             let takeover = Takeover::new(knowledge, id, signal, settings)?;
             let same = taken.iter().position(|before| takeover.is_same(before)).map(|at| taken.remove(at));
             self.takeovers.push(match same {
@@ -256,7 +257,8 @@ impl Healer {
             let outlet = &self.outlets[takeover.need()];
             let situation = Situation {
                 now,
-                is_lost: self.is_lost(takeover),
+                is_bad: self.is_bad(takeover),
+                is_served: outlet.is_served_without(takeover.signal()),
                 is_ours: is_ours(outlet.topic()),
                 source: &outlet.provenance().source,
             };
@@ -267,19 +269,19 @@ impl Healer {
         notes
     }
 
-    /// Whether the source of a takeover is not trusted, and something else serves the need.
-    fn is_lost(&self, takeover: &Takeover) -> bool {
-        let outlet = &self.outlets[takeover.need()];
-        let signal = takeover.signal_id();
+    /// Whether the source of a takeover is not trusted.
+    fn is_bad(&self, takeover: &Takeover) -> bool {
+        let (engine, signal) = (&self.engine, takeover.signal_id());
         let forbidden = || Order::Forbid(Subject::Signal(takeover.signal().to_owned()));
-        outlet.is_served_without(takeover.signal())
-            && (self.engine.verdict(signal) == Verdict::Failed
-                || self.engine.absence(signal).is_some()
-                || self.engine.standing_orders().contains(&forbidden()))
+        engine.verdict(signal) == Verdict::Failed
+            || engine.absence(signal).is_some()
+            // What serves the need is not forbidden.
+            || self.outlets[takeover.need()].is_served_without(takeover.signal())
+                && engine.standing_orders().contains(&forbidden())
     }
 
     fn quality_of(&self, takeover: &Takeover, now: Time) -> Quality {
-        takeover.quality(self.outlets[takeover.need()].quality(now), self.is_lost(takeover))
+        takeover.quality(self.outlets[takeover.need()].quality(now), self.is_bad(takeover))
     }
 
     /// The takeovers, each with how far who reads its name can trust that.

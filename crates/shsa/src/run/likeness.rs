@@ -2,11 +2,11 @@
 
 use super::topic_and_field;
 use anyhow::anyhow;
-use shsa_bridge::payload::{Form, SIZE_LIMIT, Unreadable, Writer};
-use shsa_bridge::{Message, Payload, Provenance};
+use shsa_bridge::payload::{Form, SIZE_LIMIT, Writer};
+use shsa_bridge::{Bridge, Message, Payload, Provenance};
+use shsa_core::engine::PublishedValue;
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
-use shsa_core::engine::PublishedValue;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use shsa_core::unit::Unit;
@@ -21,6 +21,8 @@ pub(super) struct Likeness {
     unit: Option<Unit>,
     writer: Writer,
     pattern: Option<Pattern>,
+    /// Whether it was said of which type the messages are.
+    is_advertised: bool,
 }
 
 /// What a message of the signal looks like.
@@ -41,7 +43,14 @@ impl Likeness {
         let source: Source = text.parse().map_err(|why| anyhow!("the source of {}: {why}", signal.name))?;
         let (topic, field) = topic_and_field(source);
         let writer = Writer::new(Form::Like(field), SIZE_LIMIT)?;
-        Ok(Likeness { signal: id, topic, unit: signal.unit.clone(), writer, pattern: None })
+        Ok(Likeness {
+            signal: id,
+            topic,
+            unit: signal.unit.clone(),
+            writer,
+            pattern: None,
+            is_advertised: false,
+        })
     }
 
     /// The signal that is copied.
@@ -78,32 +87,34 @@ impl Likeness {
     pub(super) fn remembered(&self) -> Option<Message> {
         let Some(Pattern::Bytes(message_type)) = &self.pattern else { return None };
         let payload = Payload::Bytes(self.writer.pattern()?.clone());
-        Some(Message { message_type: message_type.clone(), ..Message::new(self.topic.clone(), Time(0), payload) })
+        Some(Message {
+            message_type: message_type.clone(),
+            ..Message::new(self.topic.clone(), Time(0), payload)
+        })
     }
 
-    /// The type of the messages, where the transport tells.
-    pub(super) fn message_type(&self) -> Option<&Arc<str>> {
-        match &self.pattern {
-            Some(Pattern::Bytes(message_type)) => message_type.as_ref(),
-            _ => None,
-        }
-    }
-
-    /// A message that says this value.
+    /// What says this value under a name; nothing where this form cannot say it.
     ///
     /// # Errors
-    /// When no message of the signal is known yet, or the value does not fit into it.
-    pub(super) fn write(
+    /// When no message of the signal is known yet, the value does not fit into it, or the bus does not take its type.
+    pub(super) fn message(
         &mut self,
+        topic: &str,
         value: &PublishedValue,
         stamp: Time,
         provenance: &Provenance,
-    ) -> Result<Option<Payload>, Unreadable> {
+        bridge: &mut dyn Bridge,
+    ) -> Result<Option<Payload>, String> {
         let value = raw(value, self.unit.as_ref());
         if self.pattern == Some(Pattern::Value) {
             return Ok(Some(Payload::Value(value)));
         }
-        Ok(self.writer.write(Some(&value), stamp, provenance)?.map(Payload::Bytes))
+        let written = self.writer.write(Some(&value), stamp, provenance).map_err(|why| why.to_string())?;
+        if let (false, Some(Pattern::Bytes(Some(message_type)))) = (self.is_advertised, &self.pattern) {
+            bridge.advertise(topic, message_type).map_err(|why| why.to_string())?;
+            self.is_advertised = true;
+        }
+        Ok(written.map(Payload::Bytes))
     }
 }
 
@@ -111,11 +122,9 @@ impl Likeness {
 pub(super) fn raw(value: &PublishedValue, unit: Option<&Unit>) -> RawValue {
     let shown = |value: f64| unit.map_or(value, |unit| unit.from_si(value));
     match value {
-        PublishedValue::Scalar(value) => {
-            RawValue::Interval { lo: shown(value.lo()), hi: shown(value.hi()) }
+        PublishedValue::Scalar(value) => RawValue::Interval { lo: shown(value.lo()), hi: shown(value.hi()) },
+        PublishedValue::Vector(elements) => {
+            RawValue::Vector(elements.iter().map(|element: &Interval| shown(element.midpoint())).collect())
         }
-        PublishedValue::Vector(elements) => RawValue::Vector(
-            elements.iter().map(|element: &Interval| shown(element.midpoint())).collect(),
-        ),
     }
 }

@@ -133,9 +133,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut bridge = arguments.bus.open(&arguments.name, inbox.clone(), &memory)?;
     let options = Options { watch: arguments.watching.budget(), ..Options::default() };
     let outgoings = outgoings(arguments, &models)?;
-    let healer = |(path, live): (PathBuf, Live)| {
-        Healer::new(&path, live, options, outgoings.clone(), bridge.as_mut())
-    };
+    let healer =
+        |(path, live): (PathBuf, Live)| Healer::new(&path, live, options, outgoings.clone(), bridge.as_mut());
     let healers = models.into_iter().map(healer);
     let mut healers = healers.collect::<anyhow::Result<Vec<_>>>()?;
     if let Some(folder) = &arguments.journal {

@@ -37,10 +37,7 @@ enum Shape {
     /// The middleware writes the value itself.
     Value,
     Envelope(Writer),
-    Like {
-        likeness: Box<Likeness>,
-        is_advertised: bool,
-    },
+    Like(Box<Likeness>),
 }
 
 /// One need on the bus.
@@ -76,12 +73,12 @@ impl Outlet {
         let shape = match (form, own) {
             (Form::Plain, _) => Shape::Value,
             (Form::Json, _) => Shape::Envelope(Writer::new(payload::Form::Json, SIZE_LIMIT)?),
-            (Form::Like, Some(own)) => {
-                Shape::Like { likeness: Box::new(Likeness::new(knowledge, own)?), is_advertised: false }
-            }
+            (Form::Like, Some(own)) => Shape::Like(Box::new(Likeness::new(knowledge, own)?)),
             (Form::Like, None) => {
                 let name = &variable.name;
-                anyhow::bail!("the form `like` of {name}: no signal carries it, so there is nothing to be like")
+                anyhow::bail!(
+                    "the form `like` of {name}: no signal carries it, so there is nothing to be like"
+                )
             }
         };
         Ok(Outlet {
@@ -152,33 +149,28 @@ impl Outlet {
         let (topic, value, provenance) = (&self.topic, &publication.value, &self.provenance);
         let payload = match &mut self.shape {
             Shape::Value => Some(Payload::Value(raw(value, self.unit.as_ref()))),
-            Shape::Envelope(writer) => writer
-                .write(Some(&raw(value, self.unit.as_ref())), stamp, provenance)?
-                .map(Payload::Bytes),
-            Shape::Like { likeness, .. } if !likeness.is_known() => None,
-            Shape::Like { likeness, is_advertised } => {
-                if let (false, Some(message_type)) = (*is_advertised, likeness.message_type()) {
-                    bridge.advertise(topic, message_type)?;
-                    *is_advertised = true;
-                }
-                match likeness.write(value, stamp, provenance) {
-                    Ok(payload) => payload,
-                    Err(why) => {
-                        self.unwritten = Some(why.to_string());
-                        return Ok(());
-                    }
-                }
+            Shape::Envelope(writer) => {
+                writer.write(Some(&raw(value, self.unit.as_ref())), stamp, provenance)?.map(Payload::Bytes)
             }
+            Shape::Like(likeness) if !likeness.is_known() => None,
+            Shape::Like(likeness) => match likeness.message(topic, value, stamp, provenance, bridge) {
+                Ok(payload) => payload,
+                Err(why) => {
+                    self.unwritten = Some(why);
+                    return Ok(());
+                }
+            },
         };
         let Some(payload) = payload else { return Ok(()) };
         self.unwritten = None;
-        Ok(bridge.publish(Outgoing { provenance: Some(provenance), ..Outgoing::new(topic, stamp, payload) })?)
+        Ok(bridge
+            .publish(Outgoing { provenance: Some(provenance), ..Outgoing::new(topic, stamp, payload) })?)
     }
 
     /// The messages that its values are like.
     pub(super) fn likeness(&mut self) -> Option<&mut Likeness> {
         match &mut self.shape {
-            Shape::Like { likeness, .. } => Some(likeness),
+            Shape::Like(likeness) => Some(likeness),
             Shape::Value | Shape::Envelope(_) => None,
         }
     }

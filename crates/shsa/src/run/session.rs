@@ -6,7 +6,7 @@ use super::healer::{Deed, Healer};
 use super::herald::Herald;
 use super::metrics;
 use super::shares::{Handover, Shares};
-use super::wiring::{Note, Takeover};
+use super::wiring::Note;
 use crate::outcome::Outcome;
 use serde_json::{Map, Value, json};
 use shsa_bridge::{Bridge, Clock, Link, Losses, Message, Outgoing, Payload, Quality};
@@ -332,8 +332,9 @@ impl Session {
     /// Sleeps until something arrives or is due.
     fn rest(&self) {
         let dues = self.healers.iter().filter_map(|healer| healer.engine().next_deadline());
-        let takeovers = self.healers.iter().flat_map(|healer| healer.takeovers(self.now()));
-        let dues = dues.chain(takeovers.filter_map(|(takeover, _)| Takeover::due(takeover)));
+        let now = self.now();
+        let takeovers = self.healers.iter().flat_map(|healer| healer.takeovers(now));
+        let dues = dues.chain(takeovers.filter_map(|(takeover, _)| takeover.due(now)));
         let due = dues.chain(self.until).fold(self.house.next, Time::min);
         let left = u64::try_from((due - self.now()).0).unwrap_or(0);
         if left > 0 {

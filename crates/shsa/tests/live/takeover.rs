@@ -180,8 +180,9 @@ fn who_is_stopped_by_a_command_is_replaced_and_left_alone_when_it_comes_back() {
     let broker = Broker::start(&[]);
     let mut scene = Scene::new(&python, "mqtt", broker.port(), &json!({}));
     let pid = scene.wheel_pid();
-    let wiring =
-        format!("silence: {{ command: [kill, -STOP, '{pid}'] }}, restore: {{ command: [kill, -CONT, '{pid}'] }}");
+    let wiring = format!(
+        "silence: {{ command: [kill, -STOP, '{pid}'] }}, restore: {{ command: [kill, -CONT, '{pid}'] }}"
+    );
     let state = scene.folder.path("state").display().to_string();
     let run = scene.run(&wiring, &["--state", &state]);
     let mut consumer = scene.consumer(None);
@@ -205,9 +206,7 @@ fn who_is_stopped_by_a_command_is_replaced_and_left_alone_when_it_comes_back() {
     let path = |name: &str| scene.folder.path(name).display().to_string();
     let address = format!("mqtt://127.0.0.1:{}", broker.port());
     let (model, wiring) = (path("model.yaml"), path("wiring.yaml"));
-    let run = Running::start([
-        model.as_str(), "--wiring", &wiring, "--bus", &address, "--state", &state,
-    ]);
+    let run = Running::start([model.as_str(), "--wiring", &wiring, "--bus", &address, "--state", &state]);
     run.decision("silenced");
     check_taken(&mut consumer);
 
@@ -269,13 +268,25 @@ fn secured() -> Option<Broker> {
         let done = Command::new("mosquitto_ctrl").args(address).args(words).output().unwrap();
         assert!(done.status.success(), "{words:?}: {done:?}");
     };
-    for access in ["publishClientSend", "publishClientReceive", "subscribe", "unsubscribe"] {
-        control(&["setDefaultACLAccess", access, "allow"]);
+    let security = "$CONTROL/dynamic-security/v1";
+    let answers = format!("{security}/response");
+    for (role, access, topic) in [
+        ("member", "publishClientSend", "#"),
+        ("member", "subscribePattern", "#"),
+        ("silencer", "publishClientSend", security),
+        ("silencer", "publishClientReceive", &answers),
+        ("silencer", "subscribeLiteral", &answers),
+    ] {
+        if access.ends_with("Send") {
+            control(&["createRole", role]);
+        }
+        control(&["addRoleACL", role, access, topic, "allow"]);
     }
     for client in ["wheel-driver", "others", "healer"] {
         control(&["createClient", client, "-p", PASSWORD]);
+        control(&["addClientRole", client, "member"]);
     }
-    control(&["addClientRole", "healer", "admin"]);
+    control(&["addClientRole", "healer", "silencer"]);
     Some(broker)
 }
 
@@ -287,8 +298,7 @@ fn a_client_that_the_broker_throws_out_is_replaced_and_let_in_again_by_order() {
     let mut scene = Scene::new(&python, "mqtt", broker.port(), &wheel);
     let password = scene.folder.path("password");
     fs::write(&password, PASSWORD).unwrap();
-    let bus =
-        format!("mqtt://127.0.0.1:{}?user=healer&password-file={}", broker.port(), password.display());
+    let bus = format!("mqtt://127.0.0.1:{}?user=healer&password-file={}", broker.port(), password.display());
     let run = scene.run("silence: { dynamic_security: { client: wheel-driver } }", &["--bus", &bus]);
     let mut consumer = scene.consumer(Some("others"));
 
@@ -304,9 +314,14 @@ fn a_client_that_the_broker_throws_out_is_replaced_and_let_in_again_by_order() {
     assert_eq!(status, 200, "{answer}");
     assert!(run.decision("returning")["because"].as_str().unwrap().contains("by order of the operator"));
     run.decision("returned");
-    let own = wait_for(&mut consumer, "the wheel", |quality, _| quality.is_empty(), |quality, _| {
-        assert_eq!(quality, SUBSTITUTE);
-    });
+    let own = wait_for(
+        &mut consumer,
+        "the wheel",
+        |quality, _| quality.is_empty(),
+        |quality, _| {
+            assert_eq!(quality, SUBSTITUTE);
+        },
+    );
     assert!(own.1.contains("10.1"), "{own:?}");
     let state = run.until("it is trusted again", |state| takeover(state)["stage"] == "watching");
     assert_eq!(takeover(&state)["quality"], "Good");
@@ -318,7 +333,8 @@ fn over_mqtt_3_there_is_no_takeover() {
     let broker = Broker::start(&[]);
     let scene = Scene::new(&python, "mqtt", broker.port(), &json!({}));
     let path = |name: &str| scene.folder.path(name).display().to_string();
-    fs::write(scene.folder.path("wiring.yaml"), "wiring: { speed: { silence: { command: ['true'] } } }").unwrap();
+    fs::write(scene.folder.path("wiring.yaml"), "wiring: { speed: { silence: { command: ['true'] } } }")
+        .unwrap();
     let run = Command::new(env!("CARGO_BIN_EXE_shsa"))
         .args(["run", &path("model.yaml"), "--wiring", &path("wiring.yaml"), "--http", "off", "--bus"])
         .arg(format!("mqtt://127.0.0.1:{}?version=3.1.1", broker.port()))
@@ -348,6 +364,34 @@ fn who_answers_a_request_over_zenoh_is_replaced() {
 }
 
 #[test]
+fn another_instance_goes_on_when_the_one_that_has_silenced_is_gone() {
+    let Some(python) = real::python() else { return };
+    let (_router, port) = router(&python);
+    let mut scene = Scene::new(&python, "zenoh", port, &json!({ "obeys": "robot/wheel/control" }));
+    let wiring = "silence: { request: { to: robot/wheel/control, payload: silence, expect: ok } }";
+    let mut runs: Vec<(&str, Running)> =
+        ["a", "b"].map(|name| (name, scene.run(wiring, &["--name", name]))).into();
+    let mut consumer = scene.consumer(None);
+    let state = runs[0].1.until("both can serve", |state| {
+        state["instances"]["/healed/speed"].as_array().is_some_and(|able| able.len() == 2)
+    });
+    let first = state["instances"]["/healed/speed"][0].as_str().unwrap().to_owned();
+    scene.lie();
+    let at = runs.iter().position(|(name, _)| first.starts_with(name)).unwrap();
+    let (_, responsible) = runs.remove(at);
+    let (_, other) = runs.remove(0);
+    responsible.decision("silenced");
+    check_taken(&mut consumer);
+    assert_eq!(takeover(&other.get("/state").1)["silenced"], 0, "it leaves that to the other one");
+    // What the other one publishes under the wheel's name is no sign of the wheel.
+    let (_, state) = other.get("/state");
+    assert_ne!(state["models"]["model"]["signals"]["wheel"]["verdict"], "healthy", "{state}");
+    responsible.kill();
+    other.decision("silenced");
+    check_taken(&mut consumer);
+}
+
+#[test]
 fn a_request_that_nobody_answers_is_refused() {
     let Some(python) = real::python() else { return };
     let (_router, port) = router(&python);
@@ -355,7 +399,10 @@ fn a_request_that_nobody_answers_is_refused() {
     let run = scene.run("silence: { request: { to: robot/nobody, payload: a }, within: 1 s }", &[]);
     scene.lie();
     let refused = run.decision("refused");
-    assert!(refused["because"].as_str().unwrap().contains("nobody answers under `robot/nobody`"), "{refused}");
+    assert!(
+        refused["because"].as_str().unwrap().contains("nobody answers under `robot/nobody`"),
+        "{refused}"
+    );
 }
 
 #[test]
@@ -366,23 +413,31 @@ fn a_node_of_ros_2_that_is_switched_off_is_replaced_by_messages_of_its_type() {
     let call = |data: bool| {
         format!("service: {{ name: /robot/wheel/enable, type: std_srvs/srv/SetBool, data: {data} }}")
     };
-    let wiring = format!("silence: {{ {} }}, restore: {{ {} }}", call(false), call(true));
+    let wiring = format!("form: like, silence: {{ {} }}, restore: {{ {} }}", call(false), call(true));
     let run = scene.run(&wiring, &[]);
     let mut consumer = scene.consumer(None);
-    let order = |path: &str| json!({ "subscribe": NAME, "type": "geometry_msgs/msg/TwistStamped", "get": path });
+    // The gate's messages are like those of the wheel, too.
+    let gate = json!({ "subscribe": "/healed/speed", "type": "geometry_msgs/msg/TwistStamped", "get": "twist.linear.y" });
+    consumer.order(&gate);
+    let heard = consumer.next_with("heard");
+    assert_eq!((&heard["heard"], &heard["value"]), (&json!("/healed/speed"), &json!(0.25)));
+    let order =
+        |path: &str| json!({ "subscribe": NAME, "type": "geometry_msgs/msg/TwistStamped", "get": path });
     scene.lie();
     let silenced = run.decision("silenced");
     assert!(silenced["because"].as_str().unwrap().contains("the service /robot/wheel/enable"), "{silenced}");
     for (path, expected) in [("header.frame_id", json!("front axle")), ("twist.linear.y", json!(0.25))] {
         consumer.order(&order(path));
         let heard = real::eventually("a message like the wheel's", || {
-            consumer.poll("heard", Duration::from_secs(1)).filter(|heard| heard["value"] == expected)
+            let heard = consumer.poll("heard", Duration::from_secs(1))?;
+            (heard["heard"] == NAME && heard["value"] == expected).then_some(heard)
         });
         assert!(heard["header"].as_i64() > Some(1_000_000_000), "{heard}");
     }
     consumer.order(&order("twist.linear.x"));
     let speed = real::eventually("a speed", || {
-        consumer.poll("heard", Duration::from_secs(1)).and_then(|heard| heard["value"].as_f64()).filter(|speed| *speed > 1.0)
+        let heard = consumer.poll("heard", Duration::from_secs(1)).filter(|heard| heard["heard"] == NAME);
+        heard?["value"].as_f64().filter(|speed| *speed > 1.0)
     });
     assert!((speed - 10.0).abs() < 0.5, "{speed}");
     scene.wheel.order(&json!({ "value": 10.1 }));

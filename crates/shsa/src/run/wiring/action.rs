@@ -62,7 +62,9 @@ pub(in super::super) fn describe(action: &Action) -> String {
         ActionKind::Publish { topic, .. } => format!("a message on {topic}"),
         ActionKind::Request { to, .. } => format!("a request to {to}"),
         ActionKind::Service { name, .. } => format!("the service {name}"),
-        ActionKind::DynamicSecurity { client, .. } => format!("the broker's dynamic security (client {client})"),
+        ActionKind::DynamicSecurity { client, .. } => {
+            format!("the broker's dynamic security (client {client})")
+        }
     }
 }
 
@@ -99,7 +101,8 @@ fn prepare(action: &Action, bridge: &mut dyn Bridge) -> Result<Work, String> {
         ActionKind::DynamicSecurity { client, enabled } => {
             let command = if *enabled { "enableClient" } else { "disableClient" };
             let request = json!({ "commands": [{ "command": command, "username": client }] });
-            let answer = bridge.request(DYNAMIC_SECURITY, request.to_string().into(), within).map_err(told)?;
+            let answer =
+                bridge.request(DYNAMIC_SECURITY, request.to_string().into(), within).map_err(told)?;
             Ok(answered(answer, secured))
         }
     }
@@ -125,7 +128,8 @@ fn expected(answer: &[u8], expect: Option<&str>) -> Outcome {
 
 /// The answer of Mosquitto's dynamic security: an error is said for each command.
 fn secured(answer: &[u8]) -> Outcome {
-    let answer: Value = serde_json::from_slice(answer).map_err(|error| format!("no answer in JSON: {error}"))?;
+    let answer: Value =
+        serde_json::from_slice(answer).map_err(|error| format!("no answer in JSON: {error}"))?;
     let responses = answer["responses"].as_array().into_iter().flatten();
     match responses.filter_map(|response| response["error"].as_str()).next() {
         Some(error) => Err(format!("the broker says: {error}")),
@@ -187,7 +191,8 @@ fn listen(output: PipeReader) -> Receiver<String> {
     thread::spawn(move || {
         let mut output = BufReader::new(output);
         let mut line = Vec::new();
-        let _ = output.by_ref().take(4 * SAID_MAX as u64).read_until(b'\n', &mut line);
+        let mut begin = output.by_ref().take(4 * SAID_MAX as u64);
+        while begin.read_until(b'\n', &mut line).is_ok_and(|read| read > 0) && line.trim_ascii().is_empty() {}
         let _ = sender.send(first_line(&String::from_utf8_lossy(&line)));
         let _ = std::io::copy(&mut output, &mut std::io::sink());
     });
@@ -212,7 +217,10 @@ mod tests {
     #[test]
     fn a_program_says_how_it_went() {
         assert_eq!(run(&["sh", "-c", "echo; echo done >&2; echo more"], 10_000), Ok("done".to_owned()));
-        assert_eq!(run(&["sh", "-c", "echo no; exit 3"], 10_000), Err("sh ended with status 3: no".to_owned()));
+        assert_eq!(
+            run(&["sh", "-c", "echo no; exit 3"], 10_000),
+            Err("sh ended with status 3: no".to_owned())
+        );
         assert!(run(&["/nowhere/at-all"], 10_000).unwrap_err().contains("cannot be started"));
         // Without a shell, what is special to one is a word.
         assert_eq!(run(&["echo", "$HOME; exit 1"], 10_000), Ok("$HOME; exit 1".to_owned()));

@@ -43,8 +43,10 @@ pub(in super::super) struct Note {
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct Situation<'a> {
     pub(in super::super) now: Time,
-    /// Whether the source is not trusted, and something else serves the need.
-    pub(in super::super) is_lost: bool,
+    /// Whether the source is not trusted.
+    pub(in super::super) is_bad: bool,
+    /// Whether something else serves the need.
+    pub(in super::super) is_served: bool,
     /// Whether the need is ours to serve.
     pub(in super::super) is_ours: bool,
     /// What serves the need.
@@ -60,7 +62,6 @@ pub(in super::super) struct Takeover {
     settings: wiring::Takeover,
     check: Span,
     likeness: Likeness,
-    is_advertised: bool,
     stage: Stage,
     /// When the stage began.
     since: Time,
@@ -68,6 +69,10 @@ pub(in super::super) struct Takeover {
     taken: Time,
     /// Attempts in a row that did not last.
     failures: u32,
+    /// Whether the need is ours to serve.
+    is_ours: bool,
+    /// What the action has said that silenced the source.
+    said: String,
     /// The source may publish again; until it does, its name is served.
     is_released: bool,
     is_ordered_back: bool,
@@ -151,11 +156,12 @@ impl Takeover {
             settings: settings.clone(),
             check: settings.check.unwrap_or_else(|| usual_check(knowledge, signal)),
             likeness,
-            is_advertised: false,
             stage: Stage::Watching,
             since: Time::MIN,
             taken: Time::MIN,
             failures: 0,
+            is_ours: true,
+            said: String::new(),
             is_released: false,
             is_ordered_back: false,
             not_before: Time::MIN,
@@ -255,9 +261,13 @@ impl Takeover {
         bridge: &mut dyn Bridge,
         patterns: Option<&mut Patterns>,
     ) {
-        let Situation { now, is_lost, is_ours, source } = *situation;
+        let Situation { now, is_bad, is_served, is_ours, source } = *situation;
+        let is_lost = is_bad && is_served;
+        self.is_ours = is_ours;
         if !is_ours {
-            return if !matches!(self.stage, Stage::Watching) { self.enter(Stage::Watching, now) };
+            return if !matches!(self.stage, Stage::Watching) {
+                self.enter(Stage::Watching, now)
+            };
         }
         match &self.stage {
             Stage::Watching if is_lost => self.silence(now, bridge, patterns),
@@ -282,11 +292,11 @@ impl Takeover {
                     self.restored(outcome, now);
                 }
             }
-            Stage::Waiting { .. } if !is_lost => {
+            Stage::Waiting { .. } if !is_bad => {
                 self.failures = 0;
                 self.enter(Stage::Watching, now);
             }
-            Stage::Waiting { until } if *until <= now => self.silence(now, bridge, patterns),
+            Stage::Waiting { until } if is_lost && *until <= now => self.silence(now, bridge, patterns),
             Stage::Waiting { .. } => {}
         }
     }
@@ -348,7 +358,10 @@ impl Takeover {
 
     fn silenced(&mut self, outcome: Outcome, now: Time) {
         match outcome {
-            Ok(_) => self.enter(Stage::Checking { heard: None, count: 0 }, now),
+            Ok(said) => {
+                self.said = said;
+                self.enter(Stage::Checking { heard: None, count: 0 }, now);
+            }
             Err(why) => self.refuse(&why, now),
         }
     }
@@ -358,8 +371,9 @@ impl Takeover {
         let action = describe(&self.settings.silence);
         if now - heard.unwrap_or(self.since) >= self.check {
             self.counts.silenced += 1;
+            let said = if self.said.is_empty() { String::new() } else { format!(" ({})", self.said) };
             let because = format!(
-                "{} was silenced by {action}, and nobody else was heard under {} for {}: its name is served from {source}",
+                "{} was silenced by {action}{said}, and nobody else was heard under {} for {}: its name is served from {source}",
                 self.signal,
                 self.topic(),
                 seconds(self.check)
@@ -368,7 +382,8 @@ impl Takeover {
             self.taken = now;
             self.tell("silenced", because);
         } else if now - self.since >= Span(self.check.0.saturating_mul(PATIENCE)) {
-            let why = format!("it goes on after {action} ({count} messages in {})", seconds(now - self.since));
+            let why =
+                format!("it goes on after {action} ({count} messages in {})", seconds(now - self.since));
             self.refuse(&why, now);
         }
     }
@@ -381,12 +396,12 @@ impl Takeover {
     }
 
     fn reason_to_restore(&self, situation: &Situation<'_>) -> Option<&'static str> {
-        let Situation { now, is_lost, .. } = *situation;
+        let Situation { now, is_bad, .. } = *situation;
         let is_probed = self.settings.probe.is_some_and(|probe| now - self.since >= probe);
         match () {
             () if self.is_released || now < self.not_before => None,
             () if self.is_ordered_back => Some("by order of the operator"),
-            () if !is_lost => Some("nothing speaks against it any more"),
+            () if !is_bad => Some("nothing speaks against it any more"),
             () if is_probed => Some("it gets another chance"),
             () => None,
         }
@@ -423,9 +438,9 @@ impl Takeover {
         }
     }
 
-    /// When it has to be looked at again, unless something happens before.
-    pub(in super::super) fn due(&self) -> Option<Time> {
-        match &self.stage {
+    /// When it has to be looked at again, unless something happens before: what was due already waits for that.
+    pub(in super::super) fn due(&self, now: Time) -> Option<Time> {
+        let due = match &self.stage {
             Stage::Checking { heard, .. } => {
                 let quiet = heard.unwrap_or(self.since) + self.check;
                 Some(quiet.min(self.since + Span(self.check.0.saturating_mul(PATIENCE))))
@@ -433,13 +448,14 @@ impl Takeover {
             Stage::Taken if self.is_released => None,
             Stage::Taken => {
                 let probe = self.settings.probe.map(|probe| self.since + probe);
-                let again = (self.not_before > self.since).then_some(self.not_before);
-                probe.into_iter().chain(again).min()
+                let due = probe.into_iter().chain([self.not_before]);
+                due.filter(|due| *due > now).min()
             }
             Stage::Waiting { until } => Some(*until),
             // The end of an action wakes us.
             Stage::Watching | Stage::Silencing(_) | Stage::Restoring(_) => None,
-        }
+        };
+        due.filter(|due| *due > now)
     }
 
     /// Sends a value under the name, where it is ours.
@@ -457,29 +473,27 @@ impl Takeover {
         if !is_ours || provenance.source == self.signal {
             return Ok(());
         }
-        let payload = match self.likeness.write(&publication.value, stamp, provenance) {
-            Ok(Some(payload)) => payload,
-            Ok(None) => return Ok(()),
-            Err(why) => {
-                self.unwritten = Some(why.to_string());
-                return Ok(());
+        let topic = self.likeness.topic().clone();
+        match self.likeness.message(&topic, &publication.value, stamp, provenance, bridge) {
+            Ok(Some(payload)) => {
+                self.unwritten = None;
+                let message = Outgoing::new(&topic, stamp, payload);
+                Ok(bridge.publish(Outgoing { provenance: Some(provenance), ..message })?)
             }
-        };
-        self.unwritten = None;
-        if !std::mem::replace(&mut self.is_advertised, true)
-            && let Some(message_type) = self.likeness.message_type()
-        {
-            bridge.advertise(self.likeness.topic(), message_type)?;
+            Ok(None) => Ok(()),
+            Err(why) => {
+                self.unwritten = Some(why);
+                Ok(())
+            }
         }
-        let topic = self.likeness.topic();
-        Ok(bridge.publish(Outgoing { provenance: Some(provenance), ..Outgoing::new(topic, stamp, payload) })?)
     }
 
     /// How far who reads the name can trust what was published last, where `quality` is that of the need.
-    pub(in super::super) fn quality(&self, quality: Quality, is_lost: bool) -> Quality {
+    pub(in super::super) fn quality(&self, quality: Quality, is_bad: bool) -> Quality {
         match &self.stage {
             Stage::Taken | Stage::Restoring(_) if self.unwritten.is_none() => quality,
-            Stage::Watching | Stage::Waiting { .. } if !is_lost => quality,
+            // What is not ours is another instance's care.
+            Stage::Watching | Stage::Waiting { .. } if !is_bad || !self.is_ours => quality,
             _ => Quality::Bad,
         }
     }

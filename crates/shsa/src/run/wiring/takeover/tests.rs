@@ -25,7 +25,8 @@ struct Bench {
     healer: MemoryBridge,
     consumer: MemoryBridge,
     now: Time,
-    is_lost: bool,
+    is_bad: bool,
+    is_served: bool,
     is_ours: bool,
 }
 
@@ -43,7 +44,7 @@ impl Bench {
         let bus = MemoryBus::new(Clock::manual());
         let (healer, mut consumer) = (bus.join(8), bus.join(8));
         consumer.subscribe("robot/wheel", None).unwrap();
-        Bench { takeover, bus, healer, consumer, now: Time(0), is_lost: true, is_ours: true }
+        Bench { takeover, bus, healer, consumer, now: Time(0), is_bad: true, is_served: true, is_ours: true }
     }
 
     /// One that knows what the source's messages look like.
@@ -69,8 +70,9 @@ impl Bench {
     }
 
     fn step(&mut self) {
-        let Bench { now, is_lost, is_ours, .. } = *self;
-        self.takeover.step(&Situation { now, is_lost, is_ours, source: "radar" }, &mut self.healer, None);
+        let Bench { now, is_bad, is_served, is_ours, .. } = *self;
+        let situation = Situation { now, is_bad, is_served, is_ours, source: "radar" };
+        self.takeover.step(&situation, &mut self.healer, None);
     }
 
     /// Waits, in real time, until an action has ended.
@@ -150,7 +152,7 @@ fn who_does_not_obey_is_refused_and_tried_again_later() {
     assert_eq!(bench.takeover.stage(), "waiting");
     bench.check_told("refused", "it goes on after the command true");
     assert_eq!(bench.serve(), None);
-    let quality = |bench: &Bench| bench.takeover.quality(Quality::Substitute, bench.is_lost);
+    let quality = |bench: &Bench| bench.takeover.quality(Quality::Substitute, bench.is_bad);
     assert_eq!(quality(&bench), Quality::Bad);
     bench.pass(1_000);
     assert_eq!(bench.settle(), "checking", "it was tried again");
@@ -169,10 +171,10 @@ fn an_action_that_fails_is_told_with_its_reason_and_the_pause_doubles() {
     assert_eq!(bench.settle(), "waiting");
     bench.check_told("refused", "tried again in 2.0 s");
     // What is trusted again does not have to be silenced any more.
-    bench.is_lost = false;
+    bench.is_bad = false;
     bench.pass(10);
     assert_eq!(bench.takeover.stage(), "watching");
-    bench.is_lost = true;
+    bench.is_bad = true;
     bench.step();
     assert_eq!(bench.settle(), "waiting");
     bench.check_told("refused", "tried again in 1.0 s");
@@ -225,9 +227,10 @@ fn a_name_that_is_given_back_is_served_until_its_source_is_heard() {
 
 #[test]
 fn a_source_that_cannot_be_let_back_is_told_and_tried_again() {
-    let mut bench = Bench::taught("silence: { command: ['true'] }, restore: { command: ['false'] }, retry: 1 s");
+    let mut bench =
+        Bench::taught("silence: { command: ['true'] }, restore: { command: ['false'] }, retry: 1 s");
     bench.take();
-    bench.is_lost = false;
+    bench.is_bad = false;
     bench.step();
     assert_eq!(bench.settle(), "taken");
     bench.check_told("refused", "wheel cannot be let publish again: false ended with status 1");
@@ -243,9 +246,23 @@ fn a_source_gets_another_chance_after_a_time_where_that_is_set() {
     bench.take();
     bench.pass(9_000);
     assert_eq!(bench.takeover.stage(), "taken");
-    assert!(bench.takeover.due().unwrap() > bench.now);
+    assert!(bench.takeover.due(bench.now).is_some());
     bench.pass(1_000);
     bench.check_told("returning", "it gets another chance");
+}
+
+#[test]
+fn a_source_stays_silent_while_nothing_can_serve_the_need() {
+    let mut bench = Bench::taught(OBEYS);
+    bench.is_served = false;
+    bench.pass(100);
+    assert_eq!(bench.takeover.stage(), "watching", "there is nothing to publish in its place");
+    bench.is_served = true;
+    bench.take();
+    bench.told();
+    bench.is_served = false;
+    bench.pass(10_000);
+    assert_eq!((bench.takeover.stage(), bench.told()), ("taken", Vec::new()));
 }
 
 #[test]
