@@ -76,8 +76,8 @@ struct State {
     unclaimed: VecDeque<Message>,
     connected_first: Option<Instant>,
     echo: Echo,
-    /// Who waits for an answer, by the topic under which it comes.
-    asking: BTreeMap<String, mpsc::Sender<Bytes>>,
+    /// Who waits for answers, the first one first, by the topic under which they come.
+    asking: BTreeMap<String, VecDeque<mpsc::Sender<Bytes>>>,
     /// How often messages of a topic were unfinished when a connection broke, in a row.
     attempts: BTreeMap<String, u32>,
     troubles: VecDeque<BridgeError>,
@@ -175,7 +175,7 @@ impl Shared {
         Ok(())
     }
 
-    /// Sends a message that is answered under another name; the next message there is the answer.
+    /// Sends a message that is answered under another name; answers come in the order of the questions.
     pub(super) fn ask(
         &self,
         answers: &str,
@@ -183,7 +183,7 @@ impl Shared {
     ) -> Result<mpsc::Receiver<Bytes>, BridgeError> {
         self.subscribe(answers);
         let (sender, answer) = mpsc::channel();
-        self.lock().asking.insert(answers.to_owned(), sender);
+        self.lock().asking.entry(answers.to_owned()).or_default().push_back(sender);
         self.publish(question)?;
         Ok(answer)
     }
@@ -296,9 +296,7 @@ impl Shared {
         if state.echo.is_own(&topic, &payload, duplicate, Instant::now()) {
             return;
         }
-        if let Some(asking) = state.asking.remove(&topic).filter(|_| !retained) {
-            // Who has asked may have given up.
-            let _ = asking.send(payload);
+        if !retained && state.answer(&topic, &payload) {
             return;
         }
         let name = state.wanted.get(&*topic).cloned();
@@ -343,6 +341,12 @@ impl State {
                 "messages on `{topic}`: they come faster than they can be sent"
             )));
         }
+    }
+
+    /// Whether somebody has waited for this answer; who has given up meanwhile is passed over.
+    fn answer(&mut self, topic: &str, payload: &Bytes) -> bool {
+        let Some(asking) = self.asking.get_mut(topic) else { return false };
+        std::iter::from_fn(|| asking.pop_front()).any(|asking| asking.send(payload.clone()).is_ok())
     }
 
     /// Tells others, those of later too, whether this client is there.

@@ -36,7 +36,7 @@ impl From<wiring::Form> for Form {
 enum Shape {
     /// The middleware writes the value itself.
     Value,
-    Envelope(Writer),
+    Envelope(Box<Writer>),
     Like(Box<Likeness>),
 }
 
@@ -72,7 +72,7 @@ impl Outlet {
         let variable = &knowledge.variables()[need.variable];
         let shape = match (form, own) {
             (Form::Plain, _) => Shape::Value,
-            (Form::Json, _) => Shape::Envelope(Writer::new(payload::Form::Json, SIZE_LIMIT)?),
+            (Form::Json, _) => Shape::Envelope(Box::new(Writer::new(payload::Form::Json, SIZE_LIMIT)?)),
             (Form::Like, Some(own)) => Shape::Like(Box::new(Likeness::new(knowledge, own)?)),
             (Form::Like, None) => {
                 let name = &variable.name;

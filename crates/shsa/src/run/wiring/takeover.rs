@@ -492,8 +492,10 @@ impl Takeover {
     pub(in super::super) fn quality(&self, quality: Quality, is_bad: bool) -> Quality {
         match &self.stage {
             Stage::Taken | Stage::Restoring(_) if self.unwritten.is_none() => quality,
-            // What is not ours is another instance's care.
-            Stage::Watching | Stage::Waiting { .. } if !is_bad || !self.is_ours => quality,
+            // Another instance's care.
+            Stage::Watching if !self.is_ours => quality,
+            // From the source itself.
+            Stage::Watching | Stage::Waiting { .. } if !is_bad && quality != Quality::Bad => Quality::Good,
             _ => Quality::Bad,
         }
     }
