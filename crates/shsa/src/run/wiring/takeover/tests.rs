@@ -1,3 +1,5 @@
+//! The stages of a takeover, at a bus in memory with real commands.
+
 use super::*;
 use shsa_bridge::memory::{MemoryBridge, MemoryBus};
 use shsa_bridge::{Payload, Quality};
