@@ -32,6 +32,7 @@ use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use std::fmt;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Who has published a message: unique on its bus, and as wide as the identities of Zenoh and ROS 2 (16 bytes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -152,6 +153,9 @@ pub enum Presence {
 /// Who comes and goes, from the beginning on: the oldest change that was not yet looked at. Does not block.
 pub type Attendance = Box<dyn FnMut() -> Option<Presence> + Send>;
 
+/// Waits for what was asked for, as long as was said at the most; an error where nobody answers or the answer is no.
+pub type Answer = Box<dyn FnOnce() -> Result<Bytes, BridgeError> + Send>;
+
 /// A connection to a middleware.
 ///
 /// Subscriptions are exact names. A lost connection is no error: the bridge reconnects by itself, subscribes again, and
@@ -210,6 +214,21 @@ pub trait Bridge: Send {
     /// When the pattern is none.
     fn attendance(&self, _pattern: &str) -> Result<Option<Attendance>, BridgeError> {
         Ok(None)
+    }
+
+    /// Asks who answers under a name: a query of Zenoh, a service of ROS 2 (in CDR), a message of MQTT 5 that is answered
+    /// under `to/response`. Returns at once; the answer can be waited for anywhere.
+    ///
+    /// # Errors
+    /// When the middleware has no requests, refuses the name, or is not connected.
+    fn request(&mut self, _to: &str, _payload: Bytes, _within: Duration) -> Result<Answer, BridgeError> {
+        Err(BridgeError::Configuration("this bus has no requests".to_owned()))
+    }
+
+    /// Whether it is sure which messages are our own. Where they are only known by their content, nobody can say
+    /// whether somebody else publishes under a name that we publish under.
+    fn knows_own(&self) -> bool {
+        true
     }
 
     /// What the other side has refused since it was asked last, without ending the connection: a subscription, a

@@ -9,3 +9,4 @@ pub mod order;
 pub mod recording;
 pub mod state;
 pub mod story;
+pub mod wiring;

@@ -6,6 +6,7 @@ mod types;
 mod plan;
 mod reader;
 mod writer;
+pub mod call;
 #[cfg(feature = "ros2")]
 mod hash;
 

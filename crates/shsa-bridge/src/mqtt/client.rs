@@ -203,7 +203,8 @@ fn properties(publication: &Publication, publisher: PublisherId) -> v5::mqttbyte
         user_properties.push(("status".into(), provenance.quality.code().to_string()));
         user_properties.push(("source".into(), provenance.source.clone()));
     }
-    v5::mqttbytes::v5::PublishProperties { user_properties, ..Default::default() }
+    let response_topic = publication.answers.as_ref().map(|topic| topic.to_string());
+    v5::mqttbytes::v5::PublishProperties { user_properties, response_topic, ..Default::default() }
 }
 
 impl Client {

@@ -18,16 +18,18 @@ mod tls;
 pub use options::{Credentials, Delivery, Options, Presence, Version};
 pub use tls::Tls;
 
-use crate::{Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId, payload};
+use crate::{Answer, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId, payload};
 use bytes::Bytes;
 use outbox::Publication;
 use session::Shared;
 use std::sync::Arc;
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// A connection to a broker, and the thread that keeps it.
 pub struct MqttBridge {
     shared: Arc<Shared>,
+    version: Version,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -51,7 +53,7 @@ impl MqttBridge {
             .name("mqtt".to_owned())
             .spawn(move || session::run(&of_thread, &own_options, runtime))
             .map_err(|error| BridgeError::Lost(format!("no thread: {error}")))?;
-        let bridge = MqttBridge { shared, thread: Some(thread) };
+        let bridge = MqttBridge { shared, version: options.version, thread: Some(thread) };
         match bridge.shared.first_attempt(options.first_attempt) {
             Some(Err(refused @ BridgeError::Refused(_))) => Err(refused),
             _ => Ok(bridge),
@@ -101,11 +103,37 @@ impl Bridge for MqttBridge {
             retain: message.retain,
             stamp: message.stamp,
             provenance: message.provenance.cloned(),
+            answers: None,
         })
     }
 
     fn link(&self) -> Link {
         self.shared.link()
+    }
+
+    fn request(&mut self, to: &str, payload: Bytes, within: Duration) -> Result<Answer, BridgeError> {
+        check_topic(to)?;
+        if let Link::Down(why) = self.link() {
+            // What would be sent later was asked for by nobody then.
+            return Err(BridgeError::Lost(why));
+        }
+        let answers = format!("{to}/response");
+        let question = Publication {
+            topic: to.into(),
+            payload,
+            retain: false,
+            stamp: self.shared.inbox.clock().by_wall(self.shared.inbox.clock().now()),
+            provenance: None,
+            answers: Some(answers.as_str().into()),
+        };
+        let answer = self.shared.ask(&answers, question)?;
+        Ok(Box::new(move || {
+            answer.recv_timeout(within).map_err(|_| BridgeError::Lost(format!("no answer on `{answers}`")))
+        }))
+    }
+
+    fn knows_own(&self) -> bool {
+        self.version == Version::V5
     }
 
     fn troubles(&mut self) -> Vec<BridgeError> {

@@ -14,6 +14,8 @@ pub(super) struct Publication {
     pub(super) retain: bool,
     pub(super) stamp: Time,
     pub(super) provenance: Option<Provenance>,
+    /// Where an answer is expected.
+    pub(super) answers: Option<Arc<str>>,
 }
 
 /// A queue for each topic; the topics take turns, so that a flood of one delays another by one message.
@@ -105,7 +107,14 @@ mod tests {
 
     fn publication(topic: &str, payload: &'static str) -> Publication {
         let payload = Bytes::from_static(payload.as_bytes());
-        Publication { topic: topic.into(), payload, retain: false, stamp: Time(0), provenance: None }
+        Publication {
+            topic: topic.into(),
+            payload,
+            retain: false,
+            stamp: Time(0),
+            provenance: None,
+            answers: None,
+        }
     }
 
     fn keep(outbox: &mut Outbox, depth: usize, all: &[(&str, &'static str)]) {

@@ -10,7 +10,7 @@ use shsa_core::time::Time;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::hash::{BuildHasher, RandomState};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 use tokio::runtime::Runtime;
 use tokio::sync::Notify;
@@ -76,6 +76,8 @@ struct State {
     unclaimed: VecDeque<Message>,
     connected_first: Option<Instant>,
     echo: Echo,
+    /// Who waits for answers, the first one first, by the topic under which they come.
+    asking: BTreeMap<String, VecDeque<mpsc::Sender<Bytes>>>,
     /// How often messages of a topic were unfinished when a connection broke, in a row.
     attempts: BTreeMap<String, u32>,
     troubles: VecDeque<BridgeError>,
@@ -103,6 +105,7 @@ impl Shared {
             unclaimed: VecDeque::new(),
             connected_first: None,
             echo: Echo::default(),
+            asking: BTreeMap::new(),
             attempts: BTreeMap::new(),
             troubles: VecDeque::new(),
         };
@@ -170,6 +173,19 @@ impl Shared {
         }
         self.lock().publish(publication);
         Ok(())
+    }
+
+    /// Sends a message that is answered under another name; answers come in the order of the questions.
+    pub(super) fn ask(
+        &self,
+        answers: &str,
+        question: Publication,
+    ) -> Result<mpsc::Receiver<Bytes>, BridgeError> {
+        self.subscribe(answers);
+        let (sender, answer) = mpsc::channel();
+        self.lock().asking.entry(answers.to_owned()).or_default().push_back(sender);
+        self.publish(question)?;
+        Ok(answer)
     }
 
     /// Ends the thread; what waits is sent first if that is quick.
@@ -280,6 +296,9 @@ impl Shared {
         if state.echo.is_own(&topic, &payload, duplicate, Instant::now()) {
             return;
         }
+        if !retained && state.answer(&topic, &payload) {
+            return;
+        }
         let name = state.wanted.get(&*topic).cloned();
         let is_wanted = name.is_some() || state.wants_everything;
         let message = Message {
@@ -324,13 +343,19 @@ impl State {
         }
     }
 
+    /// Whether somebody has waited for this answer; who has given up meanwhile is passed over.
+    fn answer(&mut self, topic: &str, payload: &Bytes) -> bool {
+        let Some(asking) = self.asking.get_mut(topic) else { return false };
+        std::iter::from_fn(|| asking.pop_front()).any(|asking| asking.send(payload.clone()).is_ok())
+    }
+
     /// Tells others, those of later too, whether this client is there.
     fn say(&mut self, what: Option<(&String, &Bytes)>, stamp: Time) {
         if let Some((topic, payload)) = what {
             let (topic, payload) = (topic.as_str().into(), payload.clone());
             // Alone: what was said before and may not have arrived is out of date.
-            let _older =
-                self.outbox.keep(Publication { topic, payload, retain: true, stamp, provenance: None }, 1);
+            let word = Publication { topic, payload, retain: true, stamp, provenance: None, answers: None };
+            let _older = self.outbox.keep(word, 1);
         }
     }
 

@@ -13,16 +13,18 @@ mod outlet;
 
 use crate::cdr::{Types, Writer, full_name, type_hash};
 use crate::zenoh::{self, Connection, Liveliness, Pace, Token};
-use crate::{Attendance, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId};
+use crate::{Answer, Attendance, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId};
 use ::zenoh::Wait;
 use ::zenoh::bytes::Encoding;
 use ::zenoh::key_expr::KeyExpr;
 use ::zenoh::sample::Sample;
+use bytes::Bytes;
 use hearing::Hearing;
 use name::{Attachment, Entity, NO_HASH, WireType, bare, dds_name};
 use outlet::{Outlet, STRING, type_for};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, PoisonError, RwLock};
+use std::time::Duration;
 
 /// Whose names and attachments are used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,6 +86,8 @@ pub struct Ros2Bridge {
     hearing: Hearing,
     is_all: bool,
     entities: u32,
+    /// Services that were called.
+    calls: i64,
 }
 
 impl Ros2Bridge {
@@ -108,6 +112,7 @@ impl Ros2Bridge {
             hearing: Hearing::new(options.wire, inbox),
             is_all: false,
             entities: 0,
+            calls: 0,
         };
         bridge.announce(Entity::Node)?;
         Ok(bridge)
@@ -240,7 +245,11 @@ impl Bridge for Ros2Bridge {
         if self.outlets.contains_key(topic) {
             return Ok(());
         }
-        let wire_type = self.wire_type(message_type)?;
+        let wire_type = match self.hearing.heard(bare(topic)) {
+            // As its other publishers name it.
+            Some((wire_type, known)) if *known == *full_name(message_type) => wire_type,
+            _ => self.wire_type(message_type)?,
+        };
         self.open_outlet(topic, message_type, wire_type, field)
     }
 
@@ -268,6 +277,18 @@ impl Bridge for Ros2Bridge {
 
     fn attendance(&self, pattern: &str) -> Result<Option<Attendance>, BridgeError> {
         Ok(Some(self.liveliness().watch(pattern)?.into()))
+    }
+
+    /// A call of a service of any type, in CDR.
+    fn request(&mut self, to: &str, payload: Bytes, within: Duration) -> Result<Answer, BridgeError> {
+        check_name("service", to)?;
+        let Options { wire, domain, .. } = self.options;
+        let key = pattern(&name::pattern(wire, domain, to, None))?;
+        self.calls += 1;
+        let stamp = self.inbox.clock().by_wall(self.inbox.clock().now());
+        let beside = Attachment { sequence: self.calls, stamp, publisher: self.connection.publisher() };
+        let beside = (wire == Wire::Rmw).then(|| beside.write());
+        zenoh::ask(&self.connection, key, payload, beside, within)
     }
 }
 

@@ -17,6 +17,7 @@ mod connection;
 mod liveliness;
 mod options;
 mod pace;
+mod request;
 
 pub use crate::Presence;
 pub use liveliness::{Liveliness, Token, Watch};
@@ -24,9 +25,10 @@ pub use options::{Mode, Options, Secret};
 
 pub(crate) use connection::Connection;
 pub(crate) use pace::Pace;
+pub(crate) use request::ask;
 
 use crate::payload::plain;
-use crate::{Attendance, Bridge, BridgeError, Inbox, Link, Message, Outgoing, Payload, PublisherId};
+use crate::{Answer, Attendance, Bridge, BridgeError, Inbox, Link, Message, Outgoing, Payload, PublisherId};
 use ::zenoh::bytes::Encoding;
 use ::zenoh::key_expr::KeyExpr;
 use ::zenoh::pubsub::Publisher;
@@ -37,7 +39,7 @@ use bytes::Bytes;
 use shsa_core::time::Time;
 use std::collections::BTreeMap;
 use std::sync::{Arc, PoisonError, RwLock};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// A connection to a Zenoh network.
 #[derive(Debug)]
@@ -149,6 +151,10 @@ impl Bridge for ZenohBridge {
 
     fn attendance(&self, pattern: &str) -> Result<Option<Attendance>, BridgeError> {
         Ok(Some(self.liveliness().watch(pattern)?.into()))
+    }
+
+    fn request(&mut self, to: &str, payload: Bytes, within: Duration) -> Result<Answer, BridgeError> {
+        ask(&self.connection, key_of(to)?, payload, None, within)
     }
 }
 

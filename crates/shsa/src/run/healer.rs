@@ -6,19 +6,23 @@ use super::journal::{Bounds, Journal, Missing};
 use super::memory::Memory;
 use super::outlet::{Form, Outlet};
 use super::wires::Wires;
+use super::wiring::{Note, Patterns, Situation, Takeover};
 use crate::show;
 use anyhow::Context;
 use serde_json::{Value, json};
-use shsa_bridge::{Bridge, Clock, Inbox, Message, Quality};
+use shsa_bridge::{Bridge, BridgeError, Clock, Inbox, Message, Quality};
+use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{
     self, Engine, Event, EventKind, Input, NeedStatus, Order, Output, Publication, Subject,
 };
 use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::monitor::Symptom;
+use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use shsa_format::drive::{Era, Given};
 use shsa_format::model::live::{Live, Written};
-use std::collections::VecDeque;
+use shsa_format::wiring::Wiring;
+use std::collections::{BTreeMap, VecDeque};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -33,6 +37,15 @@ pub(super) enum Deed {
     Noted(&'static str, String),
 }
 
+/// How needs go out.
+#[derive(Clone, Debug)]
+pub(super) struct Outgoings {
+    /// Where nothing else is said.
+    pub(super) form: Form,
+    /// What is said for single needs.
+    pub(super) wiring: Wiring,
+}
+
 /// One knowledge base at work.
 pub(super) struct Healer {
     name: String,
@@ -42,9 +55,10 @@ pub(super) struct Healer {
     /// What the ids of the next output belong to.
     told: KnowledgeBase,
     wires: Wires,
-    form: Form,
+    outgoings: Outgoings,
     journal: Option<Journal>,
     memory: Option<Memory>,
+    patterns: Option<Patterns>,
     /// Whether something was decided that is not remembered yet.
     has_decided: bool,
     outlets: IdVec<NeedId, Outlet>,
@@ -54,6 +68,11 @@ pub(super) struct Healer {
     work: Duration,
     isolation: Option<Isolation>,
     notes: VecDeque<(&'static str, String)>,
+    /// The signal that serves a need when nothing is wrong, by the names of both.
+    own: BTreeMap<String, String>,
+    takeovers: Vec<Takeover>,
+    /// Of the last message, the signals of which it was a value; only where messages are copied.
+    heard: Vec<SignalId>,
 }
 
 impl Healer {
@@ -65,7 +84,7 @@ impl Healer {
         path: &Path,
         live: Live,
         options: engine::Options,
-        form: Form,
+        outgoings: Outgoings,
         bridge: &mut dyn Bridge,
     ) -> anyhow::Result<Healer> {
         let knowledge = live.knowledge().clone();
@@ -76,15 +95,19 @@ impl Healer {
             engine: Engine::new(knowledge.clone(), options),
             told: knowledge,
             wires: Wires::default(),
-            form,
+            outgoings,
             journal: None,
             memory: None,
+            patterns: None,
             has_decided: false,
             outlets: IdVec::new(),
             executions: IdVec::new(),
             work: Duration::ZERO,
             isolation: None,
             notes: VecDeque::new(),
+            own: BTreeMap::new(),
+            takeovers: Vec::new(),
+            heard: Vec::new(),
         };
         healer.connect(bridge)?;
         Ok(healer)
@@ -116,6 +139,7 @@ impl Healer {
     pub(super) fn keep_state(&mut self, folder: &Path, now: Time) -> anyhow::Result<()> {
         let (memory, snapshot) = Memory::open(folder, &self.name)?;
         self.memory = Some(memory);
+        self.patterns = Some(Patterns::open(folder, &self.name));
         if let Some(snapshot) = snapshot {
             self.give(Input::Restore { time: now, snapshot: Box::new(snapshot) });
         }
@@ -130,10 +154,31 @@ impl Healer {
             bridge.subscribe(topic, None).with_context(|| format!("subscribing to {topic}"))?;
         }
         let before = std::mem::take(&mut self.outlets);
-        for need in knowledge.needs().ids() {
-            let outlet = Outlet::new(knowledge, need, self.form)?;
+        let mut taken = std::mem::take(&mut self.takeovers);
+        for id in knowledge.needs().ids() {
+            let need = &knowledge.needs()[id];
+            let own = own(knowledge, id, self.own.get(&need.signal), &self.engine);
+            let name = |signal: SignalId| knowledge.signals()[signal].name.clone();
+            self.own.extend(own.map(|own| (need.signal.clone(), name(own))));
+            let Outgoings { form, wiring } = &self.outgoings;
+            let wiring = wiring.of(&knowledge.variables()[need.variable].name, &need.signal);
+            let form = wiring.and_then(|wiring| wiring.form).map_or(*form, Form::from);
+            let outlet = Outlet::new(knowledge, id, form, own)?;
             let same = before.iter().find(|before| before.topic() == outlet.topic());
             self.outlets.push(same.map_or(outlet.clone(), |before| outlet.succeeding(before)));
+            let Some(settings) = wiring.and_then(|wiring| wiring.takeover.as_ref()) else { continue };
+            if !bridge.knows_own() {
+                return Err(BridgeError::Configuration(NO_IDENTITY.to_owned()).into());
+            }
+            let named = settings.signal.as_ref().map(|name| knowledge.signal(name));
+            let signal =
+                named.unwrap_or(own).with_context(|| format!("takeover for {}: no signal", need.signal))?;
+            let takeover = Takeover::new(knowledge, id, signal, settings)?;
+            let same = taken.iter().position(|before| takeover.is_same(before)).map(|at| taken.remove(at));
+            self.takeovers.push(match same {
+                Some(before) => takeover.succeeding(before),
+                None => takeover,
+            });
         }
         self.executions.clear();
         for _ in knowledge.needs() {
@@ -166,6 +211,10 @@ impl Healer {
                 status.insert("execution_us".to_owned(), self.executions[id].json());
                 let isolation = self.isolation.as_ref().and_then(|isolation| isolation.state(id));
                 status.extend(isolation.map(|state| ("isolation".to_owned(), state)));
+            }
+            let takeover = self.takeovers.iter().find(|takeover| takeover.need() == id);
+            if let (Some(status), Some(takeover)) = (status.as_object_mut(), takeover) {
+                status.insert("takeover".to_owned(), takeover.json(self.quality_of(takeover, now), clock));
             }
             (outlet.variable().to_owned(), status)
         });
@@ -202,10 +251,72 @@ impl Healer {
 
     /// Hears a message, if it is about one of its signals.
     pub(super) fn hear(&mut self, message: &Message, clock: &Clock) {
-        let (engine, journal, work) = (&mut self.engine, &mut self.journal, &mut self.work);
+        self.takeovers.iter_mut().for_each(|takeover| takeover.heard(message));
+        let Healer { engine, journal, work, heard, .. } = self;
+        heard.clear();
         self.wires.read(message, clock, |observation| {
+            if !matches!(observation.value, RawValue::Number(value) if value.is_nan()) {
+                heard.push(observation.signal);
+            }
             *work = give(engine, journal, Input::Observation(observation));
         });
+        let copied = self.outlets.iter_mut().filter_map(Outlet::likeness);
+        let copied = copied.chain(self.takeovers.iter_mut().map(Takeover::likeness));
+        for likeness in copied.filter(|likeness| self.heard.contains(&likeness.signal())) {
+            if self.engine.verdict(likeness.signal()) != Verdict::Failed {
+                likeness.learn(message);
+            }
+        }
+    }
+
+    /// Whether messages under this name may be somebody else's substitutes.
+    pub(super) fn takes(&self, topic: &str) -> bool {
+        self.takeovers.iter().any(|takeover| takeover.topic() == topic)
+    }
+
+    /// Goes on with what it takes over, and tells what has come of it.
+    pub(super) fn take_over(
+        &mut self,
+        now: Time,
+        is_ours: impl Fn(&str) -> bool,
+        bridge: &mut dyn Bridge,
+    ) -> Vec<Note> {
+        let mut takeovers = std::mem::take(&mut self.takeovers);
+        let mut notes = Vec::new();
+        for takeover in &mut takeovers {
+            let outlet = &self.outlets[takeover.need()];
+            let situation = Situation {
+                now,
+                is_bad: self.is_bad(takeover),
+                is_served: outlet.is_served_without(takeover.signal()),
+                is_ours: is_ours(outlet.topic()),
+                source: &outlet.provenance().source,
+            };
+            takeover.step(&situation, bridge, self.patterns.as_mut());
+            notes.extend(std::iter::from_fn(|| takeover.note()));
+        }
+        self.takeovers = takeovers;
+        notes
+    }
+
+    /// Whether the source of a takeover is not trusted.
+    fn is_bad(&self, takeover: &Takeover) -> bool {
+        let (engine, signal) = (&self.engine, takeover.signal_id());
+        let forbidden = || Order::Forbid(Subject::Signal(takeover.signal().to_owned()));
+        engine.verdict(signal) == Verdict::Failed
+            || engine.absence(signal).is_some()
+            // What serves the need is not forbidden.
+            || self.outlets[takeover.need()].is_served_without(takeover.signal())
+                && engine.standing_orders().contains(&forbidden())
+    }
+
+    fn quality_of(&self, takeover: &Takeover, now: Time) -> Quality {
+        takeover.quality(self.outlets[takeover.need()].quality(now), self.is_bad(takeover))
+    }
+
+    /// The takeovers, each with how far who reads its name can trust that.
+    pub(super) fn takeovers(&self, now: Time) -> impl Iterator<Item = (&Takeover, Quality)> {
+        self.takeovers.iter().map(move |takeover| (takeover, self.quality_of(takeover, now)))
     }
 
     /// Lets time pass, and takes together what has come.
@@ -266,9 +377,20 @@ impl Healer {
     /// # Errors
     /// Why it cannot be done; nothing has changed then.
     pub(super) fn order(&mut self, order: &Order, now: Time) -> Result<(), String> {
+        if self.order_back(order) {
+            // A source that was silenced has nothing that could be vouched for yet.
+            return Ok(());
+        }
         self.engine.order(order, now).map_err(|refusal| refusal.to_string())?;
         self.record(&Input::Order { time: now, order: order.clone() });
         Ok(())
+    }
+
+    /// Whether an operator vouches for a source whose name is taken.
+    fn order_back(&mut self, order: &Order) -> bool {
+        let Order::Clear(Subject::Signal(signal)) = order else { return false };
+        let takeover = self.takeovers.iter_mut().find(|takeover| takeover.signal() == signal);
+        takeover.is_some_and(Takeover::order_back)
     }
 
     /// Saves what must outlast the process, if that has changed.
@@ -392,9 +514,32 @@ impl Healer {
         if !is_ours(outlet.topic()) {
             return Ok(());
         }
-        let clock = bridge.inbox().clock().clone();
-        outlet.send(publication, &clock, bridge)
+        let stamp = Outlet::stamp(publication, bridge.inbox().clock());
+        let mut is_gate = true;
+        for takeover in self.takeovers.iter_mut().filter(|takeover| takeover.need() == publication.need) {
+            takeover.send(publication, stamp, outlet.provenance(), bridge)?;
+            // A need of the name of its own source has no other publisher beside that.
+            is_gate &= takeover.topic().trim_matches('/') != outlet.topic().trim_matches('/');
+        }
+        if is_gate { outlet.send(publication, stamp, bridge) } else { Ok(()) }
     }
+}
+
+/// Messages of others cannot be told from our own.
+const NO_IDENTITY: &str = "a takeover needs MQTT 5: in 3.1.1 nobody can tell our messages from those of the source that must be silent";
+
+/// The signal that serves a need when nothing is wrong, as it was found out before, or else now; else the first one.
+fn own(
+    knowledge: &KnowledgeBase,
+    need: NeedId,
+    before: Option<&String>,
+    engine: &Engine,
+) -> Option<SignalId> {
+    let variable = knowledge.needs()[need].variable;
+    let of_variable = |signal: &SignalId| knowledge.signals()[*signal].variable == variable;
+    let serving = || engine.need_status(need).source.and_then(|source| knowledge.signal(&source));
+    let found = before.and_then(|name| knowledge.signal(name)).or_else(serving).filter(of_variable);
+    found.or_else(|| knowledge.signals().ids().find(of_variable))
 }
 
 /// Gives an input to the engine, and to the journal before; how long the engine took.

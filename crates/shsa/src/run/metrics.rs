@@ -32,6 +32,7 @@ pub(super) fn text(
     of_signals(&mut registry, healers);
     of_needs(&mut registry, healers, now);
     of_services(&mut registry, healers);
+    of_takeovers(&mut registry, healers, now);
     let mut text = String::new();
     encode(&mut text, &registry)?;
     Ok(text)
@@ -86,6 +87,26 @@ fn of_signals(registry: &mut Registry, healers: &[Healer]) {
     registry.register("signal_verdict", "What is thought of a signal", verdicts);
     registry.register("signal_accepted", "Values taken", accepted);
     registry.register("signal_invalid", "Values that were none, or could not be read", invalid);
+}
+
+fn of_takeovers(registry: &mut Registry, healers: &[Healer], now: Time) {
+    let (stages, events) = (Gauges::default(), Counters::default());
+    for healer in healers {
+        for (takeover, quality) in healer.takeovers(now) {
+            let labels = vec![("model", healer.name().to_owned()), ("name", takeover.topic().to_owned())];
+            let counts = takeover.counts();
+            for (kind, count) in
+                [("silenced", counts.silenced), ("refused", counts.refused), ("returned", counts.returned)]
+            {
+                let labels = [labels.clone(), vec![("kind", kind.to_owned())]].concat();
+                events.get_or_create(&labels).inc_by(count);
+            }
+            let now = [("stage", takeover.stage().to_owned()), ("quality", quality.name().to_owned())];
+            stages.get_or_create(&[labels, now.to_vec()].concat()).set(1.0);
+        }
+    }
+    registry.register("takeover", "How it stands with names that are taken over", stages);
+    registry.register("takeover_events", "Sources silenced, refused, returned", events);
 }
 
 fn of_needs(registry: &mut Registry, healers: &[Healer], now: Time) {

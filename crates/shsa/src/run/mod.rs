@@ -15,23 +15,25 @@ mod healer;
 mod herald;
 pub(crate) mod isolation;
 mod journal;
+mod likeness;
 mod memory;
 mod metrics;
 mod outlet;
 mod session;
 mod shares;
 pub(crate) mod wires;
+mod wiring;
 
 pub(crate) use wires::topic_and_field;
 
 use crate::bus::{Address, BusArguments};
-use crate::outcome::Outcome;
+use crate::outcome::{AlreadyTold, Outcome};
 use crate::watch::Watching;
 use crate::{demo, show};
 use anyhow::Context;
 use control::{Desk, Guard, Token, http};
 use figures::Figures;
-use healer::Healer;
+use healer::{Healer, Outgoings};
 use herald::{Herald, Style};
 use isolation::IsolationArguments;
 use journal::Bounds;
@@ -43,6 +45,7 @@ use shsa_bridge::{Clock, Inbox};
 use shsa_core::engine::Options;
 use shsa_core::time::Span;
 use shsa_format::model::live::{Live, Written};
+use shsa_format::wiring::Wiring;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use std::net::SocketAddr;
@@ -85,6 +88,10 @@ pub(crate) struct Arguments {
     /// How the values of needs are written.
     #[arg(long, value_name = "FORM", default_value = "plain")]
     form: Form,
+    /// How single needs go out: their form, and where the substitute takes the failed source's name, how that source is
+    /// silenced (docs/deployment.md).
+    #[arg(long, value_name = "FILE")]
+    wiring: Option<PathBuf>,
     /// Keep in FOLDER/MODEL.json what must outlast the process: verdicts, orders, what serves each need; and go on from
     /// there.
     #[arg(long, value_name = "FOLDER")]
@@ -130,8 +137,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let memory = MemoryBus::new(clock.clone());
     let mut bridge = arguments.bus.open(&arguments.name, inbox.clone(), &memory)?;
     let options = Options { watch: arguments.watching.budget(), ..Options::default() };
+    let outgoings = outgoings(arguments, &models)?;
     let healer =
-        |(path, live): (PathBuf, Live)| Healer::new(&path, live, options, arguments.form, bridge.as_mut());
+        |(path, live): (PathBuf, Live)| Healer::new(&path, live, options, outgoings.clone(), bridge.as_mut());
     let healers = models.into_iter().map(healer);
     let mut healers = healers.collect::<anyhow::Result<Vec<_>>>()?;
     healers.iter_mut().try_for_each(|healer| healer.isolate(&arguments.isolation, inbox.clone()))?;
@@ -171,6 +179,17 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         house: House::new(),
     };
     session.run()
+}
+
+/// How needs go out, by the arguments and the operator's file.
+fn outgoings(arguments: &Arguments, models: &[(PathBuf, Live)]) -> anyhow::Result<Outgoings> {
+    let models: Vec<_> = models.iter().map(|(_, live)| live.knowledge()).collect();
+    let wiring = arguments.wiring.as_ref().map(|path| Wiring::load(path, &models)).transpose();
+    let wiring = wiring.map_err(|report| {
+        show::tell_report(&report);
+        AlreadyTold
+    })?;
+    Ok(Outgoings { form: arguments.form, wiring: wiring.unwrap_or_default() })
 }
 
 /// Loads the models, or the one of the simulated robot.

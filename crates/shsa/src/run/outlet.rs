@@ -1,14 +1,14 @@
 //! How a need goes out: its value under its name, and beside it where the value comes from.
 
+use super::likeness::{Likeness, raw};
 use serde_json::{Value, json};
 use shsa_bridge::payload::{self, SIZE_LIMIT, Writer};
 use shsa_bridge::{Bridge, Clock, Outgoing, Payload, Provenance, Quality};
-use shsa_core::engine::{EventKind, Publication, PublishedValue};
-use shsa_core::interval::Interval;
-use shsa_core::knowledge::{KnowledgeBase, NeedId};
-use shsa_core::observation::RawValue;
+use shsa_core::engine::{EventKind, Publication};
+use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId};
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::Unit;
+use shsa_format::wiring;
 
 /// In which shape values go out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -17,6 +17,27 @@ pub(super) enum Form {
     Plain,
     /// One JSON object: value, lo, hi, stamp_ns, quality, status, source.
     Json,
+    /// The messages of the need's own source, with the value and the stamp replaced.
+    Like,
+}
+
+impl From<wiring::Form> for Form {
+    fn from(form: wiring::Form) -> Form {
+        match form {
+            wiring::Form::Plain => Form::Plain,
+            wiring::Form::Json => Form::Json,
+            wiring::Form::Like => Form::Like,
+        }
+    }
+}
+
+/// What makes messages of values.
+#[derive(Clone, Debug)]
+enum Shape {
+    /// The middleware writes the value itself.
+    Value,
+    Envelope(Box<Writer>),
+    Like(Box<Likeness>),
 }
 
 /// One need on the bus.
@@ -29,22 +50,39 @@ pub(super) struct Outlet {
     provenance: Provenance,
     /// What the provenance says at its end about where the value was computed.
     place: &'static str,
-    /// `None`: the middleware writes the value itself.
-    writer: Option<Writer>,
+    shape: Shape,
     /// Whether somebody serves it.
     served: bool,
     /// When the last value went out.
     last: Option<Time>,
+    /// Why the last value could not be written.
+    unwritten: Option<String>,
 }
 
 impl Outlet {
-    pub(super) fn new(knowledge: &KnowledgeBase, need: NeedId, form: Form) -> anyhow::Result<Outlet> {
-        let writer = match form {
-            Form::Plain => None,
-            Form::Json => Some(Writer::new(payload::Form::Json, SIZE_LIMIT)?),
-        };
+    /// `own` is the signal that serves the need when nothing is wrong.
+    ///
+    /// # Errors
+    /// When its messages cannot be copied.
+    pub(super) fn new(
+        knowledge: &KnowledgeBase,
+        need: NeedId,
+        form: Form,
+        own: Option<SignalId>,
+    ) -> anyhow::Result<Outlet> {
         let need = &knowledge.needs()[need];
         let variable = &knowledge.variables()[need.variable];
+        let shape = match (form, own) {
+            (Form::Plain, _) => Shape::Value,
+            (Form::Json, _) => Shape::Envelope(Box::new(Writer::new(payload::Form::Json, SIZE_LIMIT)?)),
+            (Form::Like, Some(own)) => Shape::Like(Box::new(Likeness::new(knowledge, own)?)),
+            (Form::Like, None) => {
+                let name = &variable.name;
+                anyhow::bail!(
+                    "the form `like` of {name}: no signal carries it, so there is nothing to be like"
+                )
+            }
+        };
         Ok(Outlet {
             topic: need.signal.clone(),
             variable: variable.name.clone(),
@@ -52,9 +90,10 @@ impl Outlet {
             max_age: need.max_age,
             provenance: Provenance { quality: Quality::Bad, source: String::new() },
             place: "",
-            writer,
+            shape,
             served: true,
             last: None,
+            unwritten: None,
         })
     }
 
@@ -107,41 +146,58 @@ impl Outlet {
         self.last = Some(publication.time);
     }
 
-    /// Sends a value.
+    /// When a value was true, by the wall clock.
+    pub(super) fn stamp(publication: &Publication, clock: &Clock) -> Time {
+        clock.by_wall(Time(publication.validity.from.0.midpoint(publication.validity.to.0)))
+    }
+
+    /// Sends a value; nothing where the messages that it shall be like are not known yet.
     ///
     /// # Errors
     /// Those of the bus.
     pub(super) fn send(
         &mut self,
         publication: &Publication,
-        clock: &Clock,
+        stamp: Time,
         bridge: &mut dyn Bridge,
     ) -> anyhow::Result<()> {
-        let stamp = clock.by_wall(Time(publication.validity.from.0.midpoint(publication.validity.to.0)));
-        let value = self.raw(&publication.value);
-        let payload = match &mut self.writer {
-            None => Payload::Value(value),
-            Some(writer) => match writer.write(Some(&value), stamp, &self.provenance)? {
-                Some(bytes) => Payload::Bytes(bytes),
-                None => return Ok(()),
+        let (topic, value, provenance) = (&self.topic, &publication.value, &self.provenance);
+        let payload = match &mut self.shape {
+            Shape::Value => Some(Payload::Value(raw(value, self.unit.as_ref()))),
+            Shape::Envelope(writer) => {
+                writer.write(Some(&raw(value, self.unit.as_ref())), stamp, provenance)?.map(Payload::Bytes)
+            }
+            Shape::Like(likeness) if !likeness.is_known() => None,
+            Shape::Like(likeness) => match likeness.message(topic, value, stamp, provenance, bridge) {
+                Ok(payload) => payload,
+                Err(why) => {
+                    self.unwritten = Some(why);
+                    return Ok(());
+                }
             },
         };
-        let message =
-            Outgoing { provenance: Some(&self.provenance), ..Outgoing::new(&self.topic, stamp, payload) };
-        Ok(bridge.publish(message)?)
+        let Some(payload) = payload else { return Ok(()) };
+        self.unwritten = None;
+        Ok(bridge
+            .publish(Outgoing { provenance: Some(provenance), ..Outgoing::new(topic, stamp, payload) })?)
     }
 
-    /// A value in the unit of the variable.
-    fn raw(&self, value: &PublishedValue) -> RawValue {
-        let shown = |value: f64| self.unit.as_ref().map_or(value, |unit| unit.from_si(value));
-        match value {
-            PublishedValue::Scalar(value) => {
-                RawValue::Interval { lo: shown(value.lo()), hi: shown(value.hi()) }
-            }
-            PublishedValue::Vector(elements) => RawValue::Vector(
-                elements.iter().map(|element: &Interval| shown(element.midpoint())).collect(),
-            ),
+    /// The messages that its values are like.
+    pub(super) fn likeness(&mut self) -> Option<&mut Likeness> {
+        match &mut self.shape {
+            Shape::Like(likeness) => Some(likeness),
+            Shape::Value | Shape::Envelope(_) => None,
         }
+    }
+
+    /// What serves it, and how far that can be trusted.
+    pub(super) fn provenance(&self) -> &Provenance {
+        &self.provenance
+    }
+
+    /// Whether it is served by something else than this signal.
+    pub(super) fn is_served_without(&self, signal: &str) -> bool {
+        self.served && self.has_source() && self.provenance.source != signal
     }
 
     /// How far what was published last can be trusted now.
@@ -163,6 +219,7 @@ impl Outlet {
             "status": quality.code(),
             "source": (quality != Quality::Bad).then_some(&self.provenance.source),
             "last_ns": self.last.map(|last| clock.by_wall(last).0),
+            "unwritten": self.unwritten,
         })
     }
 }

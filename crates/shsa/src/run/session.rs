@@ -6,9 +6,10 @@ use super::healer::{Deed, Healer};
 use super::herald::Herald;
 use super::metrics;
 use super::shares::{Handover, Shares};
+use super::wiring::Note;
 use crate::outcome::Outcome;
 use serde_json::{Map, Value, json};
-use shsa_bridge::{Bridge, Clock, Link, Losses, Outgoing, Payload, Quality};
+use shsa_bridge::{Bridge, Clock, Link, Losses, Message, Outgoing, Payload, Quality};
 use shsa_core::time::{Span, Time};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -70,6 +71,7 @@ impl Session {
             self.answer()?;
             self.healers.iter_mut().for_each(Healer::remember);
             self.share()?;
+            self.take_over()?;
             self.keep_house()?;
             self.rest();
         }
@@ -96,7 +98,8 @@ impl Session {
     fn hear(&mut self) -> anyhow::Result<()> {
         let clock = self.clock();
         for _ in 0..BATCH {
-            let Some(message) = self.bridge.receive() else { return Ok(()) };
+            let Some(mut message) = self.bridge.receive() else { return Ok(()) };
+            self.mark(&mut message);
             let began = clock.now();
             for healer in &mut self.healers {
                 healer.hear(&message, &clock);
@@ -105,6 +108,18 @@ impl Session {
             self.figures.heard(clock.now() - began);
         }
         Ok(())
+    }
+
+    /// Where a message does not say itself that it is a substitute of another instance, its publisher does.
+    fn mark(&self, message: &mut Message) {
+        let Some(publisher) = message.publisher.filter(|_| message.quality.is_none()) else { return };
+        let is_healer = || {
+            let shares = self.shares.as_ref();
+            publisher == self.bridge.publisher() || shares.is_some_and(|shares| shares.is_instance(publisher))
+        };
+        if self.healers.iter().any(|healer| healer.takes(&message.topic)) && is_healer() {
+            message.quality = Some(Quality::Substitute);
+        }
     }
 
     fn pass(&mut self) -> anyhow::Result<()> {
@@ -213,6 +228,19 @@ impl Session {
         Ok(())
     }
 
+    /// Takes the names of failed sources over where that is set, and tells what comes of it.
+    fn take_over(&mut self) -> anyhow::Result<()> {
+        let now = self.now();
+        let Session { shares, healers, bridge, herald, .. } = self;
+        let is_ours = |need: &str| shares.as_ref().is_none_or(|shares| shares.is_ours(need));
+        for healer in healers {
+            for Note { kind, because } in healer.take_over(now, is_ours, bridge.as_mut()) {
+                herald.noted(now, kind, &because, bridge.as_mut())?;
+            }
+        }
+        Ok(())
+    }
+
     fn keep_house(&mut self) -> anyhow::Result<()> {
         let now = self.now();
         self.tell_qualities(now)?;
@@ -307,7 +335,10 @@ impl Session {
 
     /// Sleeps until something arrives or is due.
     fn rest(&self) {
+        let now = self.now();
         let dues = self.healers.iter().filter_map(Healer::due);
+        let takeovers = self.healers.iter().flat_map(|healer| healer.takeovers(now));
+        let dues = dues.chain(takeovers.filter_map(|(takeover, _)| takeover.due(now)));
         let due = dues.chain(self.until).fold(self.house.next, Time::min);
         let left = u64::try_from((due - self.now()).0).unwrap_or(0);
         if left > 0 {
@@ -321,8 +352,15 @@ impl Session {
         let needs =
             outlets().map(|(_, outlet)| (outlet.topic().to_owned(), json!(outlet.quality(now).name())));
         let all_served = outlets().all(|(_, outlet)| outlet.quality(now) != Quality::Bad);
+        let taken = || self.healers.iter().flat_map(|healer| healer.takeovers(now));
+        let all_served = all_served && taken().all(|(_, quality)| quality != Quality::Bad);
+        let taken = taken().map(|(takeover, quality)| (takeover.topic().to_owned(), json!(quality.name())));
         let connected = self.bridge.link() == Link::Up;
-        json!({ "ok": all_served && connected, "connected": connected, "needs": Value::Object(needs.collect()) })
+        json!({
+            "ok": all_served && connected,
+            "connected": connected,
+            "needs": Value::Object(needs.chain(taken).collect()),
+        })
     }
 
     fn state(&self) -> Value {

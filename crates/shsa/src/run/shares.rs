@@ -5,7 +5,7 @@
 //! again, those who served the same need meanwhile see each other's tokens, and all but one stop.
 
 use anyhow::Context;
-use shsa_bridge::{Attendance, Bridge, Presence};
+use shsa_bridge::{Attendance, Bridge, Presence, PublisherId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What all tokens begin with; then come the instance and the need's name on the bus.
@@ -40,7 +40,7 @@ impl Shares {
     /// When the name cannot be part of a token's.
     pub(super) fn new(name: &str, bridge: &dyn Bridge) -> anyhow::Result<Option<Shares>> {
         let attendance = bridge.attendance(&format!("{TOKENS}/**")).context("looking for other instances")?;
-        let instance = format!("{name}.{:08x}", bridge.publisher().0 & 0xffff_ffff);
+        let instance = format!("{name}{}", mark(bridge.publisher()));
         Ok(attendance.map(|attendance| Shares {
             instance,
             attendance,
@@ -53,6 +53,12 @@ impl Shares {
     /// Whether a need is ours to serve.
     pub(super) fn is_ours(&self, need: &str) -> bool {
         self.ours.contains(key(need))
+    }
+
+    /// Whether an instance publishes under this identity.
+    pub(super) fn is_instance(&self, publisher: PublisherId) -> bool {
+        let mark = mark(publisher);
+        self.able.values().flatten().any(|instance| instance.ends_with(&mark))
     }
 
     /// The instances that can serve a need, the one that does first.
@@ -115,6 +121,11 @@ impl Shares {
     }
 }
 
+/// What makes an instance's name unique: a part of its identity on the bus.
+fn mark(publisher: PublisherId) -> String {
+    format!(".{:08x}", publisher.0 & 0xffff_ffff)
+}
+
 /// The part of a token's name that stands for a need.
 fn key(need: &str) -> &str {
     need.trim_matches('/')
@@ -137,7 +148,7 @@ fn rank<'i>(instance: &'i str, need: &str) -> (u64, &'i str) {
 mod tests {
     use super::*;
     use shsa_bridge::memory::MemoryBus;
-    use shsa_bridge::{BridgeError, Clock, Inbox, Link, Outgoing, PublisherId};
+    use shsa_bridge::{BridgeError, Clock, Inbox, Link, Outgoing};
     use std::sync::{Arc, Mutex};
 
     /// A network that tells who is there.

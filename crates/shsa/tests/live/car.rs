@@ -135,7 +135,7 @@ fn check(model: &str, bus: &str, address: &str, port: u16, case: &Case) {
         between.map(|(_, status)| status["quality"].as_str().unwrap_or_default().to_owned())
     };
     let is_last = if serves { "UncertainSubstituteValue" } else { "Good" };
-    assert_eq!(told(2.0, SECONDS).last().as_deref(), Some(is_last), "{:?}", seen.statuses);
+    assert_eq!(told(2.0, SECONDS).next_back().as_deref(), Some(is_last), "{:?}", seen.statuses);
     // A message of ROS has no place for it.
     if bus != "ros2" {
         let stood_in = before.filter(|value| value.2 != "Good").count();

@@ -1,0 +1,64 @@
+//! Calls of the few services by which nodes of ROS 2 are switched on and off, in CDR.
+
+use super::reader::body;
+use super::text;
+use bytes::Bytes;
+
+/// The encapsulation: plain CDR, little-endian.
+const HEAD: [u8; 4] = [0, 1, 0, 0];
+
+/// The request of `std_srvs/srv/SetBool`.
+#[must_use]
+pub fn set_bool(data: bool) -> Bytes {
+    message(&[u8::from(data)])
+}
+
+/// The request of `std_srvs/srv/Trigger`: a message without fields has one byte.
+#[must_use]
+pub fn trigger() -> Bytes {
+    message(&[0])
+}
+
+/// The request of `lifecycle_msgs/srv/ChangeState` for the transition of this number, without its label.
+#[must_use]
+pub fn change_state(transition: u8) -> Bytes {
+    message(&[transition, 0, 0, 0, 1, 0, 0, 0, 0])
+}
+
+fn message(content: &[u8]) -> Bytes {
+    [&HEAD, content].concat().into()
+}
+
+/// What a response of these services says: each begins with whether it was done; a text may follow.
+///
+/// # Errors
+/// The text, where it was not done; or that this is no such response.
+pub fn outcome(response: &[u8]) -> Result<String, String> {
+    let body = body(response).map_err(|problem| problem.to_string())?;
+    let said = text(body, 1).map_or(String::new(), |(text, _)| String::from_utf8_lossy(text).into_owned());
+    match body.bytes.first() {
+        Some(1) => Ok(said),
+        Some(0) => Err(if said.is_empty() { "the service says no".to_owned() } else { said }),
+        _ => Err(format!("a response of {} bytes does not say whether it was done", response.len())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn responses_say_whether_it_was_done() {
+        let with_text = |done: u8| [&HEAD, [done, 0, 0, 0, 5, 0, 0, 0].as_slice(), b"busy\0"].concat();
+        assert_eq!(outcome(&with_text(1)), Ok("busy".to_owned()));
+        assert_eq!(outcome(&with_text(0)), Err("busy".to_owned()));
+        assert_eq!(outcome(&message(&[1])), Ok(String::new()));
+        assert_eq!(outcome(&message(&[0])), Err("the service says no".to_owned()));
+        for wrong in [&b""[..], b"ok", &HEAD, &[0, 1, 0, 0, 7], &[9, 9, 0, 0, 1]] {
+            assert!(outcome(wrong).is_err(), "{wrong:?}");
+        }
+        // A length beyond the end is no text.
+        let cut = [&HEAD, [1, 0, 0, 0, 255, 255, 255, 255].as_slice()].concat();
+        assert_eq!(outcome(&cut), Ok(String::new()));
+    }
+}

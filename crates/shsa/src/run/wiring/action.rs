@@ -1,0 +1,252 @@
+//! Actions on a source: begun by the thread that decides, carried out and waited for by another, bounded in time.
+
+use rustix::process::{Pid, Signal, kill_process_group};
+use serde_json::{Value, json};
+use shsa_bridge::cdr::call;
+use shsa_bridge::{Answer, Bridge, BridgeError, Inbox, Outgoing, Payload};
+use shsa_format::wiring::{Action, ActionKind, Call};
+use std::io::{BufRead, BufReader, PipeReader, Read};
+use std::os::unix::process::CommandExt;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::{Duration, Instant};
+use std::{env, thread};
+
+/// What an action has said is cut to so many characters.
+const SAID_MAX: usize = 200;
+/// How often it is looked whether a program has ended.
+const LOOK: Duration = Duration::from_millis(5);
+/// How long the output of a program that has ended is waited for: others may hold it open.
+const OUTPUT: Duration = Duration::from_millis(200);
+/// Where Mosquitto's dynamic security listens.
+const DYNAMIC_SECURITY: &str = "$CONTROL/dynamic-security/v1";
+
+/// What came of an action: what it has said (its first line), or why it did not work.
+pub(in super::super) type Outcome = Result<String, String>;
+
+/// An action under way.
+#[derive(Debug)]
+pub(in super::super) struct Job(Receiver<Outcome>);
+
+impl Job {
+    /// Begins an action; its end wakes the reader of the bridge's inbox.
+    pub(in super::super) fn begin(action: &Action, bridge: &mut dyn Bridge) -> Job {
+        let (sender, outcome) = channel();
+        let work = prepare(action, bridge);
+        let inbox = bridge.inbox().clone();
+        let run = move |inbox: &Inbox| {
+            // Nobody may want to know any more.
+            let _ = sender.send(work.and_then(|work| work()).map(|said| first_line(&said)));
+            inbox.wake();
+        };
+        let thread = thread::Builder::new().name("action".into()).spawn(move || run(&inbox));
+        // Without a thread the sender is gone, which is told as such.
+        drop(thread);
+        Job(outcome)
+    }
+
+    /// What came of it; `None` while it goes on.
+    pub(in super::super) fn outcome(&self) -> Option<Outcome> {
+        match self.0.try_recv() {
+            Ok(outcome) => Some(outcome),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => Some(Err("it could not be carried out".to_owned())),
+        }
+    }
+}
+
+/// An action in words, without what may be secret in it.
+pub(in super::super) fn describe(action: &Action) -> String {
+    match &action.kind {
+        ActionKind::Command(words) => format!("the command {}", words.first().map_or("", String::as_str)),
+        ActionKind::Publish { topic, .. } => format!("a message on {topic}"),
+        ActionKind::Request { to, .. } => format!("a request to {to}"),
+        ActionKind::Service { name, .. } => format!("the service {name}"),
+        ActionKind::DynamicSecurity { client, .. } => {
+            format!("the broker's dynamic security (client {client})")
+        }
+    }
+}
+
+type Work = Box<dyn FnOnce() -> Outcome + Send>;
+
+/// What needs the bridge is done here, which is quick; what has to be waited for is in what is returned.
+fn prepare(action: &Action, bridge: &mut dyn Bridge) -> Result<Work, String> {
+    let within = Duration::from_nanos(u64::try_from(action.within.0).unwrap_or(0));
+    match &action.kind {
+        ActionKind::Command(words) => {
+            let words = words.clone();
+            Ok(Box::new(move || execute(&words, within)))
+        }
+        ActionKind::Publish { topic, payload } => {
+            let stamp = bridge.inbox().clock().by_wall(bridge.inbox().clock().now());
+            let payload = Payload::Bytes(payload.clone().into());
+            bridge.publish(Outgoing::new(topic, stamp, payload)).map_err(told)?;
+            Ok(Box::new(|| Ok(String::new())))
+        }
+        ActionKind::Request { to, payload, expect } => {
+            let answer = bridge.request(to, payload.clone().into(), within).map_err(told)?;
+            let expect = expect.clone();
+            Ok(answered(answer, move |answer| expected(answer, expect.as_deref())))
+        }
+        ActionKind::Service { name, call } => {
+            let request = match call {
+                Call::SetBool(data) => call::set_bool(*data),
+                Call::Trigger => call::trigger(),
+                Call::ChangeState(transition) => call::change_state(*transition),
+            };
+            let answer = bridge.request(name, request, within).map_err(told)?;
+            Ok(answered(answer, call::outcome))
+        }
+        ActionKind::DynamicSecurity { client, enabled } => {
+            let command = if *enabled { "enableClient" } else { "disableClient" };
+            let request = json!({ "commands": [{ "command": command, "username": client }] });
+            let answer =
+                bridge.request(DYNAMIC_SECURITY, request.to_string().into(), within).map_err(told)?;
+            Ok(answered(answer, secured))
+        }
+    }
+}
+
+fn answered(answer: Answer, read: impl FnOnce(&[u8]) -> Outcome + Send + 'static) -> Work {
+    Box::new(move || read(&answer().map_err(told)?))
+}
+
+fn told(error: BridgeError) -> String {
+    first_line(&error.to_string())
+}
+
+fn expected(answer: &[u8], expect: Option<&str>) -> Outcome {
+    let said = String::from_utf8_lossy(answer).into_owned();
+    match expect {
+        Some(expect) if !said.contains(expect) => {
+            Err(format!("the answer `{}` does not hold `{expect}`", first_line(&said)))
+        }
+        _ => Ok(said),
+    }
+}
+
+/// The answer of Mosquitto's dynamic security: an error is said for each command.
+fn secured(answer: &[u8]) -> Outcome {
+    let answer: Value =
+        serde_json::from_slice(answer).map_err(|error| format!("no answer in JSON: {error}"))?;
+    let responses = answer["responses"].as_array().into_iter().flatten();
+    match responses.filter_map(|response| response["error"].as_str()).next() {
+        Some(error) => Err(format!("the broker says: {error}")),
+        None => Ok(String::new()),
+    }
+}
+
+/// Runs a program without a shell, without input, and without our secrets; kills it with all that it has started when
+/// it takes too long.
+fn execute(words: &[String], within: Duration) -> Outcome {
+    let Some((program, arguments)) = words.split_first() else { return Err("no program".to_owned()) };
+    let failed = |what: &str, error: std::io::Error| format!("{program} {what}: {error}");
+    let (output, input) = std::io::pipe().map_err(|error| failed("gets no pipe", error))?;
+    let second = input.try_clone().map_err(|error| failed("gets no pipe", error))?;
+    let mut command = Command::new(program);
+    command.args(arguments).stdin(Stdio::null()).stdout(input).stderr(second).process_group(0);
+    for (name, _) in env::vars_os().filter(|(name, _)| name.to_string_lossy().starts_with("SHSA_")) {
+        command.env_remove(name);
+    }
+    let child = command.spawn();
+    // It holds our ends of the pipe.
+    drop(command);
+    let mut child = child.map_err(|error| failed("cannot be started", error))?;
+    let said = listen(output);
+    let ended = wait(&mut child, within).map_err(|error| failed("cannot be waited for", error))?;
+    let said = said.recv_timeout(OUTPUT).unwrap_or_default();
+    let and_said = if said.is_empty() { String::new() } else { format!(": {said}") };
+    match ended {
+        Some(status) if status.success() => Ok(said),
+        Some(status) => Err(format!("{program} ended with {}{and_said}", shown(status))),
+        None => Err(format!("{program} was killed after {:.1} s{and_said}", within.as_secs_f64())),
+    }
+}
+
+fn shown(status: ExitStatus) -> String {
+    status.code().map_or_else(|| status.to_string(), |code| format!("status {code}"))
+}
+
+/// How a program ended; `None`: it was killed.
+fn wait(child: &mut Child, within: Duration) -> std::io::Result<Option<ExitStatus>> {
+    let end = Instant::now() + within;
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(Some(status));
+        }
+        if Instant::now() >= end {
+            // It may have ended just now.
+            let _ = kill_process_group(Pid::from_child(child), Signal::KILL);
+            child.wait()?;
+            return Ok(None);
+        }
+        thread::sleep(LOOK);
+    }
+}
+
+/// The first line of an output, as soon as it is there; the rest is read so that nobody waits to write it.
+fn listen(output: PipeReader) -> Receiver<String> {
+    let (sender, said) = channel();
+    thread::spawn(move || {
+        let mut output = BufReader::new(output);
+        let mut line = Vec::new();
+        let mut begin = output.by_ref().take(4 * SAID_MAX as u64);
+        while begin.read_until(b'\n', &mut line).is_ok_and(|read| read > 0) && line.trim_ascii().is_empty() {}
+        let _ = sender.send(first_line(&String::from_utf8_lossy(&line)));
+        let _ = std::io::copy(&mut output, &mut std::io::sink());
+    });
+    said
+}
+
+/// Bounded, and without what a terminal could take for a command.
+fn first_line(text: &str) -> String {
+    let line = text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or_default();
+    line.chars().take(SAID_MAX).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(words: &[&str], within: u64) -> Outcome {
+        let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+        execute(&words, Duration::from_millis(within))
+    }
+
+    #[test]
+    fn a_program_says_how_it_went() {
+        assert_eq!(run(&["sh", "-c", "echo; echo done >&2; echo more"], 10_000), Ok("done".to_owned()));
+        assert_eq!(
+            run(&["sh", "-c", "echo no; exit 3"], 10_000),
+            Err("sh ended with status 3: no".to_owned())
+        );
+        assert!(run(&["/nowhere/at-all"], 10_000).unwrap_err().contains("cannot be started"));
+        // Without a shell, what is special to one is a word.
+        assert_eq!(run(&["echo", "$HOME; exit 1"], 10_000), Ok("$HOME; exit 1".to_owned()));
+    }
+
+    #[test]
+    fn who_takes_too_long_is_killed_with_all_that_it_has_started() {
+        let began = Instant::now();
+        let outcome = run(&["sh", "-c", "echo begun; sleep 60 & echo $!; wait"], 200);
+        assert_eq!(outcome, Err("sh was killed after 0.2 s: begun".to_owned()));
+        assert!(began.elapsed() < Duration::from_secs(30));
+    }
+
+    #[test]
+    fn much_output_is_no_problem_and_is_cut() {
+        let said = run(&["sh", "-c", "head -c 3000000 /dev/zero | tr '\\0' x"], 20_000).unwrap();
+        assert_eq!(said, "x".repeat(SAID_MAX));
+    }
+
+    #[test]
+    fn answers_are_looked_at() {
+        assert_eq!(expected(b"all ok\n", Some("ok")), Ok("all ok\n".to_owned()));
+        assert!(expected(b"never", Some("ok")).unwrap_err().contains("`never`"));
+        assert_eq!(secured(br#"{"responses":[{"command":"disableClient"}]}"#), Ok(String::new()));
+        let refused = br#"{"responses":[{"command":"disableClient","error":"Client not found"}]}"#;
+        assert_eq!(secured(refused), Err("the broker says: Client not found".to_owned()));
+        assert!(secured(b"?").is_err());
+    }
+}

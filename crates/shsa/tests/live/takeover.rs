@@ -1,0 +1,447 @@
+//! A failed sensor is silenced and its name taken over, over real buses; sensors and consumers know nothing of `shsa`.
+
+use crate::broker::Broker;
+use crate::car::router;
+use crate::real::{self, Script};
+use crate::running::{Folder, Running, TOKEN};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+/// Three witnesses of one speed, each under a name of its own.
+const MODEL: &str = "
+shsa: 1
+variables: { speed: { unit: m/s, range: [-100, 100] } }
+signals:
+  wheel: { variable: speed, source: WHEEL, rate: 20 Hz, value_error: 0.3, timeout: 1500 ms, properties: { accuracy: 0.95 } }
+  radar: { variable: speed, source: RADAR, rate: 20 Hz, value_error: 0.3, timeout: 1500 ms, properties: { accuracy: 0.9 } }
+  optic: { variable: speed, source: OPTIC, rate: 20 Hz, value_error: 0.3, timeout: 1500 ms, properties: { accuracy: 0.8 } }
+needs:
+  speed: { signal: /healed/speed, max_age: 1 s }
+";
+/// What the wheel says beside its value.
+const WHEEL: &str = r#"{"unit": "front left", "speed": VALUE}"#;
+const NAME: &str = "robot/wheel";
+
+/// The sensors on a bus, and the files for `shsa`.
+struct Scene {
+    folder: Folder,
+    bus: &'static str,
+    python: PathBuf,
+    port: u16,
+    wheel: Script,
+    _others: Vec<Script>,
+}
+
+impl Scene {
+    /// Starts the sensors; `wheel` is what only the wheel is told.
+    fn new(python: &Path, bus: &'static str, port: u16, wheel: &Value) -> Scene {
+        let sensor = |name: &str, more: &Value| {
+            let text = if name == "wheel" { WHEEL } else { "VALUE" };
+            let topic = format!("robot/{name}");
+            let mut order = json!({
+                "bus": bus, "port": port, "name": name, "topic": topic, "text": text, "period": 0.05,
+            });
+            order.as_object_mut().unwrap().extend(more.as_object().cloned().unwrap_or_default());
+            Script::start(python, "sensor.py", &order)
+        };
+        let mut of_others = wheel.clone();
+        of_others.as_object_mut().unwrap().remove("obeys");
+        if of_others.get("user").is_some() {
+            of_others["user"] = json!("others");
+        }
+        let others = ["radar", "optic"].map(|name| sensor(name, &of_others)).into();
+        let folder = Folder::new();
+        let field = if bus == "ros2" { "#twist.linear.x" } else { "" };
+        let wheel_field = if bus == "ros2" { field } else { "#speed" };
+        let model = MODEL.replace("WHEEL", &format!("{NAME}{wheel_field}"));
+        let model = model.replace("RADAR", &format!("robot/radar{field}"));
+        let model = model.replace("OPTIC", &format!("robot/optic{field}"));
+        fs::write(folder.path("model.yaml"), model).unwrap();
+        Scene { folder, bus, python: python.into(), port, wheel: sensor("wheel", wheel), _others: others }
+    }
+
+    /// Starts `shsa` with this wiring, and waits until the need is served by the wheel.
+    fn run(&self, wiring: &str, more: &[&str]) -> Running {
+        let path = |name: &str| self.folder.path(name).display().to_string();
+        fs::write(self.folder.path("wiring.yaml"), format!("wiring: {{ speed: {{ {wiring} }} }}")).unwrap();
+        let (model, wiring) = (path("model.yaml"), path("wiring.yaml"));
+        let address = format!("{}://127.0.0.1:{}", self.bus, self.port);
+        let bus = ["--bus", address.as_str()];
+        // What is given later holds.
+        let bus: &[&str] = if more.contains(&"--bus") { &[] } else { &bus };
+        let run = Running::start([&[model.as_str(), "--wiring", wiring.as_str()], bus, more].concat());
+        run.until("all have come", |state| {
+            let signals = &state["models"]["model"]["signals"];
+            ["wheel", "radar", "optic"].iter().all(|name| signals[*name]["accepted"].as_u64() > Some(10))
+        });
+        run
+    }
+
+    /// The wheel lies from now on.
+    fn lie(&mut self) {
+        self.wheel.order(&json!({ "value": 13.0 }));
+    }
+
+    fn wheel_pid(&mut self) -> String {
+        self.wheel.answer(&json!({ "who": true }), "pid")["pid"].to_string()
+    }
+
+    /// Who reads the wheel's name.
+    fn consumer(&self, user: Option<&str>) -> Script {
+        let path = |name: &str| format!("../../../shsa-bridge/tests/python/{name}");
+        if self.bus == "mqtt" {
+            let mut argument = json!({ "port": self.port, "name": "consumer" });
+            if let Some(user) = user {
+                argument["user"] = json!(user);
+                argument["password"] = json!(PASSWORD);
+            }
+            let mut script = Script::start(&self.python, &path("mqtt_client.py"), &argument);
+            script.order(&json!({ "subscribe": NAME, "qos": 0 }));
+            return script;
+        }
+        let endpoint = format!("tcp/127.0.0.1:{}", self.port);
+        let config =
+            json!({ "mode": "client", "scouting/multicast/enabled": false, "connect/endpoints": [endpoint] });
+        if self.bus == "zenoh" {
+            let mut script = Script::start(&self.python, &path("zenoh_client.py"), &config);
+            script.order(&json!({ "subscribe": NAME }));
+            return script;
+        }
+        let argument = json!({ "zenoh": config, "domain": 0 });
+        Script::start(&self.python, &path("ros2_node.py"), &argument)
+    }
+}
+
+/// How the takeover stands.
+fn takeover(state: &Value) -> &Value {
+    &state["models"]["model"]["needs"]["speed"]["takeover"]
+}
+
+fn text(hex: &Value) -> String {
+    let hex = hex.as_str().unwrap();
+    let byte = |at: usize| u8::from_str_radix(&hex[at..at + 2], 16).unwrap();
+    String::from_utf8((0..hex.len()).step_by(2).map(byte).collect()).unwrap()
+}
+
+/// Quality and content of a message over MQTT or Zenoh; the source's own says nothing of its quality.
+fn read(message: &Value) -> (String, String) {
+    let quality = match message.get("properties") {
+        Some(properties) => properties["quality"].as_str().unwrap_or_default().to_owned(),
+        None if message["attachment"].is_string() => {
+            let beside: Value = serde_json::from_str(&text(&message["attachment"])).unwrap();
+            beside["quality"].as_str().unwrap_or_default().to_owned()
+        }
+        None => String::new(),
+    };
+    (quality, text(&message["hex"]))
+}
+
+/// Waits for a message that is as wanted; those before it are given to `before`.
+#[track_caller]
+fn wait_for(
+    consumer: &mut Script,
+    what: &str,
+    is_it: impl Fn(&str, &str) -> bool,
+    mut before: impl FnMut(&str, &str),
+) -> (String, String) {
+    let end = Instant::now() + real::PATIENCE;
+    while Instant::now() < end {
+        let Some(message) = consumer.poll("hex", Duration::from_secs(5)) else { continue };
+        let (quality, text) = read(&message);
+        if is_it(&quality, &text) {
+            return (quality, text);
+        }
+        before(&quality, &text);
+    }
+    panic!("never came: {what}");
+}
+
+const SUBSTITUTE: &str = "UncertainSubstituteValue";
+
+/// A consumer of the wheel's name gets the substitute in the wheel's own form, and nothing of the wheel between.
+#[track_caller]
+fn check_taken(consumer: &mut Script) {
+    let (_, text) = wait_for(consumer, "a substitute", |quality, _| quality == SUBSTITUTE, |_, _| {});
+    let content: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(content["unit"], "front left", "{text}");
+    assert!((content["speed"].as_f64().unwrap() - 10.0).abs() < 0.5, "{text}");
+    for _ in 0..10 {
+        let message = consumer.poll("hex", real::PATIENCE).unwrap();
+        assert_eq!(read(&message).0, SUBSTITUTE, "there are two publishers: {message}");
+    }
+}
+
+#[test]
+fn who_is_stopped_by_a_command_is_replaced_and_left_alone_when_it_comes_back() {
+    let Some(python) = real::python() else { return };
+    let broker = Broker::start(&[]);
+    let mut scene = Scene::new(&python, "mqtt", broker.port(), &json!({}));
+    let pid = scene.wheel_pid();
+    let wiring = format!(
+        "silence: {{ command: [kill, -STOP, '{pid}'] }}, restore: {{ command: [kill, -CONT, '{pid}'] }}"
+    );
+    let state = scene.folder.path("state").display().to_string();
+    let run = scene.run(&wiring, &["--state", &state]);
+    let mut consumer = scene.consumer(None);
+    assert_eq!(run.get("/health").0, 200);
+
+    scene.lie();
+    run.decision("failed");
+    run.decision("substituted");
+    let silenced = run.decision("silenced");
+    assert!(silenced["because"].as_str().unwrap().contains("by the command kill"), "{silenced}");
+    check_taken(&mut consumer);
+    let taken = run.until("the state tells", |state| takeover(state)["stage"] == "taken");
+    assert_eq!(takeover(&taken)["quality"], SUBSTITUTE);
+    assert_eq!(takeover(&taken)["silenced_by"], "the command kill");
+    let (_, metrics) = run.get("/metrics");
+    let line = r#"shsa_takeover_events_total{model="model",name="robot/wheel",kind="silenced"} 1"#;
+    assert!(metrics.as_str().unwrap().contains(line), "{metrics}");
+
+    // An instance that is started again goes on, although the wheel does not show any more what its messages look like.
+    run.kill();
+    let path = |name: &str| scene.folder.path(name).display().to_string();
+    let address = format!("mqtt://127.0.0.1:{}", broker.port());
+    let (model, wiring) = (path("model.yaml"), path("wiring.yaml"));
+    let run = Running::start([model.as_str(), "--wiring", &wiring, "--bus", &address, "--state", &state]);
+    run.decision("silenced");
+    check_taken(&mut consumer);
+
+    // It comes back by itself: at once it is alone.
+    scene.wheel.signal("CONT");
+    run.decision("returned");
+    while consumer.poll("hex", Duration::from_millis(1)).is_some() {}
+    for _ in 0..20 {
+        let message = consumer.poll("hex", real::PATIENCE).unwrap();
+        assert_eq!(read(&message).0, "", "there are two publishers: {message}");
+    }
+    run.until("it waits", |state| takeover(state)["stage"] == "waiting");
+}
+
+#[test]
+fn who_does_not_obey_is_not_replaced_and_it_is_told() {
+    let Some(python) = real::python() else { return };
+    let broker = Broker::start(&[]);
+    let mut scene = Scene::new(&python, "mqtt", broker.port(), &json!({}));
+    let run = scene.run("silence: { command: ['true'] }, retry: 2 s", &[]);
+    let mut consumer = scene.consumer(None);
+    scene.lie();
+    let refused = run.decision("refused");
+    let because = refused["because"].as_str().unwrap();
+    assert!(because.contains("it goes on after the command true"), "{because}");
+    let state = run.until("the state tells", |state| takeover(state)["stage"] == "waiting");
+    assert_eq!(takeover(&state)["quality"], "Bad", "{state}");
+    let (status, health) = run.get("/health");
+    assert_eq!((status, &health["needs"][NAME]), (503, &json!("Bad")), "{health}");
+    // It is tried again, and nothing of ours was ever between.
+    run.decision("refused");
+    while let Some(message) = consumer.poll("hex", Duration::from_millis(1)) {
+        assert_eq!(read(&message).0, "", "{message}");
+    }
+}
+
+/// Of every client but the consumer of nothing.
+const PASSWORD: &str = "not a secret in a test";
+
+/// A broker whose clients can be disabled.
+fn secured() -> Option<Broker> {
+    let found = fs::read_dir("/usr/lib").unwrap().flatten();
+    let found = found.map(|folder| folder.path().join("mosquitto_dynamic_security.so"));
+    let Some(plugin) = found.into_iter().find(|path| path.exists()) else {
+        use std::io::Write;
+        let _ = writeln!(std::io::stderr(), "SKIPPED: mosquitto_dynamic_security.so is absent");
+        return None;
+    };
+    let plugin = format!("plugin {}", plugin.display());
+    let options = "plugin_opt_config_file FOLDER/dynamic-security.json";
+    let broker = Broker::start_with(&[&plugin, options, "allow_anonymous false"], |folder| {
+        let file = folder.join("dynamic-security.json").display().to_string();
+        let made = Command::new("mosquitto_ctrl").args(["dynsec", "init", &file, "admin", PASSWORD]).output();
+        assert!(made.unwrap().status.success());
+    });
+    let port = broker.port().to_string();
+    let control = |words: &[&str]| {
+        let address = ["-h", "127.0.0.1", "-p", &port, "-u", "admin", "-P", PASSWORD, "dynsec"];
+        let done = Command::new("mosquitto_ctrl").args(address).args(words).output().unwrap();
+        assert!(done.status.success(), "{words:?}: {done:?}");
+    };
+    let security = "$CONTROL/dynamic-security/v1";
+    let answers = format!("{security}/response");
+    for (role, access, topic) in [
+        ("member", "publishClientSend", "#"),
+        ("member", "subscribePattern", "#"),
+        ("silencer", "publishClientSend", security),
+        ("silencer", "publishClientReceive", &answers),
+        ("silencer", "subscribeLiteral", &answers),
+    ] {
+        if access.ends_with("Send") {
+            control(&["createRole", role]);
+        }
+        control(&["addRoleACL", role, access, topic, "allow"]);
+    }
+    for client in ["wheel-driver", "others", "healer"] {
+        control(&["createClient", client, "-p", PASSWORD]);
+        control(&["addClientRole", client, "member"]);
+    }
+    control(&["addClientRole", "healer", "silencer"]);
+    Some(broker)
+}
+
+#[test]
+fn a_client_that_the_broker_throws_out_is_replaced_and_let_in_again_by_order() {
+    let Some(python) = real::python() else { return };
+    let Some(broker) = secured() else { return };
+    let wheel = json!({ "user": "wheel-driver", "password": PASSWORD });
+    let mut scene = Scene::new(&python, "mqtt", broker.port(), &wheel);
+    let password = scene.folder.path("password");
+    fs::write(&password, PASSWORD).unwrap();
+    let bus = format!("mqtt://127.0.0.1:{}?user=healer&password-file={}", broker.port(), password.display());
+    let run = scene.run("silence: { dynamic_security: { client: wheel-driver } }", &["--bus", &bus]);
+    let mut consumer = scene.consumer(Some("others"));
+
+    scene.lie();
+    let silenced = run.decision("silenced");
+    assert!(silenced["because"].as_str().unwrap().contains("dynamic security (client wheel-driver)"));
+    check_taken(&mut consumer);
+    assert!(!run.get("/state").1.to_string().contains(PASSWORD));
+
+    // It was repaired, and the operator vouches for it.
+    scene.wheel.order(&json!({ "value": 10.1 }));
+    let (status, answer) = run.order(Some(TOKEN), r#"{"order": "clear", "signal": "wheel"}"#);
+    assert_eq!(status, 200, "{answer}");
+    assert!(run.decision("returning")["because"].as_str().unwrap().contains("by order of the operator"));
+    run.decision("returned");
+    let own = wait_for(
+        &mut consumer,
+        "the wheel",
+        |quality, _| quality.is_empty(),
+        |quality, _| {
+            assert_eq!(quality, SUBSTITUTE);
+        },
+    );
+    assert!(own.1.contains("10.1"), "{own:?}");
+    let state = run.until("it is trusted again", |state| takeover(state)["stage"] == "watching");
+    assert_eq!(takeover(&state)["quality"], "Good");
+}
+
+#[test]
+fn over_mqtt_3_there_is_no_takeover() {
+    let Some(python) = real::python() else { return };
+    let broker = Broker::start(&[]);
+    let scene = Scene::new(&python, "mqtt", broker.port(), &json!({}));
+    let path = |name: &str| scene.folder.path(name).display().to_string();
+    fs::write(scene.folder.path("wiring.yaml"), "wiring: { speed: { silence: { command: ['true'] } } }")
+        .unwrap();
+    let run = Command::new(env!("CARGO_BIN_EXE_shsa"))
+        .args(["run", &path("model.yaml"), "--wiring", &path("wiring.yaml"), "--http", "off", "--bus"])
+        .arg(format!("mqtt://127.0.0.1:{}?version=3.1.1", broker.port()))
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&run.stderr);
+    assert!(!run.status.success() && told.contains("a takeover needs MQTT 5"), "{told}");
+}
+
+#[test]
+fn who_answers_a_request_over_zenoh_is_replaced() {
+    let Some(python) = real::python() else { return };
+    let (_router, port) = router(&python);
+    let mut scene = Scene::new(&python, "zenoh", port, &json!({ "obeys": "robot/wheel/control" }));
+    let request = |word: &str| format!("request: {{ to: robot/wheel/control, payload: {word}, expect: ok }}");
+    let wiring = format!("silence: {{ {} }}, restore: {{ {} }}", request("silence"), request("publish"));
+    let run = scene.run(&wiring, &[]);
+    let mut consumer = scene.consumer(None);
+    scene.lie();
+    let silenced = run.decision("silenced");
+    assert!(silenced["because"].as_str().unwrap().contains("a request to robot/wheel/control"), "{silenced}");
+    check_taken(&mut consumer);
+    scene.wheel.order(&json!({ "value": 10.1 }));
+    assert_eq!(run.order(Some(TOKEN), r#"{"order": "clear", "signal": "wheel"}"#).0, 200);
+    run.decision("returned");
+    run.until("it is trusted again", |state| takeover(state)["stage"] == "watching");
+}
+
+#[test]
+fn another_instance_goes_on_when_the_one_that_has_silenced_is_gone() {
+    let Some(python) = real::python() else { return };
+    let (_router, port) = router(&python);
+    let mut scene = Scene::new(&python, "zenoh", port, &json!({ "obeys": "robot/wheel/control" }));
+    let wiring = "silence: { request: { to: robot/wheel/control, payload: silence, expect: ok } }";
+    let mut runs: Vec<(&str, Running)> =
+        ["a", "b"].map(|name| (name, scene.run(wiring, &["--name", name]))).into();
+    let mut consumer = scene.consumer(None);
+    let state = runs[0].1.until("both can serve", |state| {
+        state["instances"]["/healed/speed"].as_array().is_some_and(|able| able.len() == 2)
+    });
+    let first = state["instances"]["/healed/speed"][0].as_str().unwrap().to_owned();
+    scene.lie();
+    let at = runs.iter().position(|(name, _)| first.starts_with(name)).unwrap();
+    let (_, responsible) = runs.remove(at);
+    let (_, other) = runs.remove(0);
+    responsible.decision("silenced");
+    check_taken(&mut consumer);
+    assert_eq!(takeover(&other.get("/state").1)["silenced"], 0, "it leaves that to the other one");
+    // What the other one publishes under the wheel's name is no sign of the wheel.
+    let (_, state) = other.get("/state");
+    assert_ne!(state["models"]["model"]["signals"]["wheel"]["verdict"], "healthy", "{state}");
+    responsible.kill();
+    other.decision("silenced");
+    check_taken(&mut consumer);
+}
+
+#[test]
+fn a_request_that_nobody_answers_is_refused() {
+    let Some(python) = real::python() else { return };
+    let (_router, port) = router(&python);
+    let mut scene = Scene::new(&python, "zenoh", port, &json!({}));
+    let run = scene.run("silence: { request: { to: robot/nobody, payload: a }, within: 1 s }", &[]);
+    scene.lie();
+    let refused = run.decision("refused");
+    assert!(
+        refused["because"].as_str().unwrap().contains("nobody answers under `robot/nobody`"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn a_node_of_ros_2_that_is_switched_off_is_replaced_by_messages_of_its_type() {
+    let Some(python) = real::python() else { return };
+    let (_router, port) = router(&python);
+    let mut scene = Scene::new(&python, "ros2", port, &json!({ "obeys": "/robot/wheel/enable" }));
+    let call = |data: bool| {
+        format!("service: {{ name: /robot/wheel/enable, type: std_srvs/srv/SetBool, data: {data} }}")
+    };
+    let wiring = format!("form: like, silence: {{ {} }}, restore: {{ {} }}", call(false), call(true));
+    let run = scene.run(&wiring, &[]);
+    let mut consumer = scene.consumer(None);
+    // The gate's messages are like those of the wheel, too.
+    let gate = json!({ "subscribe": "/healed/speed", "type": "geometry_msgs/msg/TwistStamped", "get": "twist.linear.y" });
+    consumer.order(&gate);
+    let heard = consumer.next_with("heard");
+    assert_eq!((&heard["heard"], &heard["value"]), (&json!("/healed/speed"), &json!(0.25)));
+    let order =
+        |path: &str| json!({ "subscribe": NAME, "type": "geometry_msgs/msg/TwistStamped", "get": path });
+    scene.lie();
+    let silenced = run.decision("silenced");
+    assert!(silenced["because"].as_str().unwrap().contains("the service /robot/wheel/enable"), "{silenced}");
+    for (path, expected) in [("header.frame_id", json!("front axle")), ("twist.linear.y", json!(0.25))] {
+        consumer.order(&order(path));
+        let heard = real::eventually("a message like the wheel's", || {
+            let heard = consumer.poll("heard", Duration::from_secs(1))?;
+            (heard["heard"] == NAME && heard["value"] == expected).then_some(heard)
+        });
+        assert!(heard["header"].as_i64() > Some(1_000_000_000), "{heard}");
+    }
+    consumer.order(&order("twist.linear.x"));
+    let speed = real::eventually("a speed", || {
+        let heard = consumer.poll("heard", Duration::from_secs(1)).filter(|heard| heard["heard"] == NAME);
+        heard?["value"].as_f64().filter(|speed| *speed > 1.0)
+    });
+    assert!((speed - 10.0).abs() < 0.5, "{speed}");
+    scene.wheel.order(&json!({ "value": 10.1 }));
+    assert_eq!(run.order(Some(TOKEN), r#"{"order": "clear", "signal": "wheel"}"#).0, 200);
+    run.decision("returned");
+    run.until("it is trusted again", |state| takeover(state)["stage"] == "watching");
+}
