@@ -22,6 +22,8 @@ pub(super) enum Style {
     Text,
     /// One JSON object a line.
     Json,
+    /// Not at all.
+    Silent,
 }
 
 /// Tells decisions.
@@ -104,7 +106,9 @@ impl Herald {
             event.extend(fields);
         }
         let line = event.to_string();
-        writeln!(stdout().lock(), "{}", text.as_deref().unwrap_or(&line))?;
+        if self.style != Style::Silent {
+            writeln!(stdout().lock(), "{}", text.as_deref().unwrap_or(&line))?;
+        }
         let payload = Payload::Bytes(line.clone().into());
         // The decision stands whether or not the bus can be told now.
         let _ = bridge.publish(Outgoing::new(&self.topic, stamp, payload));
