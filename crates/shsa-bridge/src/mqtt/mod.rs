@@ -18,16 +18,19 @@ mod tls;
 pub use options::{Credentials, Delivery, Options, Presence, Version};
 pub use tls::Tls;
 
-use crate::{Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId, payload};
+use crate::{Bridge, BridgeError, Inbox, Link, Outgoing, Payload, Provenance, PublisherId, payload};
 use bytes::Bytes;
 use outbox::Publication;
 use session::Shared;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
 /// A connection to a broker, and the thread that keeps it.
 pub struct MqttBridge {
     shared: Arc<Shared>,
+    /// What was published under each topic.
+    said: BTreeMap<Arc<str>, Option<Arc<Provenance>>>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -51,11 +54,24 @@ impl MqttBridge {
             .name("mqtt".to_owned())
             .spawn(move || session::run(&of_thread, &own_options, runtime))
             .map_err(|error| BridgeError::Lost(format!("no thread: {error}")))?;
-        let bridge = MqttBridge { shared, thread: Some(thread) };
+        let bridge = MqttBridge { shared, said: BTreeMap::new(), thread: Some(thread) };
         match bridge.shared.first_attempt(options.first_attempt) {
             Some(Err(refused @ BridgeError::Refused(_))) => Err(refused),
             _ => Ok(bridge),
         }
+    }
+}
+
+impl MqttBridge {
+    /// A topic and a provenance, shared with the messages before as far as they say the same: both are long-lived.
+    fn names(&mut self, topic: &str, provenance: Option<&Provenance>) -> (Arc<str>, Option<Arc<Provenance>>) {
+        let known = self.said.get_key_value(topic).filter(|(_, said)| said.as_deref() == provenance);
+        if let Some((topic, said)) = known {
+            return (topic.clone(), said.clone());
+        }
+        let (topic, said) = (Arc::<str>::from(topic), provenance.cloned().map(Arc::new));
+        self.said.insert(topic.clone(), said.clone());
+        (topic, said)
     }
 }
 
@@ -95,12 +111,13 @@ impl Bridge for MqttBridge {
             Payload::Bytes(bytes) => bytes,
             Payload::Value(value) => Bytes::from(payload::plain(&value)),
         };
+        let (topic, provenance) = self.names(message.topic, message.provenance);
         self.shared.publish(Publication {
-            topic: message.topic.into(),
+            topic,
             payload,
             retain: message.retain,
             stamp: message.stamp,
-            provenance: message.provenance.cloned(),
+            provenance,
         })
     }
 

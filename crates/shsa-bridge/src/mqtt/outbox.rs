@@ -13,7 +13,8 @@ pub(super) struct Publication {
     pub(super) payload: Bytes,
     pub(super) retain: bool,
     pub(super) stamp: Time,
-    pub(super) provenance: Option<Provenance>,
+    /// Shared by the messages that say the same.
+    pub(super) provenance: Option<Arc<Provenance>>,
 }
 
 /// A queue for each topic; the topics take turns, so that a flood of one delays another by one message.
