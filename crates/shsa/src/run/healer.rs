@@ -364,7 +364,7 @@ impl Healer {
         }
     }
 
-    /// Sends a value of a need, where that is ours to serve.
+    /// Sends a value of a need, where that is ours to serve. Whether the need is served better or worse by it than before.
     ///
     /// # Errors
     /// Those of the bus.
@@ -373,7 +373,7 @@ impl Healer {
         publication: &Publication,
         is_ours: impl Fn(&str) -> bool,
         bridge: &mut dyn Bridge,
-    ) -> anyhow::Result<()> {
+    ) -> anyhow::Result<bool> {
         let quality = match publication.quality {
             engine::Quality::Good => Quality::Good,
             engine::Quality::Substitute => Quality::Substitute,
@@ -388,12 +388,12 @@ impl Healer {
             (false, true) => ", in the engine for now",
             (false, false) => "",
         });
-        outlet.note(publication, quality);
-        if !is_ours(outlet.topic()) {
-            return Ok(());
+        let is_news = outlet.note(publication, quality);
+        if is_ours(outlet.topic()) {
+            let clock = bridge.inbox().clock().clone();
+            outlet.send(publication, &clock, bridge)?;
         }
-        let clock = bridge.inbox().clock().clone();
-        outlet.send(publication, &clock, bridge)
+        Ok(is_news)
     }
 }
 
