@@ -14,3 +14,4 @@ mod car;
 mod embedded;
 mod endurance;
 mod isolation;
+mod soak;

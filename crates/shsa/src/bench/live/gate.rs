@@ -18,7 +18,7 @@ use std::time::Duration;
 /// Between two messages: 1 kHz.
 const PERIOD: Duration = Duration::from_millis(1);
 /// A turn of one path takes so many messages.
-const TURN: u32 = 500;
+pub(super) const TURN: u32 = 500;
 /// So many messages at the beginning of a turn are not counted: the other path has just stopped.
 const SETTLING: u32 = 20;
 /// The signals that are compared with the need's own source speak once in so many messages.
@@ -159,7 +159,8 @@ impl Turns {
     /// What was said from `begin` on, turn by turn.
     fn paths(self, begin: Time) -> anyhow::Result<[Path; 3]> {
         let one = |path: usize| -> anyhow::Result<Path> {
-            let heard: Vec<_> = self.heard.iter().filter(|(of, said, _)| *of == path && *said >= begin).collect();
+            let heard: Vec<_> =
+                self.heard.iter().filter(|(of, said, _)| *of == path && *said >= begin).collect();
             let mut times = Times::new()?;
             let mut best = Quantiles { p50: f64::INFINITY, p99: f64::INFINITY, worst: f64::INFINITY };
             for turn in heard.chunks(TURN as usize) {

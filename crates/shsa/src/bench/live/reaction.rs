@@ -95,8 +95,10 @@ impl Log {
     fn decided(&mut self, message: &Message) {
         let Payload::Bytes(bytes) = &message.payload else { return };
         let Ok(event) = serde_json::from_slice::<Value>(bytes) else { return };
-        let is_accusation =
-            event.get("kind").and_then(Value::as_str).is_some_and(|kind| kind == "failed" || kind == "silent");
+        let is_accusation = event
+            .get("kind")
+            .and_then(Value::as_str)
+            .is_some_and(|kind| kind == "failed" || kind == "silent");
         let signal = event.get("signal").and_then(Value::as_str);
         let time = event.get("time_ns").and_then(Value::as_i64);
         if let (true, Some(signal), Some(time)) = (is_accusation, signal, time) {
@@ -121,22 +123,33 @@ fn number(payload: &Payload) -> f64 {
 /// # Errors
 /// When the middleware or a process does not work.
 pub(super) fn measure(middleware: &Middleware, faults: usize) -> anyhow::Result<[Reaction; 2]> {
-    let cycles = 2 * faults.div_ceil(VARIABLES);
-    let length = Duration::from_millis(CYCLE_MS * (cycles as u64 + 2));
-    let manner = Manner { at_most_once: false, on_one_core: false, at_most: length * 2 + Duration::from_secs(30) };
+    let cycles = 2 * faults.div_ceil(VARIABLES) as u64;
+    let length = Duration::from_millis(CYCLE_MS * (cycles + 2));
+    let manner =
+        Manner { at_most_once: false, on_one_core: false, at_most: length * 2 + Duration::from_secs(30) };
     let _subject = Subject::start(middleware, &PLAN, manner)?;
-    let log = Log {
-        served: PLAN.needs().map(|need| (need, Vec::new())).collect(),
-        ..Log::default()
-    };
+    let log = Log { served: PLAN.needs().map(|need| (need, Vec::new())).collect(), ..Log::default() };
     let topics = PLAN.needs().chain([EVENTS.to_owned()]);
     let ear = Ear::new(middleware, "bench-consumer", false, topics, log, Log::take)?;
     let mouth = Mouth::new(middleware, "bench-publisher", false)?;
-    let mut stage = Stage { mouth, said: vec![Vec::new(); VARIABLES], broken: vec![None; VARIABLES], faults: Vec::new() };
+    let mut stage =
+        Stage { mouth, said: vec![Vec::new(); VARIABLES], broken: vec![None; VARIABLES], faults: Vec::new() };
     stage.play(cycles)?;
     std::thread::sleep(Duration::from_millis(500));
     let log = ear.end()?;
-    Ok([stage.judged(middleware.kind, Break::Lies, &log)?, stage.judged(middleware.kind, Break::Silent, &log)?])
+    Ok([
+        stage.judged(middleware.kind, Break::Lies, &log)?,
+        stage.judged(middleware.kind, Break::Silent, &log)?,
+    ])
+}
+
+/// What is wrong with a variable's source at a millisecond. The first cycle is quiet; then it lies in one cycle and is silent in
+/// the next.
+fn broken(ms: u64, cycles: u64, variable: usize) -> Option<Break> {
+    let offset = CYCLE_MS + variable as u64 * CYCLE_MS / VARIABLES as u64;
+    let since =
+        ms.checked_sub(offset).filter(|since| since / CYCLE_MS < cycles && since % CYCLE_MS < FAULT_MS)?;
+    Some(if (since / CYCLE_MS).is_multiple_of(2) { Break::Lies } else { Break::Silent })
 }
 
 /// Sensors, and what is wrong with them.
@@ -149,51 +162,40 @@ struct Stage {
 }
 
 impl Stage {
-    /// In each millisecond the same sixtieth of the signals speaks... a signal's turn comes once in a period.
-    fn play(&mut self, cycles: usize) -> anyhow::Result<()> {
+    /// Lets the signals speak, each at its own millisecond of the period, and one variable's source after the other break.
+    fn play(&mut self, cycles: u64) -> anyhow::Result<()> {
         let mut beat = Beat::new(Duration::from_millis(1));
-        let quiet = CYCLE_MS;
-        for ms in 0..CYCLE_MS * cycles as u64 + 2 * quiet {
+        for ms in 0..CYCLE_MS * (cycles + 2) {
             beat.wait();
             for (variable, signal) in PLAN.all() {
-                self.turn(ms, quiet, cycles as u64, variable, signal)?;
+                // The three of a variable are a third of a period apart.
+                let at = (variable as u64 * 7 + signal as u64 * PERIOD_MS / SIGNALS as u64) % PERIOD_MS;
+                if ms % PERIOD_MS == at {
+                    self.turn(broken(ms, cycles, variable).filter(|_| signal == 0), variable, signal)?;
+                }
             }
         }
         Ok(())
     }
 
-    fn turn(&mut self, ms: u64, quiet: u64, cycles: u64, variable: usize, signal: usize) -> anyhow::Result<()> {
-        // Its moment within the period: the three of a variable a third of a period apart.
-        let at = (variable as u64 * 7 + signal as u64 * PERIOD_MS / SIGNALS as u64) % PERIOD_MS;
-        if ms % PERIOD_MS != at {
-            return Ok(());
-        }
-        let mut lie = 0.0;
+    /// A signal's turn to speak, with what is wrong with it now.
+    fn turn(&mut self, wrong: Option<Break>, variable: usize, signal: usize) -> anyhow::Result<()> {
+        let now = self.mouth.now();
         if signal == 0 {
-            // One variable after the other breaks.
-            let offset = variable as u64 * CYCLE_MS / VARIABLES as u64;
-            let since = ms.checked_sub(quiet + offset).filter(|since| since / CYCLE_MS < cycles);
-            let is_broken = since.is_some_and(|since| since % CYCLE_MS < FAULT_MS);
-            let how = match since.unwrap_or(0) / CYCLE_MS % 2 {
-                0 => Break::Lies,
-                _ => Break::Silent,
-            };
-            let now = self.mouth.now();
-            match (is_broken, self.broken[variable]) {
-                (true, None) => self.broken[variable] = Some((how, now)),
-                (false, Some((how, from))) => {
+            match (wrong, self.broken[variable]) {
+                (Some(how), None) => self.broken[variable] = Some((how, now)),
+                (None, Some((how, from))) => {
                     self.faults.push(Fault { how, variable, from, to: now });
                     self.broken[variable] = None;
                 }
                 _ => {}
             }
-            match self.broken[variable] {
-                Some((Break::Silent, _)) => return Ok(()),
-                Some((Break::Lies, _)) => lie = LIE,
-                None => {}
-            }
         }
-        let now = self.mouth.now();
+        let lie = match wrong {
+            Some(Break::Silent) => return Ok(()),
+            Some(Break::Lies) => LIE,
+            None => 0.0,
+        };
         let said = self.mouth.say(&topic(variable, signal), value(now) + lie)?;
         self.said[variable].push(said);
         Ok(())

@@ -32,7 +32,9 @@ impl Times {
     }
 
     pub(super) fn quantiles(&self) -> Quantiles {
-        let at = |share: f64| if self.0.is_empty() { f64::NAN } else { self.0.value_at_quantile(share) as f64 / 1e9 };
+        let at = |share: f64| {
+            if self.0.is_empty() { f64::NAN } else { self.0.value_at_quantile(share) as f64 / 1e9 }
+        };
         Quantiles { p50: at(0.5), p99: at(0.99), worst: at(1.0) }
     }
 }
@@ -61,11 +63,7 @@ impl Quantiles {
 
     /// How much more than another.
     pub(super) fn beyond(self, other: Quantiles) -> Quantiles {
-        Quantiles {
-            p50: self.p50 - other.p50,
-            p99: self.p99 - other.p99,
-            worst: self.worst - other.worst,
-        }
+        Quantiles { p50: self.p50 - other.p50, p99: self.p99 - other.p99, worst: self.worst - other.worst }
     }
 }
 

@@ -6,7 +6,7 @@ use shsa_bridge::{Bridge, Clock, Inbox, Link, Message, Outgoing, Payload};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -78,6 +78,7 @@ pub(super) struct Ear<S> {
     thread: Option<JoinHandle<S>>,
     stop: Arc<AtomicBool>,
     inbox: Inbox,
+    taken: Arc<AtomicU64>,
 }
 
 impl<S: Send + 'static> Ear<S> {
@@ -99,18 +100,20 @@ impl<S: Send + 'static> Ear<S> {
             bridge.subscribe(&topic, None)?;
         }
         let (stop, inbox) = (Arc::new(AtomicBool::new(false)), bridge.inbox().clone());
-        let ends = stop.clone();
+        let (ends, taken) = (stop.clone(), Arc::new(AtomicU64::new(0)));
+        let count = taken.clone();
         let thread = thread::Builder::new().name("consumer".into()).spawn(move || {
             let inbox = bridge.inbox().clone();
             while !ends.load(Ordering::Acquire) {
                 while let Some(message) = bridge.receive() {
                     take(&mut state, &message, inbox.clock().now());
+                    count.fetch_add(1, Ordering::Release);
                 }
                 inbox.wait(Duration::from_secs(1));
             }
             state
         })?;
-        Ok(Ear { thread: Some(thread), stop, inbox })
+        Ok(Ear { thread: Some(thread), stop, inbox, taken })
     }
 
     /// What came of it.
@@ -126,6 +129,11 @@ impl<S: Send + 'static> Ear<S> {
 }
 
 impl<S> Ear<S> {
+    /// How many messages it has taken.
+    pub(super) fn taken(&self) -> u64 {
+        self.taken.load(Ordering::Acquire)
+    }
+
     fn ask_to_end(&self) {
         self.stop.store(true, Ordering::Release);
         self.inbox.wake();
