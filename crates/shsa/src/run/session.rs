@@ -72,8 +72,9 @@ impl Session {
             self.pass()?;
             self.answer()?;
             self.healers.iter_mut().for_each(Healer::remember);
-            self.share()?;
-            self.keep_house()?;
+            let now = self.now();
+            self.share(now)?;
+            self.keep_house(now)?;
             self.rest();
         }
         self.healers.iter_mut().for_each(Healer::remember_all);
@@ -203,8 +204,7 @@ impl Session {
     }
 
     /// Tells other instances what we can serve, and hears what they can.
-    fn share(&mut self) -> anyhow::Result<()> {
-        let now = self.now();
+    fn share(&mut self, now: Time) -> anyhow::Result<()> {
         let Session { shares: Some(shares), healers, bridge, herald, house, .. } = self else {
             return Ok(());
         };
@@ -226,8 +226,7 @@ impl Session {
         Ok(())
     }
 
-    fn keep_house(&mut self) -> anyhow::Result<()> {
-        let now = self.now();
+    fn keep_house(&mut self, now: Time) -> anyhow::Result<()> {
         if now >= self.house.doubt {
             self.tell_qualities(now)?;
         }

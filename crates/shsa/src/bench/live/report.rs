@@ -271,7 +271,7 @@ fn sentences(soak: &Soak) -> Vec<String> {
             seconds(last),
             slope * 3_600.0 * 1e6,
             half * 3_600.0 * 1e6,
-            flat(soak.slope(figure))
+            growth(soak.grows(figure))
         )
     };
     vec![
@@ -295,15 +295,15 @@ fn sentences(soak: &Soak) -> Vec<String> {
             mib(last),
             mib(memory.slope * 3_600.0),
             mib(memory.half * 3_600.0),
-            flat(memory)
+            growth(soak.grows(|window| window.memory))
         ),
         latency("median", |window| window.latency.p50),
         latency("99th percentile", |window| window.latency.p99),
     ]
 }
 
-fn flat(slope: Slope) -> &'static str {
-    if slope.may_be_flat() { "it does not grow" } else { "it grows" }
+fn growth(grows: bool) -> &'static str {
+    if grows { "it grows" } else { "it does not grow" }
 }
 
 fn soak_section(arguments: &Arguments, soak: &Soak) -> String {
@@ -311,7 +311,8 @@ fn soak_section(arguments: &Arguments, soak: &Soak) -> String {
     format!(
         "{SOAK}
 
-Written by `{}`. The first tenth is the warm-up; slopes are least squares over {} windows; load average {} at the end.
+Written by `{}`. The first tenth is the warm-up; slopes are least squares over {} windows, and what
+grows, grows surely and by more than a fiftieth in the run; load average {} at the end.
 
 {list}
 ![memory](live-soak-memory.svg)

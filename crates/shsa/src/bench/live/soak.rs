@@ -62,6 +62,14 @@ impl Soak {
         Slope::through(&points)
     }
 
+    /// Whether a figure grows: surely, and over the whole run by more than a fiftieth of what it is.
+    pub(super) fn grows(&self, figure: impl Fn(&Window) -> f64) -> bool {
+        let warm: Vec<f64> = self.warm().map(&figure).collect();
+        let mean = warm.iter().sum::<f64>() / warm.len() as f64;
+        let slope = self.slope(figure);
+        !slope.may_be_flat() && slope.slope * self.seconds > mean / 50.0
+    }
+
     pub(super) fn to_json(&self) -> Value {
         let slope = |Slope { slope, half }: Slope| json!({ "per_hour": slope * 3_600.0, "confidence_95": half * 3_600.0 });
         let window = |window: &Window| json!({ "at_s": window.at, "memory_bytes": window.memory, "latency": window.latency.to_json() });
