@@ -210,8 +210,8 @@ hops of the transport are in it (the relay's line above is the transport's own).
 the source of a need breaks, one after the other.
 
 {}
-- *lies*: it is off by {} where errors are 0.1; the observation that reveals is the one at which the signal is declared failed.
-  *silent*: it stops; the moment counts at which its deadline passes. *wrong values seen*: by the consumer, during a fault.
+- *lies*: it is off by {} where errors are 0.1; the first wrong value reveals it. *silent*: it stops; the moment counts at
+  which its deadline passes. *wrong values seen*: by the consumer, during a fault.
 
 ",
         markdown(&REACTION_HEAD, &reaction_rows(found)),
