@@ -32,6 +32,8 @@ struct Queues {
     arrived: u64,
     /// Whether somebody wants the reader to look up although no message has come.
     woken: bool,
+    /// Readers that sleep.
+    sleepers: usize,
 }
 
 #[derive(Debug)]
@@ -62,6 +64,7 @@ impl Inbox {
             capacity: capacity.max(1),
             arrived: 0,
             woken: false,
+            sleepers: 0,
         };
         let shared = Shared { queues: Mutex::new(queues), arrival: Condvar::new() };
         Inbox { shared: Arc::new(shared), clock }
@@ -75,8 +78,18 @@ impl Inbox {
 
     /// Appends a message; when its topic's queue is full, the oldest makes room and is counted as dropped.
     pub fn push(&self, message: Message) {
-        self.lock().push(message);
-        self.shared.arrival.notify_one();
+        self.tell(|queues| queues.push(message));
+    }
+
+    /// Changes something, and wakes the reader where it sleeps and nothing has woken it yet: that is a system call.
+    fn tell(&self, change: impl FnOnce(&mut Queues)) {
+        let mut queues = self.lock();
+        let is_asleep = queues.sleepers > 0 && queues.is_idle();
+        change(&mut queues);
+        drop(queues);
+        if is_asleep {
+            self.shared.arrival.notify_one();
+        }
     }
 
     /// Takes the oldest message; `None` when none waits.
@@ -87,15 +100,17 @@ impl Inbox {
 
     /// Waits until a message is there, [`Inbox::wake`] was called, or the time is over.
     pub fn wait(&self, at_most: Duration) {
-        let idle = |queues: &mut Queues| queues.order.is_empty() && !queues.woken;
-        let waited = self.shared.arrival.wait_timeout_while(self.lock(), at_most, idle);
-        waited.unwrap_or_else(PoisonError::into_inner).0.woken = false;
+        let mut queues = self.lock();
+        queues.sleepers += 1;
+        let waited = self.shared.arrival.wait_timeout_while(queues, at_most, |queues| queues.is_idle());
+        let mut queues = waited.unwrap_or_else(PoisonError::into_inner).0;
+        queues.sleepers -= 1;
+        queues.woken = false;
     }
 
     /// Ends the reader's wait, the present one or else the next.
     pub fn wake(&self) {
-        self.lock().woken = true;
-        self.shared.arrival.notify_one();
+        self.tell(|queues| queues.woken = true);
     }
 
     /// How many messages wait.
@@ -130,6 +145,11 @@ impl Inbox {
 }
 
 impl Queues {
+    /// Whether there is nothing for a reader to do.
+    fn is_idle(&self) -> bool {
+        self.order.is_empty() && !self.woken
+    }
+
     fn push(&mut self, message: Message) {
         let id = self.id(&message.topic);
         let arrival = self.arrived;

@@ -51,7 +51,7 @@ impl MemoryBus {
     pub fn join_with(&self, inbox: Inbox) -> MemoryBridge {
         let mut members = self.lock();
         members.push(Member { topics: Some(BTreeSet::new()), inbox: inbox.clone() });
-        MemoryBridge { bus: self.clone(), inbox, member: members.len() - 1 }
+        MemoryBridge { bus: self.clone(), inbox, member: members.len() - 1, said: BTreeSet::new() }
     }
 
     /// A member that panicked leaves whole messages behind: the others go on.
@@ -66,6 +66,19 @@ pub struct MemoryBridge {
     bus: MemoryBus,
     inbox: Inbox,
     member: usize,
+    /// The topics that were published under: their names are shared by all messages.
+    said: BTreeSet<Arc<str>>,
+}
+
+impl MemoryBridge {
+    fn name(&mut self, topic: &str) -> Arc<str> {
+        if let Some(name) = self.said.get(topic) {
+            return name.clone();
+        }
+        let name: Arc<str> = topic.into();
+        self.said.insert(name.clone());
+        name
+    }
 }
 
 impl Bridge for MemoryBridge {
@@ -94,7 +107,7 @@ impl Bridge for MemoryBridge {
             stamp: Some(message.stamp),
             publisher: Some(self.publisher()),
             quality: message.provenance.map(|provenance| provenance.quality),
-            ..Message::new(message.topic.into(), self.bus.clock.now(), message.payload)
+            ..Message::new(self.name(message.topic), self.bus.clock.now(), message.payload)
         };
         let members = self.bus.lock();
         let others = members.iter().enumerate().filter(|(member, _)| *member != self.member);

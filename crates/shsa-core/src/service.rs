@@ -7,7 +7,7 @@ use crate::computation::{Computation, Computed, Task};
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId};
 use crate::observation::Observation;
 use crate::substitution::Way;
-use crate::time::{Span, Validity};
+use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
 
 /// A way of knowing that is provided as an output.
@@ -21,16 +21,29 @@ pub struct Service {
 impl Service {
     /// Starts the service of a way; `None` when the way is structure only.
     ///
-    /// What the ports remember of its inputs is computed first, so that windows are full from the first output on.
+    /// What the ports remember of its inputs is computed first, so that windows are full from the first output on. Where the
+    /// output is owed since a time, the first one is what was last known, if that is newer: it does not wait for the next
+    /// observation.
     #[must_use]
-    pub fn start(knowledge: &KnowledgeBase, way: Way, ports: &IdVec<SignalId, Port>) -> Option<Service> {
+    pub fn start(
+        knowledge: &KnowledgeBase,
+        way: Way,
+        ports: &IdVec<SignalId, Port>,
+        owed_since: Option<Time>,
+    ) -> Option<Service> {
         let mut computation = Computation::new(knowledge, way, Computation::fastest_input)?;
+        let mut pending = None;
         if let Some(trigger) = computation.trigger() {
-            for moment in ports[trigger].moments() {
-                computation.evaluate(ports, moment, None);
+            let mut moments = ports[trigger].moments().peekable();
+            while let Some(moment) = moments.next() {
+                let is_owed = owed_since.is_some_and(|since| moment.to > since);
+                match moments.peek() {
+                    None if is_owed => pending = Some(moment),
+                    _ => _ = computation.evaluate(ports, moment, None),
+                }
             }
         }
-        Some(Service { computation, pending: None })
+        Some(Service { computation, pending })
     }
 
     /// The same, where somebody else has computed it until now and left this moment undone: it is computed next.

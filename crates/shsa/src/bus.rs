@@ -117,6 +117,21 @@ pub(crate) struct BusArguments {
 }
 
 impl BusArguments {
+    /// As if they had been written: an address and how many messages of a topic may wait, and nothing else.
+    pub(crate) fn at(bus: Address, queue: usize) -> BusArguments {
+        BusArguments {
+            bus,
+            queue,
+            bus_config: None,
+            bus_listen: Vec::new(),
+            ros_domain: 0,
+            ros_dds: false,
+            ca: None,
+            certificate: None,
+            key: None,
+        }
+    }
+
     /// Connects; what arrives waits in `inbox`. The bus in memory is `memory`.
     ///
     /// # Errors

@@ -51,7 +51,7 @@ pub(super) enum Happening {
 
 /// A message.
 pub(super) struct Arrived {
-    pub(super) topic: String,
+    pub(super) topic: Bytes,
     pub(super) payload: Bytes,
     pub(super) retained: bool,
     pub(super) duplicate: bool,
@@ -258,7 +258,7 @@ fn happening_v4(event: rumqttc::Event) -> Happening {
     match event {
         Event::Incoming(Packet::ConnAck(_)) => Happening::Connected,
         Event::Incoming(Packet::Publish(publish)) => Happening::Arrived(Arrived {
-            topic: publish.topic,
+            topic: publish.topic.into(),
             payload: publish.payload,
             retained: publish.retain,
             duplicate: publish.dup,
@@ -280,7 +280,7 @@ fn happening_v5(event: v5::Event) -> Happening {
     match event {
         v5::Event::Incoming(Packet::ConnAck(_)) => Happening::Connected,
         v5::Event::Incoming(Packet::Publish(publish)) => Happening::Arrived(Arrived {
-            topic: String::from_utf8_lossy(&publish.topic).into_owned(),
+            topic: publish.topic,
             payload: publish.payload,
             retained: publish.retain,
             duplicate: publish.dup,

@@ -18,10 +18,11 @@ mod tls;
 pub use options::{Credentials, Delivery, Options, Presence, Version};
 pub use tls::Tls;
 
-use crate::{Answer, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId, payload};
+use crate::{Answer, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, Provenance, PublisherId, payload};
 use bytes::Bytes;
 use outbox::Publication;
 use session::Shared;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -30,6 +31,8 @@ use std::time::Duration;
 pub struct MqttBridge {
     shared: Arc<Shared>,
     version: Version,
+    /// What was published under each topic.
+    said: BTreeMap<Arc<str>, Option<Arc<Provenance>>>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -53,11 +56,25 @@ impl MqttBridge {
             .name("mqtt".to_owned())
             .spawn(move || session::run(&of_thread, &own_options, runtime))
             .map_err(|error| BridgeError::Lost(format!("no thread: {error}")))?;
-        let bridge = MqttBridge { shared, version: options.version, thread: Some(thread) };
+        let (version, said) = (options.version, BTreeMap::new());
+        let bridge = MqttBridge { shared, version, said, thread: Some(thread) };
         match bridge.shared.first_attempt(options.first_attempt) {
             Some(Err(refused @ BridgeError::Refused(_))) => Err(refused),
             _ => Ok(bridge),
         }
+    }
+}
+
+impl MqttBridge {
+    /// A topic and a provenance, shared with the messages before as far as they say the same: both are long-lived.
+    fn names(&mut self, topic: &str, provenance: Option<&Provenance>) -> (Arc<str>, Option<Arc<Provenance>>) {
+        let known = self.said.get_key_value(topic).filter(|(_, said)| said.as_deref() == provenance);
+        if let Some((topic, said)) = known {
+            return (topic.clone(), said.clone());
+        }
+        let (topic, said) = (Arc::<str>::from(topic), provenance.cloned().map(Arc::new));
+        self.said.insert(topic.clone(), said.clone());
+        (topic, said)
     }
 }
 
@@ -97,12 +114,13 @@ impl Bridge for MqttBridge {
             Payload::Bytes(bytes) => bytes,
             Payload::Value(value) => Bytes::from(payload::plain(&value)),
         };
+        let (topic, provenance) = self.names(message.topic, message.provenance);
         self.shared.publish(Publication {
-            topic: message.topic.into(),
+            topic,
             payload,
             retain: message.retain,
             stamp: message.stamp,
-            provenance: message.provenance.cloned(),
+            provenance,
             answers: None,
         })
     }

@@ -13,7 +13,8 @@ pub(super) struct Publication {
     pub(super) payload: Bytes,
     pub(super) retain: bool,
     pub(super) stamp: Time,
-    pub(super) provenance: Option<Provenance>,
+    /// Shared by the messages that say the same.
+    pub(super) provenance: Option<Arc<Provenance>>,
     /// Where an answer is expected.
     pub(super) answers: Option<Arc<str>>,
 }

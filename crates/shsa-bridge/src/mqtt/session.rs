@@ -281,6 +281,7 @@ impl Shared {
     fn arrived(&self, arrived: Arrived) {
         let received = self.inbox.clock().now();
         let Arrived { topic, payload, retained, duplicate, properties } = arrived;
+        let topic = String::from_utf8_lossy(&topic);
         if payload.len() > self.size_limit {
             let told =
                 format!("a message of {} bytes on `{topic}`, more than {}", payload.len(), self.size_limit);
@@ -306,7 +307,7 @@ impl Shared {
             quality: property("quality").and_then(Quality::named),
             publisher,
             retained,
-            ..Message::new(name.unwrap_or_else(|| topic.into()), received, Payload::Bytes(payload))
+            ..Message::new(name.unwrap_or_else(|| (*topic).into()), received, Payload::Bytes(payload))
         };
         if is_wanted {
             drop(state);

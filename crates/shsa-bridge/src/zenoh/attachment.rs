@@ -13,7 +13,10 @@
 use crate::{Outgoing, PublisherId, Quality};
 use serde::Deserialize;
 use shsa_core::time::Time;
+use std::io::Write;
 
+/// Room for what is not the source's name, bytes.
+const WORDS: usize = 96;
 /// Longer attachments are not ours.
 const LENGTH_MAX: usize = 64 << 10;
 
@@ -35,13 +38,17 @@ struct Wire<'a> {
 }
 
 pub(super) fn write(message: &Outgoing<'_>, publisher: PublisherId) -> Vec<u8> {
-    let mut text = format!(r#"{{"stamp_ns":{},"publisher":"{publisher}""#, message.stamp.0);
+    let words = message.provenance.map_or(0, |provenance| provenance.source.len() + WORDS);
+    let mut text = Vec::with_capacity(words + WORDS);
+    // Writing to memory cannot fail.
+    let _ = write!(text, r#"{{"stamp_ns":{},"publisher":"{publisher}""#, message.stamp.0);
     if let Some(provenance) = message.provenance {
-        let (quality, source) = (provenance.quality, serde_json::Value::from(provenance.source.as_str()));
-        text += &format!(r#","quality":"{quality}","status":{},"source":{source}"#, quality.code());
+        let quality = provenance.quality;
+        let _ = write!(text, r#","quality":"{quality}","status":{},"source":"#, quality.code());
+        let _ = serde_json::to_writer(&mut text, &provenance.source);
     }
-    text.push('}');
-    text.into_bytes()
+    text.push(b'}');
+    text
 }
 
 pub(super) fn read(bytes: &[u8]) -> Beside {

@@ -213,7 +213,8 @@ pub(crate) fn stamp_of(sample: &Sample) -> Option<Time> {
 
 /// What the encoding says after its `;`: `application/cdr;sensor_msgs/msg/LaserScan`.
 fn type_of(sample: &Sample) -> Option<Arc<str>> {
-    if sample.encoding() == &Encoding::default() {
+    // What most messages say, without a schema.
+    if [Encoding::ZENOH_BYTES, Encoding::APPLICATION_JSON].contains(sample.encoding()) {
         return None;
     }
     let encoding = sample.encoding().to_string();

@@ -225,8 +225,18 @@ impl Provider {
         self.start(knowledge, best, ports)
     }
 
+    /// Starts the best source in the place of one that was lost; whether there is one. What it knows already that is newer
+    /// than what was published last goes out at once.
+    fn replace_by_best(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>) -> bool {
+        let best = self.ranked().next().map(|(source, _)| source.way.clone());
+        let since = self.last.map(|(_, sample)| sample.validity.to);
+        let service = best.and_then(|way| Service::start(knowledge, way, ports, since));
+        self.take_over(knowledge, service);
+        self.active.is_some()
+    }
+
     fn start(&mut self, knowledge: &KnowledgeBase, way: Option<Way>, ports: &IdVec<SignalId, Port>) -> bool {
-        let service = way.and_then(|way| Service::start(knowledge, way, ports));
+        let service = way.and_then(|way| Service::start(knowledge, way, ports, None));
         self.take_over(knowledge, service);
         self.active.is_some()
     }
@@ -258,7 +268,7 @@ impl Provider {
         }
         let lost = current.map(|way| way.describe(knowledge));
         let order = situation.order.as_deref();
-        if !self.start_best(knowledge, monitor.ports()) {
+        if !self.replace_by_best(knowledge, monitor.ports()) {
             let because = lost.map(|lost| match order {
                 Some(order) => format!("{order}: {lost} is left, and nothing else is trusted"),
                 None => format!("{lost} was lost and nothing else is trusted"),
@@ -320,7 +330,7 @@ impl Provider {
         };
         let next = self.ranked().find(other)?.0.way.clone();
         let left = current.describe(knowledge);
-        let service = Service::start(knowledge, next, monitor.ports())?;
+        let service = Service::start(knowledge, next, monitor.ports(), None)?;
         self.take_over(knowledge, Some(service));
         self.switched = Some(now);
         let unfit = explain::span(now - since);

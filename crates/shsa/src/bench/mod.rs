@@ -2,6 +2,7 @@
 
 mod processor;
 mod day;
+mod live;
 mod monitor;
 mod scale;
 mod thesis;
@@ -20,6 +21,8 @@ pub(crate) struct Arguments {
 enum Command {
     /// How long a day of data takes, and how much memory.
     Day(day::Arguments),
+    /// What healing costs on the wire: the gate, reactions, throughput, an hour of soak.
+    Live(live::Arguments),
     /// What the monitor costs for each observation.
     Monitor(monitor::Arguments),
     /// How time and memory grow with the model.
@@ -32,6 +35,7 @@ enum Command {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match &arguments.command {
         Command::Day(arguments) => day::run(arguments),
+        Command::Live(arguments) => live::run(arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Scale(arguments) => scale::run(arguments),
         Command::Thesis(arguments) => thesis::run(arguments),

@@ -1,6 +1,7 @@
 //! Time on the processor and memory of a process, as the system tells them.
 
 use std::fs;
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Measures the time that this thread runs on a processor; the time that passes where the system does not tell it.
@@ -24,8 +25,23 @@ impl Stopwatch {
 
 /// Seconds that this thread has run; up to a tick of the scheduler (some milliseconds) behind.
 fn on_processor() -> Option<f64> {
-    let text = fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    Some(text.split_whitespace().next()?.parse::<f64>().ok()? / 1e9)
+    Some(nanoseconds_in(&fs::read_to_string("/proc/thread-self/schedstat").ok()?)? / 1e9)
+}
+
+/// Seconds that all threads of a process have run so far; `who` is its number, or the folder of one thread in /proc. Not a
+/// number where the system does not tell it.
+pub(super) fn seconds_of(who: &str) -> f64 {
+    let folders = match fs::read_dir(format!("/proc/{who}/task")) {
+        Ok(threads) => threads.flatten().map(|thread| thread.path()).collect(),
+        Err(_) => vec![PathBuf::from(who)],
+    };
+    let read = |folder: &PathBuf| nanoseconds_in(&fs::read_to_string(folder.join("schedstat")).ok()?);
+    // A thread may have ended meanwhile.
+    folders.iter().filter_map(read).reduce(|sum, each| sum + each).map_or(f64::NAN, |sum| sum / 1e9)
+}
+
+fn nanoseconds_in(schedstat: &str) -> Option<f64> {
+    schedstat.split_whitespace().next()?.parse().ok()
 }
 
 /// A line of the status of a process that holds kibibytes, in bytes; `who` is its number, or `self`.

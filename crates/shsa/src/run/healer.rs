@@ -486,7 +486,7 @@ impl Healer {
         }
     }
 
-    /// Sends a value of a need, where that is ours to serve.
+    /// Sends a value of a need, where that is ours to serve. Whether the need is served better or worse by it than before.
     ///
     /// # Errors
     /// Those of the bus.
@@ -495,7 +495,7 @@ impl Healer {
         publication: &Publication,
         is_ours: impl Fn(&str) -> bool,
         bridge: &mut dyn Bridge,
-    ) -> anyhow::Result<()> {
+    ) -> anyhow::Result<bool> {
         let quality = match publication.quality {
             engine::Quality::Good => Quality::Good,
             engine::Quality::Substitute => Quality::Substitute,
@@ -510,9 +510,9 @@ impl Healer {
             (false, true) => ", in the engine for now",
             (false, false) => "",
         });
-        outlet.note(publication, quality);
+        let is_news = outlet.note(publication, quality);
         if !is_ours(outlet.topic()) {
-            return Ok(());
+            return Ok(is_news);
         }
         let stamp = Outlet::stamp(publication, bridge.inbox().clock());
         let mut is_gate = true;
@@ -521,7 +521,10 @@ impl Healer {
             // A need of the name of its own source has no other publisher beside that.
             is_gate &= takeover.topic().trim_matches('/') != outlet.topic().trim_matches('/');
         }
-        if is_gate { outlet.send(publication, stamp, bridge) } else { Ok(()) }
+        if is_gate {
+            outlet.send(publication, stamp, bridge)?;
+        }
+        Ok(is_news)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::tell;
 use serde_json::{Value, json};
-use shsa_bridge::{Bridge, Clock, Outgoing, Payload};
+use shsa_bridge::{Bridge, Outgoing, Payload};
 use shsa_core::engine::Event;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::Time;
@@ -22,6 +22,16 @@ pub(super) enum Style {
     Text,
     /// One JSON object a line.
     Json,
+    /// Not at all.
+    Silent,
+}
+
+/// A decision in words.
+#[derive(Debug)]
+pub(super) struct Tale {
+    time: Time,
+    fields: Value,
+    text: Option<String>,
 }
 
 /// Tells decisions.
@@ -52,21 +62,14 @@ impl Herald {
         self.kept.iter().filter(|(at, _)| *at >= number).map(|(_, event)| event.clone()).collect()
     }
 
-    /// Tells a decision of the engine.
-    ///
-    /// # Errors
-    /// When standard output is closed.
-    pub(super) fn decided(
-        &mut self,
-        known: &KnowledgeBase,
-        event: &Event,
-        bridge: &mut dyn Bridge,
-    ) -> anyhow::Result<()> {
-        let clock = bridge.inbox().clock().clone();
+    /// A decision of the engine in words, to be told when what it leads to is under way.
+    pub(super) fn tale(&self, known: &KnowledgeBase, event: &Event) -> Tale {
         let text = || tell::event_text(&self.since_beginning(event.time), known, event);
-        let text = (self.style == Style::Text).then(text);
-        let fields = tell::event_fields(known, event);
-        self.send(event.time, fields.into_iter().collect(), text, &clock, bridge)
+        Tale {
+            time: event.time,
+            fields: tell::event_fields(known, event).into_iter().collect(),
+            text: (self.style == Style::Text).then(text),
+        }
     }
 
     /// Tells what has happened to the run itself: a lost connection, messages that had to make room, an order.
@@ -80,31 +83,30 @@ impl Herald {
         because: &str,
         bridge: &mut dyn Bridge,
     ) -> anyhow::Result<()> {
-        let clock = bridge.inbox().clock().clone();
         let text = (self.style == Style::Text)
             .then(|| format!("{}  {kind:<11} {because}", self.since_beginning(now)));
-        self.send(now, json!({ "kind": kind, "because": because }), text, &clock, bridge)
+        self.tell(Tale { time: now, fields: json!({ "kind": kind, "because": because }), text }, bridge)
     }
 
     fn since_beginning(&self, time: Time) -> String {
         format!("{:>9.3} s", (time - self.began).seconds())
     }
 
-    fn send(
-        &mut self,
-        time: Time,
-        fields: Value,
-        text: Option<String>,
-        clock: &Clock,
-        bridge: &mut dyn Bridge,
-    ) -> anyhow::Result<()> {
-        let stamp = clock.by_wall(time);
+    /// Tells everyone.
+    ///
+    /// # Errors
+    /// When standard output is closed.
+    pub(super) fn tell(&mut self, tale: Tale, bridge: &mut dyn Bridge) -> anyhow::Result<()> {
+        let Tale { time, fields, text } = tale;
+        let stamp = bridge.inbox().clock().by_wall(time);
         let mut event = json!({ "number": self.next, "time_ns": stamp.0 });
         if let (Some(event), Value::Object(fields)) = (event.as_object_mut(), fields) {
             event.extend(fields);
         }
         let line = event.to_string();
-        writeln!(stdout().lock(), "{}", text.as_deref().unwrap_or(&line))?;
+        if self.style != Style::Silent {
+            writeln!(stdout().lock(), "{}", text.as_deref().unwrap_or(&line))?;
+        }
         let payload = Payload::Bytes(line.clone().into());
         // The decision stands whether or not the bus can be told now.
         let _ = bridge.publish(Outgoing::new(&self.topic, stamp, payload));

@@ -31,17 +31,18 @@ use crate::outcome::{AlreadyTold, Outcome};
 use crate::watch::Watching;
 use crate::{demo, show};
 use anyhow::Context;
-use control::{Desk, Guard, Token, http};
+use control::{Desk, Guard, Reply, Request, Token, http};
 use figures::Figures;
 use healer::{Healer, Outgoings};
 use herald::{Herald, Style};
 use isolation::IsolationArguments;
 use journal::Bounds;
 use outlet::Form;
+use serde_json::Value;
 use session::{House, Session};
 use shares::Shares;
 use shsa_bridge::memory::MemoryBus;
-use shsa_bridge::{Clock, Inbox};
+use shsa_bridge::{Bridge, Clock, Inbox};
 use shsa_core::engine::Options;
 use shsa_core::time::Span;
 use shsa_format::model::live::{Live, Written};
@@ -190,6 +191,41 @@ fn outgoings(arguments: &Arguments, models: &[(PathBuf, Live)]) -> anyhow::Resul
         AlreadyTold
     })?;
     Ok(Outgoings { form: arguments.form, wiring: wiring.unwrap_or_default() })
+}
+
+/// A run of one model over a bridge that somebody else has opened, without a terminal, HTTP and files, for measurements: what
+/// runs it until `stop` is raised, and what asks it for its state meanwhile (`None`: it has ended).
+///
+/// # Errors
+/// When the bus refuses.
+pub(crate) fn within(
+    name: &str,
+    live: Live,
+    mut bridge: Box<dyn Bridge>,
+    stop: Arc<AtomicBool>,
+) -> anyhow::Result<(impl FnOnce() -> anyhow::Result<Outcome> + Send, impl Fn() -> Option<Value>)> {
+    let (path, options) = (Path::new(name), Options::default());
+    let outgoings = Outgoings { form: Form::Plain, wiring: Wiring::default() };
+    let healer = Healer::new(path, live, options, outgoings, bridge.as_mut())?;
+    let inbox = bridge.inbox().clone();
+    let (desk, requests) = Desk::new(inbox.clone());
+    let session = Session {
+        shares: Shares::new(name, bridge.as_ref())?,
+        name: name.to_owned(),
+        healers: vec![healer],
+        herald: Herald::new(format!("shsa/{name}/events"), Style::Silent, inbox.clock().now()),
+        figures: Figures::new()?,
+        requests,
+        stop,
+        until: None,
+        house: House::new(),
+        bridge,
+    };
+    let state = move || match desk.ask(Request::State)? {
+        Reply::Json(state) => Some(state),
+        Reply::Text(_) | Reply::Refused(_) => None,
+    };
+    Ok((move || session.run(), state))
 }
 
 /// Loads the models, or the one of the simulated robot.

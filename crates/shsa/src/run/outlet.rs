@@ -140,10 +140,18 @@ impl Outlet {
         }
     }
 
-    /// There is a value, whoever sends it.
-    pub(super) fn note(&mut self, publication: &Publication, quality: Quality) {
+    /// There is a value, whoever sends it. Whether the need is served better or worse by it than before.
+    pub(super) fn note(&mut self, publication: &Publication, quality: Quality) -> bool {
+        let before = self.quality(publication.time);
         self.provenance.quality = quality;
         self.last = Some(publication.time);
+        self.quality(publication.time) != before
+    }
+
+    /// Until when its quality stays as it is if nothing comes and nothing is decided.
+    pub(super) fn lasts_until(&self, now: Time) -> Time {
+        let fresh = self.last.filter(|last| now - *last <= self.max_age);
+        fresh.map_or(Time::MAX, |last| last + self.max_age)
     }
 
     /// When a value was true, by the wall clock.

@@ -51,11 +51,14 @@ pub(super) struct House {
     missing: u64,
     /// The quality of each need that was told on the bus last, model by model.
     qualities: Vec<Vec<Quality>>,
+    /// From when on a quality may be another one; until then nobody has to look at all needs in every turn.
+    doubt: Time,
 }
 
 impl House {
     pub(super) fn new() -> House {
-        House { next: Time::MIN, link: Link::Up, losses: BTreeMap::new(), missing: 0, qualities: Vec::new() }
+        let (next, doubt) = (Time::MIN, Time::MIN);
+        House { next, link: Link::Up, losses: BTreeMap::new(), missing: 0, qualities: Vec::new(), doubt }
     }
 }
 
@@ -70,9 +73,10 @@ impl Session {
             self.pass()?;
             self.answer()?;
             self.healers.iter_mut().for_each(Healer::remember);
-            self.share()?;
-            self.take_over()?;
-            self.keep_house()?;
+            let now = self.now();
+            self.share(now)?;
+            self.take_over(now)?;
+            self.keep_house(now)?;
             self.rest();
         }
         self.healers.iter_mut().for_each(Healer::remember_all);
@@ -130,15 +134,18 @@ impl Session {
         self.deliver()
     }
 
-    /// Publishes and tells what the healers have done.
+    /// Publishes and tells what the healers have done: a substitute does not wait until it is told why it is one, as
+    /// telling goes to a terminal, which may be slow.
     fn deliver(&mut self) -> anyhow::Result<()> {
-        let Session { bridge, healers, herald, figures, shares, .. } = self;
+        let Session { bridge, healers, herald, figures, shares, house, .. } = self;
+        let mut tales = Vec::new();
         for healer in healers.iter_mut() {
             while let Some(deed) = healer.poll(bridge.as_mut())? {
                 match deed {
                     Deed::Decided(event) => {
                         figures.decided(event.kind);
-                        herald.decided(healer.told(), &event, bridge.as_mut())?;
+                        house.doubt = Time::MIN;
+                        tales.push(herald.tale(healer.told(), &event));
                     }
                     Deed::Noted(kind, because) => {
                         let now = bridge.inbox().clock().now();
@@ -146,13 +153,15 @@ impl Session {
                     }
                     Deed::Served(publication) => {
                         let is_ours = |need: &str| shares.as_ref().is_none_or(|shares| shares.is_ours(need));
-                        healer.serve(&publication, is_ours, bridge.as_mut())?;
+                        if healer.serve(&publication, is_ours, bridge.as_mut())? {
+                            house.doubt = Time::MIN;
+                        }
                         figures.served(bridge.inbox().clock().now() - publication.time);
                     }
                 }
             }
         }
-        Ok(())
+        tales.into_iter().try_for_each(|tale| herald.tell(tale, bridge.as_mut()))
     }
 
     fn answer(&mut self) -> anyhow::Result<()> {
@@ -191,6 +200,7 @@ impl Session {
             Err(why) => Reply::Refused(why),
         };
         self.deliver()?;
+        self.house.doubt = Time::MIN;
         Ok(reply)
     }
 
@@ -209,12 +219,15 @@ impl Session {
     }
 
     /// Tells other instances what we can serve, and hears what they can.
-    fn share(&mut self) -> anyhow::Result<()> {
-        let now = self.now();
-        let Session { shares: Some(shares), healers, bridge, herald, .. } = self else { return Ok(()) };
-        for (_, outlet) in healers.iter().flat_map(Healer::outlets) {
-            let is_able = matches!(outlet.quality(now), Quality::Good | Quality::Substitute);
-            shares.tell(outlet.topic(), is_able, bridge.as_ref())?;
+    fn share(&mut self, now: Time) -> anyhow::Result<()> {
+        let Session { shares: Some(shares), healers, bridge, herald, house, .. } = self else {
+            return Ok(());
+        };
+        if now >= house.doubt {
+            for (_, outlet) in healers.iter().flat_map(Healer::outlets) {
+                let is_able = matches!(outlet.quality(now), Quality::Good | Quality::Substitute);
+                shares.tell(outlet.topic(), is_able, bridge.as_ref())?;
+            }
         }
         for handover in shares.follow() {
             let (kind, because) = match handover {
@@ -229,8 +242,7 @@ impl Session {
     }
 
     /// Takes the names of failed sources over where that is set, and tells what comes of it.
-    fn take_over(&mut self) -> anyhow::Result<()> {
-        let now = self.now();
+    fn take_over(&mut self, now: Time) -> anyhow::Result<()> {
         let Session { shares, healers, bridge, herald, .. } = self;
         let is_ours = |need: &str| shares.as_ref().is_none_or(|shares| shares.is_ours(need));
         for healer in healers {
@@ -241,9 +253,10 @@ impl Session {
         Ok(())
     }
 
-    fn keep_house(&mut self) -> anyhow::Result<()> {
-        let now = self.now();
-        self.tell_qualities(now)?;
+    fn keep_house(&mut self, now: Time) -> anyhow::Result<()> {
+        if now >= self.house.doubt {
+            self.tell_qualities(now)?;
+        }
         if now < self.house.next {
             return Ok(());
         }
@@ -256,6 +269,7 @@ impl Session {
         self.tell_losses(now)?;
         self.tell_missing(now)?;
         self.house.qualities.clear();
+        self.house.doubt = Time::MIN;
         Ok(())
     }
 
@@ -330,6 +344,8 @@ impl Session {
             }
             *told = qualities.collect();
         }
+        let last = healers.iter().flat_map(Healer::outlets).map(|(_, outlet)| outlet.lasts_until(now));
+        house.doubt = last.fold(Time::MAX, Time::min);
         Ok(())
     }
 

@@ -59,3 +59,30 @@ fn day_replays_what_it_writes_and_removes_it() {
     assert!(read("day.md").contains("`shsa bench day --hours 0.005 --signals 10 --rate 100 --out docs`"));
     assert!(read("day-memory.svg").starts_with("<svg"));
 }
+
+#[test]
+fn live_measures_what_is_asked_and_keeps_the_section_of_a_soak() {
+    let folder = Folder::new();
+    let read = |name: &str| std::fs::read_to_string(folder.path("found").join(name)).unwrap();
+    let soaked = folder.ends("bench live --bus memory --soak 3s --rate 500 --out found --json", 0);
+    let soak: serde_json::Value = serde_json::from_str(&soaked.stdout).unwrap();
+    assert_eq!((&soak["messages"]["said"], &soak["messages"]["lost"]), (&1_500.into(), &0.into()), "{soak}");
+    assert!(read("live.md").contains("`shsa bench live --bus memory --soak '3 s' --rate 500 --out docs`"));
+    assert!(read("live-soak-memory.svg").starts_with("<svg"));
+
+    let ended = folder
+        .ends("bench live --bus memory --part gate,reaction --seconds 1 --faults 1 --out found --json", 0);
+    let lines: Vec<serde_json::Value> =
+        ended.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let parts: Vec<_> = lines.iter().map(|line| line["part"].as_str().unwrap()).collect();
+    assert_eq!(parts, ["gate", "reaction", "reaction"]);
+    assert_eq!(lines[0]["lost"], 0, "{}", lines[0]);
+    for reaction in &lines[1..] {
+        assert_eq!((&reaction["unhealed"], &reaction["wrong"]), (&0.into(), &0.into()), "{reaction}");
+    }
+    let document = read("live.md");
+    let at = |head: &str| document.find(head).unwrap();
+    assert!(at("## The gate") < at("## Reaction") && at("## Reaction") < at("## Soak"));
+    assert_eq!(read("live.jsonl"), ended.stdout);
+    folder.refuses("bench live --seconds 0", &["1 to 3600 seconds"]);
+}

@@ -15,3 +15,4 @@ mod embedded;
 mod endurance;
 mod isolation;
 mod takeover;
+mod soak;

@@ -116,7 +116,7 @@ impl Provider {
         self.delegate.open.clear();
         let service = match undone {
             Some(moment) => Service::start_at(knowledge, way, ports, moment),
-            None => Service::start(knowledge, way, ports),
+            None => Service::start(knowledge, way, ports, None),
         };
         self.active = service.or(self.active.take());
     }

@@ -71,7 +71,7 @@ impl Provider {
     /// Goes on with the same source, without a gap in what its program remembers where it still computes the same.
     fn go_on(&mut self, way: Way, old: &mut Service, change: &Succession<'_>) {
         let Situation { knowledge, monitor, .. } = change.situation;
-        let Some(mut service) = Service::start(knowledge, way, monitor.ports()) else { return };
+        let Some(mut service) = Service::start(knowledge, way, monitor.ports(), None) else { return };
         if !service.inherit(old, change.lineage) {
             // Its values may differ from now on: that is a switch, as for the blending.
             self.server = None;
@@ -99,7 +99,7 @@ impl Provider {
         let Situation { knowledge, monitor, .. } = *situation;
         let spoken = |way: &Way| way.inputs().all(|signal| monitor.watch().has_spoken(signal));
         let heard = self.ranked().map(|(source, _)| &source.way).find(|way| spoken(way)).cloned();
-        let service = heard.and_then(|way| Service::start(knowledge, way, monitor.ports()));
+        let service = heard.and_then(|way| Service::start(knowledge, way, monitor.ports(), None));
         match service {
             Some(_) => {
                 self.take_over(knowledge, service);

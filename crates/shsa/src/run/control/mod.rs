@@ -135,6 +135,13 @@ impl Desk {
             Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => false,
         }
     }
+
+    /// Hands a request in and waits for the reply; `None` when there will be none.
+    pub(super) fn ask(&self, request: Request) -> Option<Reply> {
+        let (sender, replies) = sync_channel(1);
+        let is_taken = self.call(request, move |reply| drop(sender.send(reply)));
+        if is_taken { replies.recv().ok() } else { None }
+    }
 }
 
 #[cfg(test)]
