@@ -92,9 +92,9 @@ than the others, and that end of a file is no fault.
 ";
 
 pub(super) const CHAOS: &str = "\
-`cargo xtask chaos` writes this section: it runs the tests `crates/shsa/tests/chaos` one after another on the release build,
-with Mosquitto, Zenoh routers and Python clients that know nothing of `shsa`. The same tests are part of CI. A row is written
-only when its promise was kept. Three wheels measure one speed 50 times a second; a consumer reads the need, and the *longest
+`cargo xtask chaos` writes this section: it runs the tests `crates/shsa/tests/chaos` one after another, with Mosquitto,
+Zenoh routers and Python clients that know nothing of `shsa`. The same tests are part of CI. A row is written only when its
+promise was kept. Three wheels measure one speed 50 times a second; a consumer reads the need, and the *longest
 gap* is the longest time that it had no value. Times are measured, so they differ from run to run.
 
 ";

@@ -5,7 +5,7 @@ use crate::plant::{Plant, longest_gap};
 use crate::real;
 use crate::row::{Scenario, alone, shown};
 use crate::running::{Folder, Running};
-use crate::scene::{WHEELS, is_trusted, model, settle, told};
+use crate::scene::{WHEELS, model, settle, told, verdict};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
@@ -42,7 +42,7 @@ fn garbage_is_counted_and_healthy_values_are_served_on() {
     let (after, end) = (memory(&run), plant.now());
 
     assert_eq!(counted(&state), COUNT, "{state}");
-    run.until("all are trusted again", |state| WHEELS.iter().all(|wheel| is_trusted(state, wheel)));
+    run.until("all are trusted again", |state| WHEELS.iter().all(|wheel| verdict(state, wheel) == "healthy"));
     let decisions = run.decisions();
     let gap = longest_gap(plant.seen(), begun, end);
     let wrong = plant.seen().iter().filter(|seen| seen.error() > 1.0).count();

@@ -38,10 +38,8 @@ impl Drop for Folder {
     }
 }
 
-/// The program under test; SHSA_PROGRAM names another one, such as a release build.
-fn program() -> PathBuf {
-    std::env::var_os("SHSA_PROGRAM").map_or_else(|| env!("CARGO_BIN_EXE_shsa").into(), PathBuf::from)
-}
+/// The program under test.
+const PROGRAM: &str = env!("CARGO_BIN_EXE_shsa");
 
 /// A run, which ends with the test.
 pub(crate) struct Running {
@@ -58,12 +56,11 @@ impl Running {
 
     /// As [`Running::start`], by a command that runs the rest of its line, as `env NAME=VALUE`.
     pub(crate) fn start_under<'a>(under: &[&str], arguments: impl IntoIterator<Item = &'a str>) -> Running {
-        let program = program();
         let mut command = match under {
-            [] => Command::new(&program),
+            [] => Command::new(PROGRAM),
             [first, rest @ ..] => {
                 let mut command = Command::new(first);
-                command.args(rest).arg(&program);
+                command.args(rest).arg(PROGRAM);
                 command
             }
         };
