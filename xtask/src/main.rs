@@ -22,7 +22,8 @@ usage: cargo xtask COMMAND
   tidy       only the rules of the house: layers, file heads, lengths, words, crates
   licences   only the licences of what is shipped, against deny.toml
   ratchet    only the instructions for an observation, against ratchet.toml; `ratchet write` writes it anew
-  results    replays the recordings with faults injected, and writes docs/results.md";
+  results    replays the recordings with faults injected, and writes docs/results.md
+  chaos      breaks the world around a live run, and writes that section of docs/results.md (as root: all of it)";
 
 fn main() -> ExitCode {
     let command = env::args().nth(1);
@@ -44,6 +45,7 @@ fn run(command: Option<&str>) -> Result<()> {
         Some("ratchet") if env::args().nth(2).as_deref() == Some("write") => ratchet::write(),
         Some("ratchet") => ratchet::check(),
         Some("results") => results::write(),
+        Some("chaos") => results::chaos::write(),
         Some(other) => bail!("no command `{other}`\n{USAGE}"),
         None => bail!("no command\n{USAGE}"),
     }

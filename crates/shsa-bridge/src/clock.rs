@@ -5,6 +5,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
+/// A wall clock that moves by more against ours was stepped, nanoseconds: 50 ms.
+const STEP: i64 = 50_000_000;
+/// So long after a step, what was stamped before it may still be on its way, nanoseconds.
+const ON_ITS_WAY: i64 = 2_000_000_000;
+
 /// A clock that runs evenly from the wall's time at its start; clones are the same clock.
 ///
 /// Someone may step the wall clock meanwhile, and with it the stamps of all publishers. [`Clock::follow`] notices, and
@@ -22,6 +27,10 @@ enum Kind {
         base: i64,
         /// How far the wall clock is ahead of this one.
         ahead: AtomicI64,
+        /// How far it was before its last step.
+        was_ahead: AtomicI64,
+        /// When that was found, by this clock.
+        stepped: AtomicI64,
     },
 }
 
@@ -29,7 +38,13 @@ impl Clock {
     /// One that runs, and shows the wall's time now.
     #[must_use]
     pub fn running() -> Clock {
-        Clock(Arc::new(Kind::Running { started: Instant::now(), base: wall(), ahead: AtomicI64::new(0) }))
+        Clock(Arc::new(Kind::Running {
+            started: Instant::now(),
+            base: wall(),
+            ahead: AtomicI64::new(0),
+            was_ahead: AtomicI64::new(0),
+            stepped: AtomicI64::new(i64::MIN),
+        }))
     }
 
     /// One that stands at 0 until it is [set](Clock::set): a run that is driven by it repeats.
@@ -54,23 +69,41 @@ impl Clock {
         }
     }
 
-    /// Looks at the wall clock. Where it has moved against this one by more than `tolerance` nanoseconds since it was last
-    /// followed, that is a step: it is taken over, and given back (positive: the wall clock went ahead).
-    pub fn follow(&self, tolerance: i64) -> Option<i64> {
-        let Kind::Running { ahead, .. } = &*self.0 else { return None };
-        let (is, was) = (wall().saturating_sub(self.now().0), ahead.load(Ordering::Acquire));
+    /// Looks at the wall clock. Where it has moved by more than 50 ms against this one since it was last followed, that is a
+    /// step: it is taken over, and given back in nanoseconds (positive: the wall clock went ahead). To be called before
+    /// stamps are read: two readings of the clock, no more.
+    pub fn follow(&self) -> Option<i64> {
+        let Kind::Running { ahead, was_ahead, stepped, .. } = &*self.0 else { return None };
+        let now = self.now().0;
+        let (is, was) = (wall().saturating_sub(now), ahead.load(Ordering::Acquire));
         let step = is.saturating_sub(was);
-        if step.saturating_abs() <= tolerance {
+        if step.saturating_abs() <= STEP {
             return None;
         }
+        was_ahead.store(was, Ordering::Release);
+        stepped.store(now, Ordering::Release);
         ahead.store(is, Ordering::Release);
         Some(step)
     }
 
-    /// A time by the wall clock, as this clock shows it.
+    /// The stamp of a message by the wall clock, as this clock shows it. Shortly after a step it may have been stamped before:
+    /// of both, that is taken which is closer to its reception.
     #[must_use]
-    pub fn steady(&self, time: Time) -> Time {
-        Time(time.0.saturating_sub(self.ahead()))
+    pub fn steady(&self, stamp: Time, received: Time) -> Time {
+        let before = |ahead: i64| Time(stamp.0.saturating_sub(ahead));
+        match &*self.0 {
+            Kind::Running { ahead, was_ahead, stepped, .. } => {
+                let (is, was) = (ahead.load(Ordering::Acquire), was_ahead.load(Ordering::Acquire));
+                let since = received.0.saturating_sub(stepped.load(Ordering::Acquire));
+                let age = |time: &Time| received.0.abs_diff(time.0);
+                if since > ON_ITS_WAY || age(&before(is)) <= age(&before(was)) {
+                    before(is)
+                } else {
+                    before(was)
+                }
+            }
+            Kind::Manual(_) => stamp,
+        }
     }
 
     /// A time of this clock, as the wall clock shows it.
@@ -112,21 +145,39 @@ mod tests {
     #[test]
     fn a_step_of_the_wall_clock_is_told_once_and_translated() {
         let clock = Clock::running();
-        assert_eq!(clock.follow(1_000_000_000), None);
+        assert_eq!(clock.follow(), None);
         let hour = 3_600_000_000_000;
         if let Kind::Running { ahead, .. } = &*clock.0 {
             ahead.store(-hour, Ordering::Release);
         }
-        let step = clock.follow(1_000_000_000).unwrap();
+        let step = clock.follow().unwrap();
         assert!((step - hour).abs() < 1_000_000_000, "{step}");
-        assert_eq!(clock.follow(1_000_000_000), None);
-        assert_eq!(clock.steady(clock.by_wall(Time(7))), Time(7));
+        assert_eq!(clock.follow(), None);
+    }
+
+    #[test]
+    fn what_was_stamped_before_a_step_and_comes_after_it_is_no_hour_old() {
+        let clock = Clock::running();
+        let hour = 3_600_000_000_000;
+        if let Kind::Running { ahead, .. } = &*clock.0 {
+            ahead.store(-hour, Ordering::Release);
+        }
+        let before = clock.by_wall(clock.now());
+        clock.follow();
+        let (now, after) = (clock.now(), clock.by_wall(clock.now()));
+        for stamp in [before, after] {
+            let age = now.0.abs_diff(clock.steady(stamp, now).0);
+            assert!(age < 1_000_000_000, "{age}");
+        }
+        let late = Time(now.0 + ON_ITS_WAY + 1_000_000_000);
+        assert!(clock.steady(before, late).0.abs_diff(late.0) > hour as u64 / 2);
     }
 
     #[test]
     fn a_manual_clock_stands_where_it_was_set() {
         let clock = Clock::manual();
         clock.set(Time(5));
-        assert_eq!((clock.now(), clock.follow(0)), (Time(5), None));
+        assert_eq!((clock.now(), clock.follow()), (Time(5), None));
+        assert_eq!(clock.steady(clock.by_wall(Time(7)), Time(9)), Time(7));
     }
 }

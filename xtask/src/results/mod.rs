@@ -1,6 +1,7 @@
 //! `docs/results.md`: what the command finds in real recordings, clean and with injected faults.
 //!
-//! Figures come from the run and name neither machine nor date, so the same command writes the same bytes.
+//! Figures come from the run and name neither machine nor date, so the same command writes the same bytes. The section
+//! about [chaos] is measured in real time, and is written by a command of its own.
 
 mod replay;
 mod faults;
@@ -8,6 +9,7 @@ mod markdown;
 mod pairs;
 mod motes;
 mod notes;
+pub(crate) mod chaos;
 
 use crate::command;
 use anyhow::{Context, Result};
@@ -45,6 +47,7 @@ pub(crate) fn write() -> Result<()> {
         println!("{title}");
         text += &format!("\n## {title}\n\n{}", section(&program)?);
     }
+    text += chaos::kept(&fs::read_to_string(DOCUMENT).unwrap_or_default());
     fs::create_dir_all("docs").context("making the folder docs")?;
     fs::write(DOCUMENT, text).with_context(|| format!("writing {DOCUMENT}"))
 }

@@ -4,7 +4,7 @@ pub(super) const HEAD: &str = "\
 # Results
 
 What `shsa replay` finds in real recordings, clean and with injected faults. `cargo xtask results` writes this file: it
-replays everything again and takes each figure from the run. The recordings are third-party ones and no part of this
+replays everything again and takes each figure from the run; the last section has a command of its own. The recordings are third-party ones and no part of this
 project; they are expected beside it, in `../shared/data`.
 
 In the tables, *verdict* is what is said about the signal with the fault: `failed` or `silent` names it, `suspected` says
@@ -89,4 +89,12 @@ pub(super) const MOTES: &str = "
 Two motes in a room cannot say which of them lies: both are suspected, and neither is called failed. Humidity shows both
 events first. The needs of these models allow a value to be an hour old: motes 1 and 2 were recorded for 52 minutes less
 than the others, and that end of a file is no fault.
+";
+
+pub(super) const CHAOS: &str = "\
+`cargo xtask chaos` writes this section: it runs the tests `crates/shsa/tests/chaos` one after another, with Mosquitto,
+Zenoh routers and Python clients that know nothing of `shsa`. The same tests are part of CI. A row is written only when its
+promise was kept. Three wheels measure one speed 50 times a second; a consumer reads the need, and the *longest
+gap* is the longest time that it had no value. Times are measured, so they differ from run to run.
+
 ";

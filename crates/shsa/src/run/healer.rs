@@ -393,9 +393,9 @@ impl Healer {
         takeover.is_some_and(Takeover::order_back)
     }
 
-    /// Saves what must outlast the process, if that has changed.
+    /// Saves what must outlast the process, if that has changed, or could not be saved.
     pub(super) fn remember(&mut self) {
-        if let Some(memory) = self.memory.as_mut().filter(|_| self.has_decided) {
+        if let Some(memory) = self.memory.as_mut().filter(|memory| self.has_decided || memory.is_due()) {
             memory.save(&self.engine.snapshot());
             self.has_decided = false;
         }

@@ -19,7 +19,12 @@ use std::time::{Duration, Instant};
 /// Chunks that may wait for the disk: at most a turn's inputs each.
 const WAITING: usize = 1_024;
 /// How long a disk that refuses is left alone.
-const PAUSE: Duration = Duration::from_secs(1);
+pub(super) const PAUSE: Duration = Duration::from_secs(1);
+/// How long the end of a run waits for the disk.
+const END: Duration = Duration::from_secs(5);
+/// A file that was begun after a refusal and holds less than this part of what it may, when the disk refuses again, is not worth
+/// the place of an older one.
+const WORTH: u64 = 64;
 
 /// How much is kept.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +50,10 @@ pub(super) struct Journal {
     lines: JournalWriter<Vec<u8>>,
     inputs: u64,
     head: Arc<[u8]>,
-    chunks: SyncSender<Chunk>,
+    /// `None` at its end.
+    chunks: Option<SyncSender<Chunk>>,
+    /// Closed when everything is on the disk.
+    written: Receiver<()>,
     missing: Arc<Mutex<Missing>>,
 }
 
@@ -70,14 +78,17 @@ impl Journal {
     ) -> io::Result<Journal> {
         fs::create_dir_all(folder)?;
         let head = head(knowledge)?;
-        let mut disk =
-            Disk { folder: folder.to_owned(), model: model.to_owned(), bounds, file: None, size: 0 };
+        let mut disk = Disk::new(folder, model, bounds);
         disk.begin(&head)?;
         let (chunks, taken) = sync_channel(WAITING);
+        let (writing, written) = sync_channel(0);
         let missing = Arc::<Mutex<Missing>>::default();
         let told = missing.clone();
-        thread::Builder::new().name("journal".into()).spawn(move || disk.write_all(&taken, &told))?;
-        Ok(Journal { lines: lines(knowledge)?, inputs: 0, head, chunks, missing })
+        thread::Builder::new().name("journal".into()).spawn(move || {
+            disk.write_all(&taken, &told);
+            drop(writing);
+        })?;
+        Ok(Journal { lines: lines(knowledge)?, inputs: 0, head, chunks: Some(chunks), written, missing })
     }
 
     /// Adds an input.
@@ -100,9 +111,8 @@ impl Journal {
         }
         let lines = mem::take(self.lines.output_mut());
         let chunk = Chunk { head: self.head.clone(), lines, inputs: mem::take(&mut self.inputs) };
-        if let Err(TrySendError::Full(chunk) | TrySendError::Disconnected(chunk)) =
-            self.chunks.try_send(chunk)
-        {
+        let Some(chunks) = &self.chunks else { return };
+        if let Err(TrySendError::Full(chunk) | TrySendError::Disconnected(chunk)) = chunks.try_send(chunk) {
             lose(&self.missing, chunk.inputs, "the disk is too slow");
         }
     }
@@ -110,6 +120,15 @@ impl Journal {
     /// What is not in the journal although it should be.
     pub(super) fn missing(&self) -> Missing {
         self.missing.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// At the end everything is on the disk, unless the disk takes too long.
+impl Drop for Journal {
+    fn drop(&mut self) {
+        self.hand_over();
+        self.chunks = None;
+        let _closed_or_late = self.written.recv_timeout(END);
     }
 }
 
@@ -137,9 +156,19 @@ struct Disk {
     /// `None` while the disk refuses.
     file: Option<File>,
     size: u64,
+    /// How many are in the present file.
+    inputs: u64,
+    /// Whether the disk has refused the end of the present file, and of the one before.
+    is_cut: bool,
+    was_cut: bool,
 }
 
 impl Disk {
+    fn new(folder: &Path, model: &str, bounds: Bounds) -> Disk {
+        let (folder, model) = (folder.to_owned(), model.to_owned());
+        Disk { folder, model, bounds, file: None, size: 0, inputs: 0, is_cut: false, was_cut: false }
+    }
+
     fn write_all(&mut self, chunks: &Receiver<Chunk>, missing: &Mutex<Missing>) {
         let mut again = Instant::now();
         for chunk in chunks {
@@ -147,39 +176,59 @@ impl Disk {
                 lose(missing, chunk.inputs, "the disk refused just now");
                 continue;
             }
-            if let Err(error) = self.write(&chunk) {
-                lose(missing, chunk.inputs, &error.to_string());
-                // What was written of the chunk may end within a line: the next one begins a new file.
-                self.file = None;
-                again = Instant::now() + PAUSE;
+            match self.write(&chunk) {
+                Ok(0) => {}
+                Ok(replaced) => lose(missing, replaced, "the disk refused again and again"),
+                Err(error) => {
+                    lose(missing, chunk.inputs, &error.to_string());
+                    again = Instant::now() + PAUSE;
+                }
             }
         }
     }
 
-    fn write(&mut self, chunk: &Chunk) -> io::Result<()> {
+    /// Gives the number of inputs that had to make room.
+    fn write(&mut self, chunk: &Chunk) -> io::Result<u64> {
         let length = chunk.lines.len() as u64;
-        if self.file.is_none() || self.size + length > self.bounds.size {
-            self.begin(&chunk.head)?;
+        let is_full = self.size + length > self.bounds.size;
+        let Some(file) = self.file.as_mut().filter(|_| !is_full) else { return self.begin_with(chunk) };
+        if let Err(error) = file.write_all(&chunk.lines) {
+            // The file ends with a whole line; what comes later, after a hole, begins another.
+            let _it_ends_within_a_line = file.set_len(self.size);
+            self.file = None;
+            self.is_cut = true;
+            return Err(error);
         }
-        let Some(file) = &mut self.file else { return Ok(()) };
-        file.write_all(&chunk.lines)?;
         self.size += length;
-        Ok(())
+        self.inputs += chunk.inputs;
+        Ok(0)
     }
 
-    /// Makes the present file an older one, and begins another.
-    fn begin(&mut self, head: &[u8]) -> io::Result<()> {
+    /// Begins a file without inputs.
+    fn begin(&mut self, head: &Arc<[u8]>) -> io::Result<u64> {
+        self.begin_with(&Chunk { head: head.clone(), lines: Vec::new(), inputs: 0 })
+    }
+
+    /// Makes the present file an older one, and begins another: nothing of the older ones goes before the new one has its
+    /// place. Gives the number of inputs of a present file that was not worth that.
+    fn begin_with(&mut self, chunk: &Chunk) -> io::Result<u64> {
         self.file = None;
-        if self.path(0).exists() {
+        let beside = self.folder.join(format!("{}.jsonl.new", self.model));
+        let file = written(&beside, chunk);
+        let file = file.inspect_err(|_| drop(fs::remove_file(&beside)))?;
+        let is_worthless = self.is_cut && self.was_cut && self.size < self.bounds.size / WORTH;
+        if self.path(0).exists() && !is_worthless {
             for number in (0..self.bounds.older).rev() {
                 rename_if_there(&self.path(number), &self.path(number + 1))?;
             }
         }
-        let mut file = File::create(self.path(0))?;
-        file.write_all(head)?;
-        self.size = head.len() as u64;
+        fs::rename(&beside, self.path(0))?;
+        let lost = if is_worthless { self.inputs } else { 0 };
+        self.size = (chunk.head.len() + chunk.lines.len()) as u64;
+        self.inputs = chunk.inputs;
+        (self.is_cut, self.was_cut) = (false, self.is_cut);
         self.file = Some(file);
-        Ok(())
+        Ok(lost)
     }
 
     fn path(&self, number: usize) -> PathBuf {
@@ -189,6 +238,14 @@ impl Disk {
             number => folder.join(format!("{model}.{number}.jsonl")),
         }
     }
+}
+
+/// A new file that holds a chunk.
+fn written(path: &Path, chunk: &Chunk) -> io::Result<File> {
+    let mut file = File::create(path)?;
+    file.write_all(&chunk.head)?;
+    file.write_all(&chunk.lines)?;
+    Ok(file)
 }
 
 fn rename_if_there(from: &Path, to: &Path) -> io::Result<()> {
@@ -218,8 +275,7 @@ mod tests {
 
     fn disk(folder: &Path, older: usize) -> Disk {
         fs::create_dir_all(folder).unwrap();
-        let bounds = Bounds { size: 40, older };
-        Disk { folder: folder.to_owned(), model: "m".into(), bounds, file: None, size: 0 }
+        Disk::new(folder, "m", Bounds { size: 40, older })
     }
 
     fn chunk(lines: &str) -> Chunk {
@@ -244,7 +300,7 @@ mod tests {
     fn a_disk_that_refuses_costs_only_what_it_refuses() {
         let folder = folder("refusal");
         let mut disk = disk(&folder, 2);
-        disk.begin(b"head\n").unwrap();
+        disk.begin(&(*b"head\n").into()).unwrap();
         disk.file = Some(File::open(disk.path(0)).unwrap());
         let (sender, taken) = sync_channel(4);
         let missing = Mutex::default();
@@ -255,6 +311,24 @@ mod tests {
         assert_eq!(missing.lock().unwrap().inputs, 2);
         disk.write(&chunk("later\n")).unwrap();
         assert_eq!(fs::read_to_string(disk.path(0)).unwrap(), "head\nlater\n");
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_disk_that_refuses_again_and_again_does_not_push_out_what_is_older() {
+        let folder = folder("again");
+        let mut disk = Disk { bounds: Bounds { size: 64 << 10, older: 2 }, ..disk(&folder, 2) };
+        let mut lost = disk.write(&chunk("older\n")).unwrap();
+        for number in 0..8 {
+            // Every second write is refused.
+            disk.file = Some(File::open(disk.path(0)).unwrap());
+            disk.write(&chunk("refused\n")).unwrap_err();
+            lost += disk.write(&chunk(&format!("{number}\n"))).unwrap();
+        }
+        let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+        assert_eq!((read("m.1.jsonl"), read("m.jsonl")), ("head\nolder\n".into(), "head\n7\n".into()));
+        assert!(!folder.join("m.2.jsonl").exists() && !folder.join("m.jsonl.new").exists());
+        assert_eq!(lost, 7);
         fs::remove_dir_all(folder).unwrap();
     }
 

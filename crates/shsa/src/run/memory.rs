@@ -1,7 +1,7 @@
 //! What must outlast the process, in `FOLDER/MODEL.json`: written beside and then moved into its place, so that it is whole
 //! whenever the process or the machine ends.
 
-use super::journal::Missing;
+use super::journal::{Missing, PAUSE};
 use anyhow::{Context, anyhow};
 use shsa_core::engine::Snapshot;
 use shsa_format::state::{read_state, write_state};
@@ -10,6 +10,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
+use std::time::Instant;
 
 /// The state of one model on the disk.
 #[derive(Debug)]
@@ -18,6 +19,8 @@ pub(super) struct Memory {
     /// Asks for what was written to reach the disk itself; that takes long, and nobody waits for it.
     sync: SyncSender<()>,
     missing: Missing,
+    /// When to try again what the disk has refused.
+    again: Option<Instant>,
 }
 
 impl Memory {
@@ -42,29 +45,39 @@ impl Memory {
             // A power failure may cost what could not be synchronised; a lost process costs nothing.
             asked.iter().for_each(|()| drop(File::open(&synced).and_then(|file| file.sync_all())));
         })?;
-        Ok((Memory { path, sync, missing: Missing::default() }, snapshot))
+        Ok((Memory { path, sync, missing: Missing::default(), again: None }, snapshot))
     }
 
-    /// Takes the place of what was saved before. What cannot be saved is counted.
+    /// Takes the place of what was saved before. What cannot be saved is counted, and due again after a while.
     pub(super) fn save(&mut self, snapshot: &Snapshot) {
         match self.replace(&write_state(snapshot)) {
-            // One that waits will see this one, too.
-            Ok(()) => drop(self.sync.try_send(())),
+            Ok(()) => {
+                self.again = None;
+                // One that waits will see this one, too.
+                let _ = self.sync.try_send(());
+            }
             Err(error) => {
-                self.missing.inputs += 1;
+                self.missing.inputs += u64::from(self.again.is_none());
                 self.missing.because = error.to_string();
+                self.again = Some(Instant::now() + PAUSE);
             }
         }
     }
 
-    /// How often the state could not be saved, and why the last time.
+    /// Whether it is time to try again what could not be saved.
+    pub(super) fn is_due(&self) -> bool {
+        self.again.is_some_and(|again| again <= Instant::now())
+    }
+
+    /// How often the disk began to refuse the state, and why the last time.
     pub(super) fn missing(&self) -> &Missing {
         &self.missing
     }
 
     fn replace(&self, text: &str) -> io::Result<()> {
         let beside = self.path.with_extension("json.new");
-        File::create(&beside)?.write_all(text.as_bytes())?;
-        fs::rename(&beside, &self.path)
+        let written = File::create(&beside).and_then(|mut file| file.write_all(text.as_bytes()));
+        let replaced = written.and_then(|()| fs::rename(&beside, &self.path));
+        replaced.inspect_err(|_| drop(fs::remove_file(&beside)))
     }
 }

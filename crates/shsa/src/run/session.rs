@@ -19,10 +19,8 @@ use std::time::Duration;
 
 /// Messages that are heard before the time, requests and the house get their turn.
 const BATCH: usize = 256;
-/// How often the house is kept: link, losses, clock, status.
+/// How often the house is kept: link, losses, status.
 const HOUSEKEEPING: Span = Span::from_millis(1_000);
-/// A wall clock that moves by more against ours was stepped, nanoseconds: 50 ms.
-const CLOCK_STEP: i64 = 50_000_000;
 
 /// A run under way.
 pub(super) struct Session {
@@ -69,6 +67,7 @@ impl Session {
     /// When standard output is closed, or the bus cannot be used any more.
     pub(super) fn run(mut self) -> anyhow::Result<Outcome> {
         while !self.is_over() {
+            self.follow_clock()?;
             self.hear()?;
             self.pass()?;
             self.answer()?;
@@ -261,7 +260,6 @@ impl Session {
             return Ok(());
         }
         self.house.next = now + HOUSEKEEPING;
-        self.follow_clock(now)?;
         self.tell_link(now)?;
         for trouble in self.bridge.troubles() {
             self.herald.noted(now, "trouble", &trouble.to_string(), self.bridge.as_mut())?;
@@ -273,8 +271,10 @@ impl Session {
         Ok(())
     }
 
-    fn follow_clock(&mut self, now: Time) -> anyhow::Result<()> {
-        let Some(step) = self.clock().follow(CLOCK_STEP) else { return Ok(()) };
+    /// Looked at in every turn: a stamp that is read by the clock of before a step is wrong by all of it.
+    fn follow_clock(&mut self) -> anyhow::Result<()> {
+        let Some(step) = self.clock().follow() else { return Ok(()) };
+        let now = self.now();
         let because =
             format!("the wall clock was stepped by {:.3} s; stamps are corrected", step as f64 / 1e9);
         self.herald.noted(now, "clock", &because, self.bridge.as_mut())

@@ -91,7 +91,7 @@ impl Wires {
             if ends[signal].repeats(&value) || message.retained && stamp.is_none() {
                 return;
             }
-            let stamp = stamp.map_or(message.received, |stamp| clock.steady(stamp));
+            let stamp = stamp.map_or(message.received, |stamp| clock.steady(stamp, message.received));
             each(Observation { signal, stamp, received: message.received, value });
         };
         match &message.payload {

@@ -81,7 +81,9 @@ impl Ports {
                     return;
                 }
             };
-            let stamp = reading.stamp.or(message.stamp).map_or(message.received, |stamp| clock.steady(stamp));
+            let received = message.received;
+            let stamp = reading.stamp.or(message.stamp);
+            let stamp = stamp.map_or(received, |stamp| clock.steady(stamp, received));
             if port.latest.as_ref().is_some_and(|(_, before, _)| *before > stamp) {
                 return;
             }

@@ -38,6 +38,9 @@ impl Drop for Folder {
     }
 }
 
+/// The program under test.
+const PROGRAM: &str = env!("CARGO_BIN_EXE_shsa");
+
 /// A run, which ends with the test.
 pub(crate) struct Running {
     child: Child,
@@ -48,7 +51,20 @@ pub(crate) struct Running {
 impl Running {
     /// Starts `shsa run` with these arguments, on a free port for HTTP.
     pub(crate) fn start<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Running {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_shsa"))
+        Running::start_under(&[], arguments)
+    }
+
+    /// As [`Running::start`], by a command that runs the rest of its line, as `env NAME=VALUE`.
+    pub(crate) fn start_under<'a>(under: &[&str], arguments: impl IntoIterator<Item = &'a str>) -> Running {
+        let mut command = match under {
+            [] => Command::new(PROGRAM),
+            [first, rest @ ..] => {
+                let mut command = Command::new(first);
+                command.args(rest).arg(PROGRAM);
+                command
+            }
+        };
+        let mut child = command
             .args(["run", "--json", "--http", "127.0.0.1:0"])
             .args(arguments)
             .env("SHSA_TOKEN", TOKEN)
@@ -82,6 +98,18 @@ impl Running {
                 return decision;
             }
         }
+    }
+
+    /// All decisions that have come since it was asked last.
+    #[allow(dead_code, reason = "not every test uses all of it")]
+    pub(crate) fn decisions(&self) -> Vec<Value> {
+        self.decisions.try_iter().map(|line| serde_json::from_str(&line).unwrap()).collect()
+    }
+
+    /// What the system says about the process.
+    #[allow(dead_code, reason = "not every test uses all of it")]
+    pub(crate) fn process(&self, file: &str) -> String {
+        std::fs::read_to_string(format!("/proc/{}/{file}", self.child.id())).unwrap()
     }
 
     /// Waits until the state is as wanted.
@@ -138,7 +166,8 @@ impl Running {
         self.child.wait().unwrap();
     }
 
-    fn signal(&self, signal: &str) {
+    /// Sends it a signal of Unix by its id.
+    pub(crate) fn signal(&self, signal: &str) {
         let status = Command::new("kill").args([signal, &self.child.id().to_string()]).status().unwrap();
         assert!(status.success());
     }

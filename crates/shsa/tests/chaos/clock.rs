@@ -1,0 +1,88 @@
+//! The wall clock is stepped by an hour, both ways, under the instance and the sensors alike.
+
+use crate::broker::Broker;
+use crate::plant::{Plant, longest_gap};
+use crate::real;
+use crate::row::{Scenario, alone, shown};
+use crate::running::{Folder, Running};
+use crate::scene::{WHEELS, model, settle, told, under, wait};
+use std::fs;
+use std::path::Path;
+
+const SCENARIO: Scenario = Scenario {
+    number: 5,
+    name: "clock stepped by an hour, both ways",
+    done: "the wall clock of instance, sensors and consumer set an hour ahead, then an hour behind (libfaketime), with \
+           stamps in every message",
+    promised: "no false fault, no gap; told; stamps of what is published follow the wall clock",
+};
+const HOUR: f64 = 3600.0;
+/// Where Debian puts a folder for each architecture.
+const LIBRARIES: &str = "/usr/lib";
+
+#[test]
+fn a_step_of_the_wall_clock_is_no_fault() {
+    let Some(python) = real::python() else { return };
+    let Some(library) = library() else {
+        return SCENARIO.skipped("libfaketime is absent; `cargo xtask test` installs it");
+    };
+    let _turn = alone();
+    let (broker, folder) = (Broker::start(&[]), Folder::new());
+    let offset = folder.path("offset");
+    fs::write(&offset, "+0").unwrap();
+    let settings = [
+        format!("LD_PRELOAD={library}"),
+        format!("FAKETIME_TIMESTAMP_FILE={}", offset.display()),
+        "FAKETIME_DONT_FAKE_MONOTONIC=1".to_owned(),
+        "FAKETIME_NO_CACHE=1".to_owned(),
+    ];
+    let env: Vec<&str> = ["env"].into_iter().chain(settings.iter().map(String::as_str)).collect();
+    let python = under(&folder, "python", &env, &python);
+    let (model, address) = (model(&folder), format!("mqtt://127.0.0.1:{}", broker.port()));
+    let run = Running::start_under(&env, [&*model, "--bus", &address]);
+    let mut plant = Plant::start(&python, "mqtt", broker.port(), &WHEELS);
+    settle(&run, &mut plant);
+    run.decisions();
+
+    let begun = plant.now();
+    wait(1.0);
+    for step in ["+3600", "-3600"] {
+        set(&offset, step);
+        wait(2.5);
+    }
+    let end = plant.now();
+    let decisions = run.decisions();
+    let kinds = told(&decisions);
+    assert_eq!(kinds, ["clock", "clock"], "{decisions:?}");
+    let seen: Vec<_> = plant.seen().iter().filter(|seen| seen.at > begun).cloned().collect();
+    let wall = |seen: &crate::plant::Seen| seen.wall_s - seen.at;
+    let steps: Vec<f64> = seen.windows(2).map(|pair| wall(&pair[1]) - wall(&pair[0])).collect();
+    let count = |is_so: fn(f64) -> bool| steps.iter().filter(|step| is_so(**step)).count();
+    assert_eq!((count(|step| step > HOUR - 1.0), count(|step| step < 1.0 - 2.0 * HOUR)), (1, 1));
+    let not_good = seen.iter().filter(|seen| !seen.is_good()).count();
+    let gap = longest_gap(&seen, begun, end);
+    assert!(not_good == 0 && gap < 0.4, "{not_good} {gap}");
+    // On the way to the consumer, some milliseconds pass, and some more on a busy machine; in them the clock may step.
+    let strange: Vec<_> = seen.iter().filter(|seen| (seen.wall_s - seen.stamp_s).abs() > 0.5).collect();
+    assert!(strange.len() <= 2 * 2, "{strange:?}");
+    SCENARIO.seen(&format!(
+        "longest gap {}; all {} values `Good`, no event but `clock` twice; {} values on their way at a step have the stamp \
+         of before, the others follow the wall clock",
+        shown(gap),
+        seen.len(),
+        strange.len(),
+    ));
+}
+
+/// Rewrites it in one step: it is read all the time.
+fn set(offset: &Path, step: &str) {
+    let beside = offset.with_extension("new");
+    fs::write(&beside, step).unwrap();
+    fs::rename(&beside, offset).unwrap();
+}
+
+fn library() -> Option<String> {
+    let folders = fs::read_dir(LIBRARIES).ok()?.flatten();
+    let mut places = folders.map(|folder| folder.path().join("faketime/libfaketime.so.1"));
+    places.find(|place| place.exists()).map(|place| place.display().to_string())
+}

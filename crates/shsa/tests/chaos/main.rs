@@ -1,0 +1,28 @@
+//! What `shsa run` promises when the world around it breaks: with real parts, and in figures.
+//!
+//! Each scenario is a test, and a row of the table that `cargo xtask chaos` writes into docs/results.md.
+#![cfg(test)]
+
+#[path = "../../../shsa-bridge/tests/real/mod.rs"]
+mod real;
+
+#[allow(dead_code, reason = "the bridges' tests use all of it")]
+#[path = "../../../shsa-bridge/tests/broker/mod.rs"]
+mod broker;
+
+#[allow(dead_code, reason = "the tests of live runs use all of it")]
+#[path = "../live/running.rs"]
+mod running;
+
+mod row;
+mod plant;
+mod scene;
+
+mod broken_broker;
+mod killed;
+mod cut;
+mod clock;
+mod garbage;
+mod flood;
+mod full_disk;
+mod twins;
