@@ -119,6 +119,7 @@ mod tests {
 
     /// Says to the test that it is the one in the sandbox.
     const INSIDE: &str = "SHSA_TEST_INSIDE";
+    /// The allocator has set some memory aside for the test's thread; four times as much is more than both.
     const GRANT: usize = 32 << 20;
 
     /// Runs one test of this file again, in a process that goes into the sandbox; what it says, and how it ends.
@@ -171,7 +172,7 @@ mod tests {
                 ("a thread", &|| std::thread::Builder::new().spawn(|| ()).map(drop)),
                 ("more memory than a little", &|| {
                     Vec::<u8>::new()
-                        .try_reserve_exact(GRANT)
+                        .try_reserve_exact(4 * GRANT)
                         .map_err(|_| std::io::ErrorKind::OutOfMemory.into())
                 }),
                 ("a little memory", &|| {
