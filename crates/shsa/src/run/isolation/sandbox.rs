@@ -163,7 +163,7 @@ mod tests {
             report(&[
                 ("a file", &|| fs::read("/etc/hostname").map(drop)),
                 ("its own memory map", &|| fs::read("/proc/self/maps").map(drop)),
-                ("writing a file", &|| fs::write("/tmp/shsa-sandbox", "x")),
+                ("writing a file", &|| fs::write(std::env::temp_dir().join("shsa-sandbox"), "x")),
                 ("a folder", &|| fs::read_dir("/").map(drop)),
                 ("a connection", &|| TcpStream::connect("127.0.0.1:9").map(drop)),
                 ("listening", &|| TcpListener::bind("127.0.0.1:0").map(drop)),
