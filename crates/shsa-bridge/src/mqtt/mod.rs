@@ -12,15 +12,17 @@ mod client;
 mod echo;
 mod options;
 mod outbox;
+mod served;
 mod session;
 mod tls;
 
 pub use options::{Credentials, Delivery, Options, Presence, Version};
 pub use tls::Tls;
 
-use crate::{Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId, payload};
+use crate::{Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId, Server, payload};
 use bytes::Bytes;
 use outbox::Publication;
+use served::{Answer, Served};
 use session::Shared;
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -101,7 +103,24 @@ impl Bridge for MqttBridge {
             retain: message.retain,
             stamp: message.stamp,
             provenance: message.provenance.cloned(),
+            correlation: None,
         })
+    }
+
+    fn serve(&mut self, name: &str, answers: &str, server: Server) -> Result<(), BridgeError> {
+        check_topic(name)?;
+        check_topic(answers)?;
+        let (shared, clock) = (Arc::downgrade(&self.shared), self.inbox().clock().clone());
+        let publish = move |answer: Answer| {
+            let Answer { topic, words, correlation } = answer;
+            let publication = Publication::new(topic.into(), words, clock.by_wall(clock.now()));
+            let sent =
+                shared.upgrade().map(|shared| shared.publish(Publication { correlation, ..publication }));
+            // An answer that is too large, or whose connection has gone, reaches nobody.
+            drop(sent);
+        };
+        self.shared.serve(name, Served::new(answers, server, publish));
+        Ok(())
     }
 
     fn link(&self) -> Link {

@@ -14,6 +14,15 @@ pub(super) struct Publication {
     pub(super) retain: bool,
     pub(super) stamp: Time,
     pub(super) provenance: Option<Provenance>,
+    /// Of an answer: what its asker knows it by.
+    pub(super) correlation: Option<Bytes>,
+}
+
+impl Publication {
+    /// One that says nothing of its provenance, and is not kept.
+    pub(super) fn new(topic: Arc<str>, payload: Bytes, stamp: Time) -> Publication {
+        Publication { topic, payload, retain: false, stamp, provenance: None, correlation: None }
+    }
 }
 
 /// A queue for each topic; the topics take turns, so that a flood of one delays another by one message.
@@ -104,8 +113,7 @@ mod tests {
     use super::*;
 
     fn publication(topic: &str, payload: &'static str) -> Publication {
-        let payload = Bytes::from_static(payload.as_bytes());
-        Publication { topic: topic.into(), payload, retain: false, stamp: Time(0), provenance: None }
+        Publication::new(topic.into(), Bytes::from_static(payload.as_bytes()), Time(0))
     }
 
     fn keep(outbox: &mut Outbox, depth: usize, all: &[(&str, &'static str)]) {

@@ -13,7 +13,7 @@ mod outlet;
 
 use crate::cdr::{Types, Writer, full_name, type_hash};
 use crate::zenoh::{self, Connection, Liveliness, Pace, Token};
-use crate::{Attendance, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId};
+use crate::{Attendance, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId, Server};
 use ::zenoh::Wait;
 use ::zenoh::bytes::Encoding;
 use ::zenoh::key_expr::KeyExpr;
@@ -260,6 +260,11 @@ impl Bridge for Ros2Bridge {
 
     fn link(&self) -> Link {
         self.connection.link()
+    }
+
+    /// Under the plain key: who asks is a client of Zenoh and no node.
+    fn serve(&mut self, name: &str, answers: &str, server: Server) -> Result<(), BridgeError> {
+        zenoh::serve(&self.connection, name, answers, server)
     }
 
     fn attend(&self, name: &str) -> Result<Option<Box<dyn Send>>, BridgeError> {

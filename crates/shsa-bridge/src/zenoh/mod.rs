@@ -17,6 +17,7 @@ mod connection;
 mod liveliness;
 mod options;
 mod pace;
+mod questions;
 
 pub use crate::Presence;
 pub use liveliness::{Liveliness, Token, Watch};
@@ -24,9 +25,10 @@ pub use options::{Mode, Options, Secret};
 
 pub(crate) use connection::Connection;
 pub(crate) use pace::Pace;
+pub(crate) use questions::serve;
 
 use crate::payload::plain;
-use crate::{Attendance, Bridge, BridgeError, Inbox, Link, Message, Outgoing, Payload, PublisherId};
+use crate::{Attendance, Bridge, BridgeError, Inbox, Link, Message, Outgoing, Payload, PublisherId, Server};
 use ::zenoh::bytes::Encoding;
 use ::zenoh::key_expr::KeyExpr;
 use ::zenoh::pubsub::Publisher;
@@ -141,6 +143,10 @@ impl Bridge for ZenohBridge {
 
     fn link(&self) -> Link {
         self.connection.link()
+    }
+
+    fn serve(&mut self, name: &str, answers: &str, server: Server) -> Result<(), BridgeError> {
+        serve(&self.connection, name, answers, server)
     }
 
     fn attend(&self, name: &str) -> Result<Option<Box<dyn Send>>, BridgeError> {

@@ -27,7 +27,7 @@ use crate::outcome::Outcome;
 use crate::watch::Watching;
 use crate::{demo, show};
 use anyhow::Context;
-use control::{Desk, Guard, Token, http};
+use control::{Desk, Guard, Token, bus, http};
 use figures::Figures;
 use healer::Healer;
 use herald::{Herald, Style};
@@ -58,7 +58,7 @@ const ROVER: (&str, &str) = ("models/rover.yaml", include_str!("../../../../mode
 
 State, decisions and figures are served over HTTP, on this machine only unless --http says otherwise:
 GET /health, /state, /events, /events/stream, /metrics; POST /orders with `Authorization: Bearer TOKEN`.
-On the bus: shsa/NAME/events, and shsa/NAME/need/VARIABLE with the quality of each need."
+On the bus: shsa/NAME/events, and shsa/NAME/need/VARIABLE with the quality of each need; requests to shsa/NAME/request."
 )]
 pub(crate) struct Arguments {
     /// The knowledge bases, YAML or JSON; none: the model of the simulated robot.
@@ -141,8 +141,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let style = if arguments.json { Style::Json } else { Style::Text };
     let herald = Herald::new(format!("shsa/{}/events", arguments.name), style, clock.now());
     let (desk, requests) = Desk::new(inbox.clone());
+    if token.is_some() && !arguments.bus.is_private() {
+        show::tell(
+            "the bus is not encrypted: who gives an order over it shows the token to everyone on the network",
+        );
+    }
+    let guard = Guard::new(token);
+    let tally = bus::serve(&arguments.name, bridge.as_mut(), desk.clone(), guard.clone())?;
     if let Some(address) = arguments.http {
-        let address = http::serve(address, desk, Guard::new(token), herald.listeners())?;
+        let address = http::serve(address, desk, guard, herald.listeners())?;
         show::tell(&format!("state, events and metrics: http://{address}/state"));
     }
     let stop = stop_on_signals(inbox)?;
@@ -163,6 +170,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         stop,
         until,
         house: House::new(),
+        tally,
     };
     session.run()
 }

@@ -1,5 +1,6 @@
 //! The one loop of a run: messages in, values and decisions out, requests answered in between.
 
+use super::control::bus::Tally;
 use super::control::{Call, Order, Reply, Request};
 use super::figures::Figures;
 use super::healer::{Deed, Healer};
@@ -38,6 +39,8 @@ pub(super) struct Session {
     pub(super) shares: Option<Shares>,
     /// What is known of the house.
     pub(super) house: House,
+    /// What became of requests over the bus.
+    pub(super) tally: Arc<Tally>,
 }
 
 /// What was told last about the run itself, so that only what changes is told.
@@ -150,7 +153,7 @@ impl Session {
     }
 
     fn metrics(&self) -> anyhow::Result<String> {
-        metrics::text(&self.figures, &self.healers, self.bridge.as_ref(), self.now())
+        metrics::text(&self.figures, &self.tally, &self.healers, self.bridge.as_ref(), self.now())
     }
 
     /// Carries an order out and tells it, or says why not.
@@ -341,6 +344,7 @@ impl Session {
             "models": Value::Object(models.collect()),
             "instances": self.shares.as_ref().map(able),
             "dropped": Value::Object(losses.collect()),
+            "requests": self.tally.counts().into_iter().collect::<BTreeMap<_, _>>(),
             "figures": self.figures.json(),
         })
     }

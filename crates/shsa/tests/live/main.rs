@@ -11,5 +11,6 @@ mod broker;
 mod running;
 
 mod car;
+mod control;
 mod embedded;
 mod endurance;
