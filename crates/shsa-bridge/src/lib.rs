@@ -27,7 +27,7 @@ pub use clock::Clock;
 pub use error::BridgeError;
 pub use inbox::{Inbox, Losses};
 pub use provenance::{Provenance, Quality};
-pub use question::{Question, Server};
+pub use question::{Question, Server, Taker};
 
 use bytes::Bytes;
 use shsa_core::observation::RawValue;
@@ -221,6 +221,15 @@ pub trait Bridge: Send {
     /// # Errors
     /// When the middleware refuses a name.
     fn serve(&mut self, _name: &str, _answers: &str, _server: Server) -> Result<(), BridgeError> {
+        Ok(())
+    }
+
+    /// Asks once under `name`, and gives the first answer of at most `longest` bytes to `take`, which must not wait; that
+    /// ends the wait of the inbox's reader. Nothing comes where nobody answers, or the middleware has no queries.
+    ///
+    /// # Errors
+    /// When the name is none.
+    fn ask(&self, _name: &str, _longest: usize, _take: Taker) -> Result<(), BridgeError> {
         Ok(())
     }
 

@@ -20,6 +20,9 @@ pub struct Question {
 /// Takes questions, in the middleware's threads: it must hand them on and not wait.
 pub type Server = Arc<dyn Fn(Question) + Send + Sync>;
 
+/// Takes the answer to a question of ours.
+pub type Taker = Box<dyn FnOnce(Vec<u8>) + Send>;
+
 impl Question {
     /// A question in these words; `answer` takes what is answered where it belongs.
     #[must_use]

@@ -13,7 +13,7 @@ mod outlet;
 
 use crate::cdr::{Types, Writer, full_name, type_hash};
 use crate::zenoh::{self, Connection, Liveliness, Pace, Token};
-use crate::{Attendance, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId, Server};
+use crate::{Attendance, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId, Server, Taker};
 use ::zenoh::Wait;
 use ::zenoh::bytes::Encoding;
 use ::zenoh::key_expr::KeyExpr;
@@ -265,6 +265,10 @@ impl Bridge for Ros2Bridge {
     /// Under the plain key: who asks is a client of Zenoh and no node.
     fn serve(&mut self, name: &str, answers: &str, server: Server) -> Result<(), BridgeError> {
         zenoh::serve(&self.connection, name, answers, server)
+    }
+
+    fn ask(&self, name: &str, longest: usize, take: Taker) -> Result<(), BridgeError> {
+        zenoh::ask(&self.connection, &self.inbox, name, longest, take)
     }
 
     fn attend(&self, name: &str) -> Result<Option<Box<dyn Send>>, BridgeError> {

@@ -25,10 +25,12 @@ pub use options::{Mode, Options, Secret};
 
 pub(crate) use connection::Connection;
 pub(crate) use pace::Pace;
-pub(crate) use questions::serve;
+pub(crate) use questions::{ask, serve};
 
 use crate::payload::plain;
-use crate::{Attendance, Bridge, BridgeError, Inbox, Link, Message, Outgoing, Payload, PublisherId, Server};
+use crate::{
+    Attendance, Bridge, BridgeError, Inbox, Link, Message, Outgoing, Payload, PublisherId, Server, Taker,
+};
 use ::zenoh::bytes::Encoding;
 use ::zenoh::key_expr::KeyExpr;
 use ::zenoh::pubsub::Publisher;
@@ -147,6 +149,10 @@ impl Bridge for ZenohBridge {
 
     fn serve(&mut self, name: &str, answers: &str, server: Server) -> Result<(), BridgeError> {
         serve(&self.connection, name, answers, server)
+    }
+
+    fn ask(&self, name: &str, longest: usize, take: Taker) -> Result<(), BridgeError> {
+        ask(&self.connection, &self.inbox, name, longest, take)
     }
 
     fn attend(&self, name: &str) -> Result<Option<Box<dyn Send>>, BridgeError> {

@@ -1,12 +1,17 @@
-//! A key under which questions are answered: queries by a reply, and what is put there by a message.
+//! Keys under which questions are answered: queries by a reply, and what is put there by a message. And queries of ours.
 
 use super::{bytes_of, connection::Connection, key_of};
-use crate::{BridgeError, Question, Server};
+use crate::{BridgeError, Inbox, Question, Server, Taker};
 use ::zenoh::Wait;
 use ::zenoh::key_expr::KeyExpr;
-use ::zenoh::query::Query;
+use ::zenoh::query::{Query, Reply};
 use ::zenoh::sample::{Locality, Sample, SampleKind};
 use bytes::Bytes;
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+/// So long may others take to answer.
+const ANSWER_MAX: Duration = Duration::from_secs(5);
 
 /// Hands what others ask under `name` to `server`, from the moment on at which there is a session.
 pub(crate) fn serve(
@@ -45,4 +50,32 @@ fn question(query: Query, own: KeyExpr<'static>) -> Question {
     question.parameters = parameters;
     question.is_addressed = true;
     question
+}
+
+/// Gives the first answer to `take`; longer ones are no answers.
+pub(crate) fn ask(
+    connection: &Connection,
+    inbox: &Inbox,
+    name: &str,
+    longest: usize,
+    take: Taker,
+) -> Result<(), BridgeError> {
+    let (key, inbox, take) = (key_of(name)?, inbox.clone(), Mutex::new(Some(take)));
+    let heard = move |reply: Reply| {
+        let Ok(sample) = reply.result() else { return };
+        if sample.payload().len() > longest {
+            return;
+        }
+        let first = take.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(take) = first {
+            take(sample.payload().to_bytes().into_owned());
+            inbox.wake();
+        }
+    };
+    connection.when_open(move |session| {
+        let query = session.get(key).timeout(ANSWER_MAX).allowed_destination(Locality::Remote);
+        // Fails only where the session is closed.
+        let _ = query.callback(heard).wait();
+    });
+    Ok(())
 }

@@ -9,11 +9,12 @@ use anyhow::Context;
 use serde_json::{Value, json};
 use shsa_bridge::{Bridge, Clock, Message, Quality};
 use shsa_core::engine::{self, Engine, Event, EventKind, Input, NeedStatus, Order, Output, Publication};
-use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
+use shsa_core::knowledge::{Draft, IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::monitor::Symptom;
 use shsa_core::time::Time;
 use shsa_format::drive::{Era, Given};
 use shsa_format::model::live::{Live, Written};
+use shsa_format::model::write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -30,6 +31,8 @@ pub(super) struct Healer {
     name: String,
     path: PathBuf,
     live: Live,
+    /// What it knows of its own, where parts of others are joined to that.
+    own: Option<Live>,
     engine: Engine,
     /// What the ids of the next output belong to.
     told: KnowledgeBase,
@@ -59,6 +62,7 @@ impl Healer {
             name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             path: path.to_owned(),
             live,
+            own: None,
             engine: Engine::new(knowledge.clone(), options),
             told: knowledge,
             wires: Wires::default(),
@@ -237,6 +241,41 @@ impl Healer {
     /// # Errors
     /// What is wrong with it; nothing has changed then.
     pub(super) fn change(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
+        let mut own = self.own.clone();
+        if let Some(own) = &mut own {
+            own.change(Written { name, text }).map_err(|report| report.render(false))?;
+        }
+        self.take_over(name, text, now)?;
+        self.own = own;
+        Ok(())
+    }
+
+    /// What it knows without the parts of others.
+    pub(super) fn own(&self) -> &Draft {
+        self.own.as_ref().unwrap_or(&self.live).draft()
+    }
+
+    /// Another one whenever what it knows of its own is.
+    pub(super) fn version(&self) -> u64 {
+        self.own.as_ref().unwrap_or(&self.live).knowledge().version()
+    }
+
+    /// Lets its own knowledge with parts of others take over.
+    ///
+    /// # Errors
+    /// What is wrong with it; nothing has changed then.
+    pub(super) fn join(&mut self, whole: &Draft, now: Time) -> Result<(), String> {
+        let text = write::yaml(whole);
+        if text == write::yaml(self.live.draft()) {
+            return Ok(());
+        }
+        let own = self.own.clone().unwrap_or_else(|| self.live.clone());
+        self.take_over("parts", &text, now)?;
+        self.own = (text != write::yaml(own.draft())).then_some(own);
+        Ok(())
+    }
+
+    fn take_over(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
         let mut live = self.live.clone();
         live.change(Written { name, text }).map_err(|report| report.render(false))?;
         Wires::new(live.knowledge()).map_err(|error| format!("{error:#}"))?;

@@ -16,6 +16,7 @@ mod journal;
 mod memory;
 mod metrics;
 mod outlet;
+mod parts;
 mod session;
 mod shares;
 pub(crate) mod wires;
@@ -33,6 +34,7 @@ use healer::Healer;
 use herald::{Herald, Style};
 use journal::Bounds;
 use outlet::Form;
+use parts::Parts;
 use session::{House, Session};
 use shares::Shares;
 use shsa_bridge::memory::MemoryBus;
@@ -70,6 +72,10 @@ pub(crate) struct Arguments {
     /// What this instance is called on the bus.
     #[arg(long, default_value = "shsa", value_name = "NAME")]
     name: String,
+    /// Announce the model to other instances, and join what theirs know about the same things, while they are there
+    /// (Zenoh and ROS 2). Whoever is on the bus can add to what is known then.
+    #[arg(long)]
+    join: bool,
     /// Where the control interface listens: ADDRESS:PORT, or `off`.
     #[arg(long, default_value = "127.0.0.1:7410", value_name = "ADDRESS", value_parser = http_address)]
     http: HttpAddress,
@@ -159,8 +165,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let until = arguments.duration.map(|duration| clock.now() + duration);
     let shares = Shares::new(&arguments.name, bridge.as_ref())?;
+    let parts = if arguments.join { Parts::new(&arguments.name, &healers, bridge.as_mut())? } else { None };
+    if arguments.join && parts.is_none() {
+        show::tell("this bus does not tell who is there: no part is announced, and none is joined");
+    }
     let session = Session {
         shares,
+        parts,
         name: arguments.name.clone(),
         bridge,
         healers,

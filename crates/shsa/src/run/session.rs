@@ -6,6 +6,7 @@ use super::figures::Figures;
 use super::healer::{Deed, Healer};
 use super::herald::Herald;
 use super::metrics;
+use super::parts::Parts;
 use super::shares::{Handover, Shares};
 use crate::outcome::Outcome;
 use serde_json::{Map, Value, json};
@@ -37,6 +38,8 @@ pub(super) struct Session {
     pub(super) until: Option<Time>,
     /// Who else serves needs; `None` where the bus does not tell, and then all needs are ours.
     pub(super) shares: Option<Shares>,
+    /// What others know; `None`: nobody is asked.
+    pub(super) parts: Option<Parts>,
     /// What is known of the house.
     pub(super) house: House,
     /// What became of requests over the bus.
@@ -73,6 +76,7 @@ impl Session {
             self.answer()?;
             self.healers.iter_mut().for_each(Healer::remember);
             self.share()?;
+            self.join()?;
             self.keep_house()?;
             self.rest();
         }
@@ -212,6 +216,16 @@ impl Session {
         Ok(())
     }
 
+    /// Announces what we know, and joins what others do.
+    fn join(&mut self) -> anyhow::Result<()> {
+        let now = self.now();
+        let Session { parts: Some(parts), healers, bridge, herald, .. } = self else { return Ok(()) };
+        for (kind, because) in parts.follow(now, healers, bridge.as_ref())? {
+            herald.noted(now, kind, &because, bridge.as_mut())?;
+        }
+        self.deliver()
+    }
+
     fn keep_house(&mut self) -> anyhow::Result<()> {
         let now = self.now();
         self.tell_qualities(now)?;
@@ -343,6 +357,7 @@ impl Session {
             },
             "models": Value::Object(models.collect()),
             "instances": self.shares.as_ref().map(able),
+            "parts": self.parts.as_ref().map(Parts::state),
             "dropped": Value::Object(losses.collect()),
             "requests": self.tally.counts().into_iter().collect::<BTreeMap<_, _>>(),
             "figures": self.figures.json(),

@@ -122,7 +122,7 @@ fn guessing_garbage_and_old_requests_over_mqtt_change_nothing() {
         client.order(&json!({ "publish": "shsa/x/request", "text": garbage }));
     }
     tally(&run, &json!({ "unreadable": 6 }));
-    client.order(&json!({ "publish": "shsa/x/request", "hex": "00ff".repeat(200_000) }));
+    client.order(&json!({ "publish": "shsa/x/request", "hex": "00ff".repeat(600_000) }));
     tally(&run, &json!({ "unreadable": 7 }));
 
     for _ in 0..5 {

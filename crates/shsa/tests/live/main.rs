@@ -14,3 +14,4 @@ mod car;
 mod control;
 mod embedded;
 mod endurance;
+mod joining;

@@ -13,7 +13,7 @@
 //!
 //! One thread takes one request after the other, so that a flood of them costs the run little and only who asks waits.
 
-use super::{Desk, Guard, LARGEST, Order, Reply, Request};
+use super::{Desk, Guard, Order, Reply, Request};
 use anyhow::Context;
 use serde_json::{Map, Value, json};
 use shsa_bridge::{Bridge, Question};
@@ -23,6 +23,8 @@ use std::sync::mpsc::{Receiver, TrySendError, sync_channel};
 use std::thread;
 use std::time::Duration;
 
+/// The largest request, bytes; others are not looked at.
+const LARGEST: usize = 1024 * 1024;
 /// Requests that may wait for their turn; more are dropped and counted.
 const WAITING: usize = 64;
 /// Between two requests: at most 200 a second are looked at.
@@ -54,7 +56,7 @@ const PLACES: [(&str, Place); 5] = [
 pub(in super::super) struct Tally {
     done: AtomicU64,
     refused: AtomicU64,
-    /// No request, and without an `id` that could be answered.
+    /// No request, or too large, and without an `id` that could be answered.
     unreadable: AtomicU64,
     /// More than could wait.
     crowded: AtomicU64,
@@ -89,6 +91,9 @@ pub(in super::super) fn serve(
     for (below, place) in PLACES {
         let (waiting, tally) = (waiting.clone(), tally.clone());
         let hand_in = move |question: Question| {
+            if question.payload.len() > LARGEST {
+                return count(&tally.unreadable);
+            }
             if let Err(TrySendError::Full(_)) = waiting.try_send((place, question)) {
                 count(&tally.crowded);
             }
@@ -216,9 +221,6 @@ impl Letter {
     /// # Errors
     /// When it is no JSON object with an `id` that can be given back; the words of the request are not repeated.
     fn read(words: &[u8]) -> Result<Letter, String> {
-        if words.len() > LARGEST {
-            return Err(format!("a request of {} bytes, more than {LARGEST}", words.len()));
-        }
         let fields: Map<String, Value> =
             serde_json::from_slice(words).map_err(|_| "a request is a JSON object".to_owned())?;
         let id = fields.get("id").cloned().unwrap_or_default();
@@ -313,7 +315,6 @@ mod tests {
             check(words, "unreadable: ");
         }
         check(&format!(r#"{{"id": "{}", "ask": "state"}}"#, "x".repeat(300)), "unreadable: `id`");
-        check(&" ".repeat(LARGEST + 1), "unreadable: a request of");
     }
 
     #[test]

@@ -11,7 +11,7 @@
 //! | `POST /orders` | an order as JSON, with `Authorization: Bearer TOKEN` |
 
 use super::token::Answer;
-use super::{Desk, Guard, LARGEST, Order, Reply, Request};
+use super::{Desk, Guard, Order, Reply, Request};
 use anyhow::Context;
 use axum::extract::{DefaultBodyLimit, Query, Request as HttpRequest, State};
 use axum::http::{HeaderMap, StatusCode, header};
@@ -28,6 +28,9 @@ use std::thread;
 use tokio::sync::{broadcast, oneshot};
 use tokio_stream::wrappers::BroadcastStream;
 use tokio_stream::{Stream, StreamExt};
+
+/// The largest order, bytes.
+const LARGEST: usize = 4 * 1024 * 1024;
 
 /// What the requests have in common.
 #[derive(Clone)]

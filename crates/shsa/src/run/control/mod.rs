@@ -13,8 +13,6 @@ use shsa_core::engine;
 use shsa_format::order::OrderForm;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 
-/// The largest request, bytes.
-const LARGEST: usize = 4 * 1024 * 1024;
 /// Requests that may wait; more are refused.
 const WAITING: usize = 64;
 
