@@ -44,9 +44,11 @@ def put(session, order):
 
 def get(session, order):
     payload = order["text"].encode() if "text" in order else None
-    for reply in session.get(order["get"], payload=payload, timeout=10):
-        if reply.ok is not None:
-            say(reply=str(reply.ok.key_expr), text=reply.ok.payload.to_bytes().decode())
+    replies = [reply.ok for reply in session.get(order["get"], payload=payload, timeout=10) if reply.ok is not None]
+    if not replies:
+        say(reply=None)
+    for reply in replies:
+        say(reply=str(reply.key_expr), text=reply.payload.to_bytes().decode())
 
 
 def main():

@@ -1,7 +1,7 @@
 //! Questions and orders over the bus, by clients that know nothing of `shsa`.
 
 use crate::broker::Broker;
-use crate::car::{MODEL, router};
+use crate::car::{MODEL, client_of, router};
 use crate::real::{self, Script};
 use crate::running::{Running, TOKEN};
 use serde_json::{Value, json};
@@ -9,12 +9,39 @@ use std::cell::Cell;
 use std::path::Path;
 use std::time::Duration;
 
-/// An MQTT client that hears these topics.
-fn client(python: &Path, port: u16, version: u32, topics: &[&str]) -> Script {
-    let argument = json!({ "name": format!("client-{version}"), "port": port, "version": version });
-    let mut client = Script::start(python, "../../../shsa-bridge/tests/python/mqtt_client.py", &argument);
-    topics.iter().for_each(|topic| client.order(&json!({ "subscribe": topic })));
-    client
+/// Who asks, and who hears the answers: one alone may hear an answer before it has said that it has asked.
+struct Client {
+    asks: Script,
+    hears: Script,
+}
+
+impl Client {
+    /// Over MQTT, hearing these topics.
+    fn start(python: &Path, port: u16, version: u32, topics: &[&str]) -> Client {
+        let start = |name: &str| {
+            let argument = json!({ "name": format!("{name}-{version}"), "port": port, "version": version });
+            Script::start(python, "../../../shsa-bridge/tests/python/mqtt_client.py", &argument)
+        };
+        let (asks, mut hears) = (start("asks"), start("hears"));
+        topics.iter().for_each(|topic| hears.order(&json!({ "subscribe": topic })));
+        Client { asks, hears }
+    }
+
+    #[track_caller]
+    fn order(&mut self, order: &Value) {
+        self.asks.order(order);
+    }
+
+    /// The next message; the status of a need comes by itself.
+    #[track_caller]
+    fn next(&mut self) -> Value {
+        loop {
+            let message = self.hears.next_with("topic");
+            if message["topic"] != "shsa/x/need/speed" || message["correlation"] != "" {
+                return message;
+            }
+        }
+    }
 }
 
 /// The JSON of a message that a client has heard.
@@ -26,9 +53,9 @@ fn words(message: &Value) -> Value {
 }
 
 #[track_caller]
-fn ask(client: &mut Script, request: &Value) -> Value {
+fn ask(client: &mut Client, request: &Value) -> Value {
     client.order(&json!({ "publish": "shsa/x/request", "text": request.to_string() }));
-    words(&client.next_with("topic"))
+    words(&client.next())
 }
 
 fn forbid(token: &str) -> Value {
@@ -54,13 +81,14 @@ fn over_mqtt_it_answers_and_obeys_who_has_the_token() {
     let Some(python) = real::python() else { return };
     let broker = Broker::start(&[]);
     let run = start(&format!("mqtt://127.0.0.1:{}", broker.port()));
-    for version in [4, 5] {
-        let mut client = client(&python, broker.port(), version, &["shsa/x/answer"]);
+    for (version, order) in [(4, "forbid"), (5, "allow")] {
+        let mut client = Client::start(&python, broker.port(), version, &["shsa/x/answer"]);
         let health = ask(&mut client, &json!({ "id": 1, "ask": "health" }));
         assert_eq!((&health["id"], &health["done"]["connected"]), (&json!(1), &json!(true)), "{health}");
         let refused = ask(&mut client, &json!({ "id": 2, "order": { "order": "reload" } }));
         assert_eq!(refused, json!({ "id": 2, "refused": "needs the right `token`" }));
-        let done = ask(&mut client, &forbid(TOKEN));
+        let order = json!({ "order": order, "signal": "wheel_1" });
+        let done = ask(&mut client, &json!({ "id": "f", "order": order, "token": TOKEN }));
         assert!(done["done"].as_str().unwrap().contains("wheel_1"), "{done}");
         run.decision("ordered");
         let wrong = json!({ "id": 3, "order": { "order": "explode" }, "token": TOKEN });
@@ -80,24 +108,18 @@ fn an_answer_goes_where_answers_may_go_and_nowhere_else() {
     let broker = Broker::start(&[]);
     let run = start(&format!("mqtt://127.0.0.1:{}", broker.port()));
     let topics = ["shsa/x/answer/#", "/car/speed", "wheel_speed", "elsewhere", "shsa/x/need/speed"];
-    let mut client = client(&python, broker.port(), 5, &topics);
+    let mut client = Client::start(&python, broker.port(), 5, &topics);
     let request = |response: &str| {
         let text = json!({ "id": 1, "ask": "health" }).to_string();
         json!({ "publish": "shsa/x/request", "text": text, "response": response, "correlation": "c0ffee" })
     };
     client.order(&request("shsa/x/answer/me"));
-    let answer = client.next_with("correlation");
+    let answer = client.next();
     assert_eq!((&answer["topic"], &answer["correlation"]), (&json!("shsa/x/answer/me"), &json!("c0ffee")));
     assert_eq!(words(&answer)["done"]["connected"], true);
     for foreign in ["/car/speed", "wheel_speed", "elsewhere", "shsa/x/need/speed", "shsa/x/answers"] {
         client.order(&request(foreign));
-        // The status of the need comes by itself, and is no answer.
-        let answer = loop {
-            let message = client.next_with("correlation");
-            if message["topic"] != "shsa/x/need/speed" || message["correlation"] != "" {
-                break message;
-            }
-        };
+        let answer = client.next();
         assert_eq!(answer["topic"], "shsa/x/answer", "{answer}");
         assert_eq!(answer["correlation"], "c0ffee");
         assert!(words(&answer)["refused"].as_str().unwrap().ends_with(&format!("not to {foreign}")));
@@ -110,12 +132,12 @@ fn guessing_garbage_and_old_requests_over_mqtt_change_nothing() {
     let Some(python) = real::python() else { return };
     let broker = Broker::start(&[]);
     let address = format!("mqtt://127.0.0.1:{}", broker.port());
-    let mut client = client(&python, broker.port(), 5, &["shsa/x/answer"]);
+    let mut client = Client::start(&python, broker.port(), 5, &["shsa/x/answer"]);
     // Kept by the broker from before: nobody knows how old it is.
     let order = |retain: bool| json!({ "publish": "shsa/x/request", "text": forbid(TOKEN).to_string(), "retain": retain });
     client.order(&order(true));
     let run = start(&address);
-    let refused = words(&client.next_with("topic"));
+    let refused = words(&client.next());
     assert!(refused["refused"].as_str().unwrap().contains("retained"), "{refused}");
 
     for garbage in ["", "{", "[1]", "{}", "{\"id\": {}}", "null"] {
@@ -155,7 +177,7 @@ fn a_flood_of_requests_is_bounded_and_the_run_goes_on() {
     let Some(python) = real::python() else { return };
     let broker = Broker::start(&[]);
     let run = start(&format!("mqtt://127.0.0.1:{}", broker.port()));
-    let mut client = client(&python, broker.port(), 5, &[]);
+    let mut client = Client::start(&python, broker.port(), 5, &[]);
     let text = json!({ "id": 1, "ask": "state" }).to_string();
     client.order(&json!({ "publish": "shsa/x/request", "text": text, "times": 5_000, "qos": 0 }));
     run.until("some were dropped", |state| state["requests"]["crowded"].as_u64() > Some(100));
@@ -180,7 +202,10 @@ fn over_zenoh_queries_are_answered_and_orders_obeyed() {
             Some(text) => json!({ "get": selector, "text": text }),
             None => json!({ "get": selector }),
         };
-        let reply = client.answer(&order, "reply");
+        // Not everybody knows at once that somebody answers.
+        let reply = real::eventually("a reply", || {
+            Some(client.answer(&order, "reply")).filter(|reply| !reply["reply"].is_null())
+        });
         let words = serde_json::from_str(reply["text"].as_str().unwrap());
         (reply["reply"].as_str().unwrap().to_owned(), words.unwrap_or(reply["text"].clone()))
     };
@@ -201,10 +226,14 @@ fn over_zenoh_queries_are_answered_and_orders_obeyed() {
     assert_eq!(events[0]["kind"], "ordered", "{events}");
 
     // By put, the answer goes to its own key.
-    client.order(&json!({ "subscribe": "shsa/x/answer" }));
+    let (config, script) = (client_of(port), "../../../shsa-bridge/tests/python/zenoh_client.py");
+    let mut hears = Script::start(&python, script, &config);
+    hears.order(&json!({ "subscribe": "shsa/x/answer" }));
+    // Not everybody knows at once that somebody listens.
+    std::thread::sleep(Duration::from_millis(500));
     let order = json!({ "id": 5, "order": { "order": "allow", "signal": "wheel_1" }, "token": TOKEN });
     client.order(&json!({ "put": "shsa/x/request", "text": order.to_string() }));
-    let answer = words(&client.next_with("key"));
+    let answer = words(&hears.next_with("key"));
     assert_eq!(answer["id"], 5, "{answer}");
     assert!(answer["done"].as_str().unwrap().contains("wheel_1"), "{answer}");
     run.decision("ordered");

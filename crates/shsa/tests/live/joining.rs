@@ -1,6 +1,6 @@
 //! What one instance knows serves a need of another one, as long as it is there.
 
-use crate::car::router;
+use crate::car::{client_of, router};
 use crate::real::{self, Script};
 use crate::running::{Folder, Running};
 use serde_json::{Value, json};
@@ -44,11 +44,8 @@ signals:
 
 /// A publisher on the network that puts both values 20 times a second until it ends.
 fn drive(python: &Path, port: u16, wheel: &'static AtomicBool, is_over: &'static AtomicBool) {
-    let config = json!({
-        "mode": "client", "scouting/multicast/enabled": false, "listen/endpoints": [],
-        "connect/endpoints": [format!("tcp/127.0.0.1:{port}")],
-    });
-    let mut client = Script::start(python, "../../../shsa-bridge/tests/python/zenoh_client.py", &config);
+    let mut client =
+        Script::start(python, "../../../shsa-bridge/tests/python/zenoh_client.py", &client_of(port));
     for step in 0..3_000 {
         if is_over.load(Ordering::Acquire) {
             return;
@@ -107,9 +104,9 @@ fn a_need_is_served_from_what_another_instance_knows_while_that_is_there() {
     assert_eq!(state["parts"].as_object().unwrap().len(), 1, "{state}");
 
     WHEEL.store(false, Ordering::Release);
-    assert_eq!(front.decision("substituted")["substitution"], "gnss through on_ground");
+    assert_eq!(front.decision("substituted")["substitution"], "gnss by on_ground");
     front.until("the receiver serves the speed", |state| {
-        need(state) == ("UncertainSubstituteValue".into(), "gnss through on_ground".into())
+        need(state) == ("UncertainSubstituteValue".into(), "gnss by on_ground".into())
     });
     let (_, state) = alone.get("/state");
     assert!(state["parts"].is_null() && state["models"]["alone"]["signals"]["gnss"].is_null(), "{state}");
