@@ -11,6 +11,7 @@ mod clock;
 mod error;
 mod inbox;
 mod provenance;
+mod question;
 pub mod cdr;
 pub mod payload;
 #[cfg(feature = "memory")]
@@ -26,6 +27,7 @@ pub use clock::Clock;
 pub use error::BridgeError;
 pub use inbox::{Inbox, Losses};
 pub use provenance::{Provenance, Quality};
+pub use question::{Question, Server, Taker};
 
 use bytes::Bytes;
 use shsa_core::observation::RawValue;
@@ -229,6 +231,25 @@ pub trait Bridge: Send {
     /// whether somebody else publishes under a name that we publish under.
     fn knows_own(&self) -> bool {
         true
+    }
+
+    /// Hands what others ask under `name` to `server`, from now on: messages that are published there, and queries where the
+    /// middleware has them. Answers to messages go out under `answers`, or a name below it that the asker has chosen.
+    /// Nothing comes where nobody can ask.
+    ///
+    /// # Errors
+    /// When the middleware refuses a name.
+    fn serve(&mut self, _name: &str, _answers: &str, _server: Server) -> Result<(), BridgeError> {
+        Ok(())
+    }
+
+    /// Asks once under `name`, and gives the first answer of at most `longest` bytes to `take`, which must not wait; that
+    /// ends the wait of the inbox's reader. Nothing comes where nobody answers, or the middleware has no queries.
+    ///
+    /// # Errors
+    /// When the name is none.
+    fn ask(&self, _name: &str, _longest: usize, _take: Taker) -> Result<(), BridgeError> {
+        Ok(())
     }
 
     /// What the other side has refused since it was asked last, without ending the connection: a subscription, a

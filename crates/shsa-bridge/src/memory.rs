@@ -3,8 +3,11 @@
 //! By a manual [`Clock`] whoever drives it says what time it is, so that a run repeats byte for byte. Messages
 //! reach every subscriber in the order of their publication.
 
-use crate::{Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, PublisherId};
-use std::collections::BTreeSet;
+use crate::{Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, PublisherId};
+use crate::{Question, Server, payload};
+use bytes::Bytes;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// A bus; clones are the same bus.
@@ -14,16 +17,23 @@ pub struct MemoryBus {
     members: Arc<Mutex<Vec<Member>>>,
 }
 
-#[derive(Debug)]
 struct Member {
     /// `None`: every topic.
     topics: Option<BTreeSet<Arc<str>>>,
     inbox: Inbox,
+    /// The topics under which it answers, each with the one of the answers.
+    served: BTreeMap<Arc<str>, (Arc<str>, Server)>,
 }
 
 impl Member {
     fn wants(&self, topic: &str) -> bool {
         self.topics.as_ref().is_none_or(|topics| topics.contains(topic))
+    }
+}
+
+impl fmt::Debug for Member {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Member({:?}, {} served)", self.topics, self.served.len())
     }
 }
 
@@ -50,8 +60,38 @@ impl MemoryBus {
     #[must_use]
     pub fn join_with(&self, inbox: Inbox) -> MemoryBridge {
         let mut members = self.lock();
-        members.push(Member { topics: Some(BTreeSet::new()), inbox: inbox.clone() });
+        members.push(Member { topics: Some(BTreeSet::new()), inbox: inbox.clone(), served: BTreeMap::new() });
         MemoryBridge { bus: self.clone(), inbox, member: members.len() - 1, said: BTreeSet::new() }
+    }
+
+    /// Gives a message to all other members than `from`, then to those that answer under its topic.
+    fn send(&self, from: usize, message: &Message) {
+        let members = self.lock();
+        let others = || members.iter().enumerate().filter(|(member, _)| *member != from);
+        for (_, member) in others().filter(|(_, member)| member.wants(&message.topic)) {
+            member.inbox.push(message.clone());
+        }
+        let served =
+            others().filter_map(|(at, member)| Some((at, member.served.get(&message.topic)?.clone())));
+        let served: Vec<_> = served.collect();
+        // Who answers sends messages of its own.
+        drop(members);
+        for (member, (answers, server)) in served {
+            server(self.question(member, answers, message));
+        }
+    }
+
+    fn question(&self, member: usize, answers: Arc<str>, message: &Message) -> Question {
+        let words = match &message.payload {
+            Payload::Bytes(bytes) => bytes.clone(),
+            Payload::Value(value) => Bytes::from(payload::plain(value)),
+        };
+        let bus = self.clone();
+        Question::new(words, move |words| {
+            let publisher = Some(PublisherId(member as u128));
+            let now = bus.clock.now();
+            bus.send(member, &Message { publisher, ..Message::new(answers, now, Payload::Bytes(words)) });
+        })
     }
 
     /// A member that panicked leaves whole messages behind: the others go on.
@@ -109,16 +149,17 @@ impl Bridge for MemoryBridge {
             quality: message.provenance.map(|provenance| provenance.quality),
             ..Message::new(self.name(message.topic), self.bus.clock.now(), message.payload)
         };
-        let members = self.bus.lock();
-        let others = members.iter().enumerate().filter(|(member, _)| *member != self.member);
-        for (_, member) in others.filter(|(_, member)| member.wants(&message.topic)) {
-            member.inbox.push(message.clone());
-        }
+        self.bus.send(self.member, &message);
         Ok(())
     }
 
     fn link(&self) -> Link {
         Link::Up
+    }
+
+    fn serve(&mut self, name: &str, answers: &str, server: Server) -> Result<(), BridgeError> {
+        self.bus.lock()[self.member].served.insert(name.into(), (answers.into(), server));
+        Ok(())
     }
 }
 
@@ -128,6 +169,22 @@ mod tests {
     use crate::Payload;
     use shsa_core::observation::RawValue;
     use shsa_core::time::Time;
+
+    #[test]
+    fn a_question_is_answered_to_all_but_the_one_who_answers() {
+        let bus = bus();
+        let (mut asker, mut server) = (bus.join(8), bus.join(8));
+        asker.subscribe("/answers", None).unwrap();
+        server.subscribe_all().unwrap();
+        let echo = |question: Question| {
+            let words = question.payload.clone();
+            question.answer(words);
+        };
+        server.serve("/questions", "/answers", Arc::new(echo)).unwrap();
+        send(&mut asker, "/questions", 4.0);
+        assert_eq!(asker.receive().unwrap().payload, Payload::Bytes(Bytes::from_static(b"4")));
+        check(&mut server, "0:/questions=4");
+    }
 
     fn bus() -> MemoryBus {
         MemoryBus::new(Clock::manual())

@@ -9,6 +9,7 @@ use shsa_bridge::ros2;
 use shsa_bridge::zenoh;
 use shsa_bridge::{Bridge, BridgeError, Inbox};
 use std::fmt;
+use std::net::IpAddr;
 use std::path::PathBuf;
 use std::str::FromStr;
 #[cfg(feature = "mqtt")]
@@ -153,6 +154,27 @@ impl BusArguments {
         self.connect(Guest::Visitor, inbox, memory)
     }
 
+    /// Whether nobody but the other side reads what we send: it stays on this machine, or is encrypted. What a configuration
+    /// file says is not looked at.
+    pub(crate) fn is_private(&self) -> bool {
+        let is_private = |place: &str| {
+            let (protocol, host) = place.split_once('/').unwrap_or(("tcp", place));
+            matches!(protocol, "tls" | "quic" | "wss") || protocol.starts_with("unix") || is_loopback(host)
+        };
+        match &self.bus {
+            Address::Memory => true,
+            Address::Mqtt(address) => {
+                let (scheme, place) = address.split_once("://").unwrap_or_default();
+                matches!(scheme, "mqtts" | "ssl") || is_loopback(place)
+            }
+            Address::Zenoh(places) | Address::Ros2(places) => {
+                // Without a place, others are found by scouting, wherever they are.
+                let mut all = places.iter().chain(&self.bus_listen);
+                !(places.is_empty() && self.bus_listen.is_empty()) && all.all(|place| is_private(place))
+            }
+        }
+    }
+
     fn connect(
         &self,
         guest: Guest<'_>,
@@ -241,6 +263,16 @@ impl BusArguments {
     }
 }
 
+/// Whether `HOST:PORT`, with settings or without, is this machine.
+fn is_loopback(place: &str) -> bool {
+    let place = place.split(['/', '?', '#']).next().unwrap_or_default();
+    let host = match place.strip_prefix('[') {
+        Some(rest) => rest.split(']').next().unwrap_or_default(),
+        None => place.split(':').next().unwrap_or_default(),
+    };
+    host == "localhost" || host.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
+}
+
 #[cfg(not(all(feature = "mqtt", feature = "ros2", feature = "zenoh")))]
 fn not_built(feature: &str) -> BridgeError {
     BridgeError::Configuration(format!("this program was built without its feature `{feature}`"))
@@ -249,6 +281,34 @@ fn not_built(feature: &str) -> BridgeError {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_bus_is_private_on_this_machine_or_encrypted() {
+        #[derive(clap::Parser)]
+        struct Line {
+            #[command(flatten)]
+            bus: BusArguments,
+        }
+        for (line, expected) in [
+            ("--bus memory", true),
+            ("--bus mqtt://127.0.0.1:1883?qos=0", true),
+            ("--bus mqtt://localhost", true),
+            ("--bus mqtts://broker", true),
+            ("--bus mqtt://broker:1883", false),
+            ("--bus mqtt://127.0.0.1.example.org", false),
+            ("--bus zenoh", false),
+            ("--bus zenoh://127.0.0.1:7447", true),
+            ("--bus zenoh://[::1]:7447,tls/router:7447", true),
+            ("--bus zenoh://127.0.0.1:7447,router:7447", false),
+            ("--bus zenoh --bus-listen tcp/0.0.0.0:7447", false),
+            ("--bus zenoh --bus-listen tcp/127.0.0.1:7447", true),
+            ("--bus ros2", true),
+        ] {
+            let words = std::iter::once("shsa").chain(line.split(' '));
+            let Line { bus } = clap::Parser::parse_from(words);
+            assert_eq!(bus.is_private(), expected, "{line}");
+        }
+    }
 
     #[test]
     fn addresses_are_read_and_shown() {

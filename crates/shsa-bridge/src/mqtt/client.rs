@@ -57,6 +57,9 @@ pub(super) struct Arrived {
     pub(super) duplicate: bool,
     /// User properties; none in 3.1.1.
     pub(super) properties: Vec<(String, String)>,
+    /// Where its publisher wants an answer, and what it knows it by; none in 3.1.1.
+    pub(super) response_topic: Option<String>,
+    pub(super) correlation: Option<Bytes>,
 }
 
 /// Why a connection ended or did not come about.
@@ -156,12 +159,15 @@ impl Sender {
         }
     }
 
-    /// Whether the request could be taken.
-    pub(super) fn subscribe(&self, topic: &str) -> bool {
+    /// Whether the request could be taken. What is not `kept` the broker does not keep for us while we are away.
+    pub(super) fn subscribe(&self, topic: &str, kept: bool) -> bool {
         match self {
-            Sender::V4(client, qos) => client.try_subscribe(topic, *qos).is_ok(),
+            Sender::V4(client, qos) => {
+                client.try_subscribe(topic, if kept { *qos } else { QoS::AtMostOnce }).is_ok()
+            }
             Sender::V5(client, qos, _) => {
-                let mut filter = v5::mqttbytes::v5::Filter::new(topic, *qos);
+                let qos = if kept { *qos } else { v5::mqttbytes::QoS::AtMostOnce };
+                let mut filter = v5::mqttbytes::v5::Filter::new(topic, qos);
                 filter.nolocal = true;
                 // Who subscribes again after a break does not want the kept message again.
                 filter.retain_forward_rule = v5::mqttbytes::v5::RetainForwardRule::OnNewSubscribe;
@@ -204,7 +210,13 @@ fn properties(publication: &Publication, publisher: PublisherId) -> v5::mqttbyte
         user_properties.push(("source".into(), provenance.source.clone()));
     }
     let response_topic = publication.answers.as_ref().map(|topic| topic.to_string());
-    v5::mqttbytes::v5::PublishProperties { user_properties, response_topic, ..Default::default() }
+    let correlation_data = publication.correlation.clone();
+    v5::mqttbytes::v5::PublishProperties {
+        user_properties,
+        response_topic,
+        correlation_data,
+        ..Default::default()
+    }
 }
 
 impl Client {
@@ -263,6 +275,8 @@ fn happening_v4(event: rumqttc::Event) -> Happening {
             retained: publish.retain,
             duplicate: publish.dup,
             properties: Vec::new(),
+            response_topic: None,
+            correlation: None,
         }),
         Event::Incoming(Packet::SubAck(answer)) => {
             let is_refused = answer.return_codes.contains(&SubscribeReasonCode::Failure);
@@ -279,13 +293,18 @@ fn happening_v5(event: v5::Event) -> Happening {
     use v5::mqttbytes::v5::{Packet, PubAckReason, SubscribeReasonCode};
     match event {
         v5::Event::Incoming(Packet::ConnAck(_)) => Happening::Connected,
-        v5::Event::Incoming(Packet::Publish(publish)) => Happening::Arrived(Arrived {
-            topic: publish.topic,
-            payload: publish.payload,
-            retained: publish.retain,
-            duplicate: publish.dup,
-            properties: publish.properties.map(|properties| properties.user_properties).unwrap_or_default(),
-        }),
+        v5::Event::Incoming(Packet::Publish(publish)) => {
+            let beside = publish.properties.unwrap_or_default();
+            Happening::Arrived(Arrived {
+                topic: publish.topic,
+                payload: publish.payload,
+                retained: publish.retain,
+                duplicate: publish.dup,
+                properties: beside.user_properties,
+                response_topic: beside.response_topic,
+                correlation: beside.correlation_data,
+            })
+        }
         v5::Event::Incoming(Packet::SubAck(answer)) => {
             let is_refusal = |code: &&SubscribeReasonCode| !matches!(code, SubscribeReasonCode::Success(_));
             let refusal = answer.return_codes.iter().find(is_refusal).map(|code| format!("{code:?}"));

@@ -12,15 +12,19 @@ mod client;
 mod echo;
 mod options;
 mod outbox;
+mod served;
 mod session;
 mod tls;
 
 pub use options::{Credentials, Delivery, Options, Presence, Version};
 pub use tls::Tls;
 
-use crate::{Answer, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, Provenance, PublisherId, payload};
+use crate::{
+    Answer, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, Provenance, PublisherId, Server, payload,
+};
 use bytes::Bytes;
 use outbox::Publication;
+use served::{Served, Words};
 use session::Shared;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -122,7 +126,24 @@ impl Bridge for MqttBridge {
             stamp: message.stamp,
             provenance,
             answers: None,
+            correlation: None,
         })
+    }
+
+    fn serve(&mut self, name: &str, answers: &str, server: Server) -> Result<(), BridgeError> {
+        check_topic(name)?;
+        check_topic(answers)?;
+        let (shared, clock) = (Arc::downgrade(&self.shared), self.inbox().clock().clone());
+        let publish = move |answer: Words| {
+            let Words { topic, words, correlation } = answer;
+            let publication = Publication::new(topic.into(), words, clock.by_wall(clock.now()));
+            let sent =
+                shared.upgrade().map(|shared| shared.publish(Publication { correlation, ..publication }));
+            // An answer that is too large, or whose connection has gone, reaches nobody.
+            drop(sent);
+        };
+        self.shared.serve(name, Served::new(answers, server, publish));
+        Ok(())
     }
 
     fn link(&self) -> Link {
@@ -136,13 +157,10 @@ impl Bridge for MqttBridge {
             return Err(BridgeError::Lost(why));
         }
         let answers = format!("{to}/response");
+        let clock = self.shared.inbox.clock();
         let question = Publication {
-            topic: to.into(),
-            payload,
-            retain: false,
-            stamp: self.shared.inbox.clock().by_wall(self.shared.inbox.clock().now()),
-            provenance: None,
             answers: Some(answers.as_str().into()),
+            ..Publication::new(to.into(), payload, clock.by_wall(clock.now()))
         };
         let answer = self.shared.ask(&answers, question)?;
         Ok(Box::new(move || {

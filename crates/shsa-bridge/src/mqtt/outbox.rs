@@ -17,6 +17,23 @@ pub(super) struct Publication {
     pub(super) provenance: Option<Arc<Provenance>>,
     /// Where an answer is expected.
     pub(super) answers: Option<Arc<str>>,
+    /// Of an answer: what its asker knows it by.
+    pub(super) correlation: Option<Bytes>,
+}
+
+impl Publication {
+    /// One that says nothing of its provenance, is not kept, and asks for nothing.
+    pub(super) fn new(topic: Arc<str>, payload: Bytes, stamp: Time) -> Publication {
+        Publication {
+            topic,
+            payload,
+            retain: false,
+            stamp,
+            provenance: None,
+            answers: None,
+            correlation: None,
+        }
+    }
 }
 
 /// A queue for each topic; the topics take turns, so that a flood of one delays another by one message.
@@ -107,15 +124,7 @@ mod tests {
     use super::*;
 
     fn publication(topic: &str, payload: &'static str) -> Publication {
-        let payload = Bytes::from_static(payload.as_bytes());
-        Publication {
-            topic: topic.into(),
-            payload,
-            retain: false,
-            stamp: Time(0),
-            provenance: None,
-            answers: None,
-        }
+        Publication::new(topic.into(), Bytes::from_static(payload.as_bytes()), Time(0))
     }
 
     fn keep(outbox: &mut Outbox, depth: usize, all: &[(&str, &'static str)]) {

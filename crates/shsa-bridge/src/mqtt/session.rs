@@ -4,6 +4,7 @@ use super::client::{self, Arrived, Client, Failure, Happening, Sender};
 use super::echo::Echo;
 use super::options::{Options, Presence};
 use super::outbox::{Outbox, Publication};
+use super::served::Served;
 use crate::{BridgeError, Inbox, Link, Message, Payload, PublisherId, Quality};
 use bytes::Bytes;
 use shsa_core::time::Time;
@@ -62,6 +63,8 @@ struct State {
     /// The names that are subscribed to.
     wanted: BTreeSet<Arc<str>>,
     wants_everything: bool,
+    /// The names under which questions are answered.
+    served: BTreeMap<String, Served>,
     /// Names that come though nobody wants them, and that the broker has been told so.
     unwanted: BTreeSet<String>,
     /// Requests to the broker that have to wait for their turn: topics, and whether to subscribe.
@@ -96,6 +99,7 @@ impl Shared {
             outbox: Outbox::new(TOPICS_MAX),
             wanted: BTreeSet::new(),
             wants_everything: false,
+            served: BTreeMap::new(),
             unwanted: BTreeSet::new(),
             requests: VecDeque::new(),
             asked: VecDeque::new(),
@@ -165,6 +169,16 @@ impl Shared {
         }
     }
 
+    /// Hands messages under this name to a server.
+    pub(super) fn serve(&self, name: &str, served: Served) {
+        let mut state = self.lock();
+        let is_new = state.served.insert(name.to_owned(), served).is_none();
+        if is_new && state.sender.is_some() && !state.wants_everything {
+            state.requests.push_back((name.to_owned(), true));
+            state.pump();
+        }
+    }
+
     /// Sends a message now, or as soon as there is a connection.
     pub(super) fn publish(&self, publication: Publication) -> Result<(), BridgeError> {
         let (size, limit) = (publication.payload.len(), self.size_limit);
@@ -214,7 +228,10 @@ impl Shared {
         state.unwanted.clear();
         let all: Vec<String> = match state.wants_everything {
             true => vec![EVERYTHING.to_owned()],
-            false => state.wanted.iter().map(|topic| topic.to_string()).collect(),
+            false => {
+                let wanted = state.wanted.iter().map(|topic| topic.to_string());
+                wanted.chain(state.served.keys().cloned()).collect()
+            }
         };
         state.requests.extend(all.into_iter().map(|topic| (topic, true)));
         self.attempt_ended(&mut state, Ok(()));
@@ -280,7 +297,11 @@ impl Shared {
 
     fn arrived(&self, arrived: Arrived) {
         let received = self.inbox.clock().now();
-        let Arrived { topic, payload, retained, duplicate, properties } = arrived;
+        let served = self.lock().served.get(&*String::from_utf8_lossy(&arrived.topic)).cloned();
+        if let Some(served) = served.filter(|_| arrived.payload.len() <= self.size_limit) {
+            return served.ask(arrived);
+        }
+        let Arrived { topic, payload, retained, duplicate, properties, .. } = arrived;
         let topic = String::from_utf8_lossy(&topic);
         if payload.len() > self.size_limit {
             let told =
@@ -353,10 +374,9 @@ impl State {
     /// Tells others, those of later too, whether this client is there.
     fn say(&mut self, what: Option<(&String, &Bytes)>, stamp: Time) {
         if let Some((topic, payload)) = what {
-            let (topic, payload) = (topic.as_str().into(), payload.clone());
+            let said = Publication::new(topic.as_str().into(), payload.clone(), stamp);
             // Alone: what was said before and may not have arrived is out of date.
-            let word = Publication { topic, payload, retain: true, stamp, provenance: None, answers: None };
-            let _older = self.outbox.keep(word, 1);
+            let _older = self.outbox.keep(Publication { retain: true, ..said }, 1);
         }
     }
 
@@ -372,7 +392,10 @@ impl State {
     fn pump(&mut self) {
         let Some(sender) = self.sender.clone() else { return };
         while let Some((topic, is_wanted)) = self.requests.front() {
-            let is_taken = if *is_wanted { sender.subscribe(topic) } else { sender.unsubscribe(topic) };
+            let is_taken = match is_wanted {
+                true => sender.subscribe(topic, !self.served.contains_key(topic)),
+                false => sender.unsubscribe(topic),
+            };
             if !is_taken {
                 return;
             }

@@ -13,7 +13,9 @@ mod outlet;
 
 use crate::cdr::{Types, Writer, full_name, type_hash};
 use crate::zenoh::{self, Connection, Liveliness, Pace, Token};
-use crate::{Answer, Attendance, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId};
+use crate::{
+    Answer, Attendance, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId, Server, Taker,
+};
 use ::zenoh::Wait;
 use ::zenoh::bytes::Encoding;
 use ::zenoh::key_expr::KeyExpr;
@@ -271,6 +273,15 @@ impl Bridge for Ros2Bridge {
         self.connection.link()
     }
 
+    /// Under the plain key: who asks is a client of Zenoh and no node.
+    fn serve(&mut self, name: &str, answers: &str, server: Server) -> Result<(), BridgeError> {
+        zenoh::serve(&self.connection, name, answers, server)
+    }
+
+    fn ask(&self, name: &str, longest: usize, take: Taker) -> Result<(), BridgeError> {
+        zenoh::ask(&self.connection, &self.inbox, name, longest, take)
+    }
+
     fn attend(&self, name: &str) -> Result<Option<Box<dyn Send>>, BridgeError> {
         Ok(Some(Box::new(self.liveliness().declare(name)?)))
     }
@@ -288,7 +299,7 @@ impl Bridge for Ros2Bridge {
         let stamp = self.inbox.clock().by_wall(self.inbox.clock().now());
         let beside = Attachment { sequence: self.calls, stamp, publisher: self.connection.publisher() };
         let beside = (wire == Wire::Rmw).then(|| beside.write());
-        zenoh::ask(&self.connection, key, payload, beside, within)
+        zenoh::request(&self.connection, key, payload, beside, within)
     }
 }
 

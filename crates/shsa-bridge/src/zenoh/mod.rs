@@ -17,6 +17,7 @@ mod connection;
 mod liveliness;
 mod options;
 mod pace;
+mod questions;
 mod request;
 
 pub use crate::Presence;
@@ -25,10 +26,14 @@ pub use options::{Mode, Options, Secret};
 
 pub(crate) use connection::Connection;
 pub(crate) use pace::Pace;
-pub(crate) use request::ask;
+pub(crate) use questions::{ask, serve};
+pub(crate) use request::request;
 
 use crate::payload::plain;
-use crate::{Answer, Attendance, Bridge, BridgeError, Inbox, Link, Message, Outgoing, Payload, PublisherId};
+use crate::{
+    Answer, Attendance, Bridge, BridgeError, Inbox, Link, Message, Outgoing, Payload, PublisherId, Server,
+    Taker,
+};
 use ::zenoh::bytes::Encoding;
 use ::zenoh::key_expr::KeyExpr;
 use ::zenoh::pubsub::Publisher;
@@ -145,6 +150,14 @@ impl Bridge for ZenohBridge {
         self.connection.link()
     }
 
+    fn serve(&mut self, name: &str, answers: &str, server: Server) -> Result<(), BridgeError> {
+        serve(&self.connection, name, answers, server)
+    }
+
+    fn ask(&self, name: &str, longest: usize, take: Taker) -> Result<(), BridgeError> {
+        ask(&self.connection, &self.inbox, name, longest, take)
+    }
+
     fn attend(&self, name: &str) -> Result<Option<Box<dyn Send>>, BridgeError> {
         Ok(Some(Box::new(self.liveliness().declare(name)?)))
     }
@@ -154,7 +167,7 @@ impl Bridge for ZenohBridge {
     }
 
     fn request(&mut self, to: &str, payload: Bytes, within: Duration) -> Result<Answer, BridgeError> {
-        ask(&self.connection, key_of(to)?, payload, None, within)
+        request::request(&self.connection, key_of(to)?, payload, None, within)
     }
 }
 

@@ -14,7 +14,7 @@ use std::time::Duration;
 const GRACE: Duration = Duration::from_millis(500);
 
 /// Asks all who answer under a key.
-pub(crate) fn ask(
+pub(crate) fn request(
     connection: &Connection,
     key: KeyExpr<'static>,
     payload: Bytes,

@@ -2,7 +2,8 @@
 
 One JSON object a line. It ends with its standard input.
 
-    {"publish": TOPIC, "text": TEXT | "hex": HEX, "qos": N, "retain": BOOL, "properties": {NAME: TEXT}, "times": N}
+    {"publish": TOPIC, "text": TEXT | "hex": HEX, "qos": N, "retain": BOOL, "properties": {NAME: TEXT}, "times": N,
+     "response": TOPIC, "correlation": HEX}
     {"subscribe": TOPIC, "qos": N}
 """
 
@@ -24,17 +25,23 @@ def say(**what):
 
 def heard(client, userdata, message):
     properties = dict(getattr(message.properties, "UserProperty", [])) if message.properties else {}
+    correlation = getattr(message.properties, "CorrelationData", b"") if message.properties else b""
     payload = message.payload
     content = {"hex": payload.hex()} if len(payload) < 4096 else {"length": len(payload)}
-    say(topic=message.topic, retain=bool(message.retain), properties=properties, **content)
+    say(topic=message.topic, retain=bool(message.retain), properties=properties,
+        correlation=correlation.hex(), **content)
 
 
 def publish(client, order, version):
     payload = bytes.fromhex(order["hex"]) if "hex" in order else order["text"].encode()
     properties = None
-    if version == 5 and "properties" in order:
+    if version == 5:
         properties = Properties(PacketTypes.PUBLISH)
-        properties.UserProperty = list(order["properties"].items())
+        properties.UserProperty = list(order.get("properties", {}).items())
+        if "response" in order:
+            properties.ResponseTopic = order["response"]
+        if "correlation" in order:
+            properties.CorrelationData = bytes.fromhex(order["correlation"])
     for _ in range(order.get("times", 1)):
         sent = client.publish(order["publish"], payload, order.get("qos", 1), order.get("retain", False), properties)
     sent.wait_for_publish(20)

@@ -3,6 +3,7 @@
 One JSON object a line. It ends with its standard input.
 
     {"put": KEY, "text": TEXT | "hex": HEX, "attachment": HEX, "encoding": TEXT, "times": N}
+    {"get": SELECTOR, "text": TEXT}
     {"subscribe": KEY}  {"token": KEY}  {"drop_token": KEY}  {"watch": KEY}
 """
 
@@ -41,6 +42,15 @@ def put(session, order):
     publisher.undeclare()
 
 
+def get(session, order):
+    payload = order["text"].encode() if "text" in order else None
+    replies = [reply.ok for reply in session.get(order["get"], payload=payload, timeout=10) if reply.ok is not None]
+    if not replies:
+        say(reply=None)
+    for reply in replies:
+        say(reply=str(reply.key_expr), text=reply.payload.to_bytes().decode())
+
+
 def main():
     config = zenoh.Config()
     for key, value in json.loads(sys.argv[1]).items():
@@ -52,6 +62,8 @@ def main():
             order = json.loads(line)
             if "put" in order:
                 put(session, order)
+            elif "get" in order:
+                get(session, order)
             elif "subscribe" in order:
                 kept.append(session.declare_subscriber(order["subscribe"], heard))
             elif "watch" in order:

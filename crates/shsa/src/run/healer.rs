@@ -15,12 +15,13 @@ use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{
     self, Engine, Event, EventKind, Input, NeedStatus, Order, Output, Publication, Subject,
 };
-use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
+use shsa_core::knowledge::{Draft, IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::monitor::Symptom;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use shsa_format::drive::{Era, Given};
 use shsa_format::model::live::{Live, Written};
+use shsa_format::model::write;
 use shsa_format::wiring::Wiring;
 use std::collections::{BTreeMap, VecDeque};
 use std::fs;
@@ -51,6 +52,8 @@ pub(super) struct Healer {
     name: String,
     path: PathBuf,
     live: Live,
+    /// What it knows of its own, where parts of others are joined to that.
+    own: Option<Live>,
     engine: Engine,
     /// What the ids of the next output belong to.
     told: KnowledgeBase,
@@ -69,7 +72,7 @@ pub(super) struct Healer {
     isolation: Option<Isolation>,
     notes: VecDeque<(&'static str, String)>,
     /// The signal that serves a need when nothing is wrong, by the names of both.
-    own: BTreeMap<String, String>,
+    carriers: BTreeMap<String, String>,
     takeovers: Vec<Takeover>,
     /// Of the last message, the signals of which it was a value; only where messages are copied.
     heard: Vec<SignalId>,
@@ -92,6 +95,7 @@ impl Healer {
             name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             path: path.to_owned(),
             live,
+            own: None,
             engine: Engine::new(knowledge.clone(), options),
             told: knowledge,
             wires: Wires::default(),
@@ -105,7 +109,7 @@ impl Healer {
             work: Duration::ZERO,
             isolation: None,
             notes: VecDeque::new(),
-            own: BTreeMap::new(),
+            carriers: BTreeMap::new(),
             takeovers: Vec::new(),
             heard: Vec::new(),
         };
@@ -157,9 +161,9 @@ impl Healer {
         let mut taken = std::mem::take(&mut self.takeovers);
         for id in knowledge.needs().ids() {
             let need = &knowledge.needs()[id];
-            let own = own(knowledge, id, self.own.get(&need.signal), &self.engine);
+            let own = own(knowledge, id, self.carriers.get(&need.signal), &self.engine);
             let name = |signal: SignalId| knowledge.signals()[signal].name.clone();
-            self.own.extend(own.map(|own| (need.signal.clone(), name(own))));
+            self.carriers.extend(own.map(|own| (need.signal.clone(), name(own))));
             let Outgoings { form, wiring } = &self.outgoings;
             let wiring = wiring.of(&knowledge.variables()[need.variable].name, &need.signal);
             let form = wiring.and_then(|wiring| wiring.form).map_or(*form, Form::from);
@@ -429,6 +433,42 @@ impl Healer {
     /// # Errors
     /// What is wrong with it; nothing has changed then.
     pub(super) fn change(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
+        let mut own = self.own.clone();
+        if let Some(own) = &mut own {
+            own.change(Written { name, text }).map_err(|report| report.render(false))?;
+        }
+        self.adopt(name, text, now)?;
+        self.own = own;
+        Ok(())
+    }
+
+    /// What it knows without the parts of others.
+    pub(super) fn own(&self) -> &Draft {
+        self.own.as_ref().unwrap_or(&self.live).draft()
+    }
+
+    /// Another one whenever what it knows of its own is.
+    pub(super) fn version(&self) -> u64 {
+        self.own.as_ref().unwrap_or(&self.live).knowledge().version()
+    }
+
+    /// Lets its own knowledge with parts of others take over.
+    ///
+    /// # Errors
+    /// What is wrong with it; nothing has changed then.
+    pub(super) fn join(&mut self, whole: &Draft, now: Time) -> Result<(), String> {
+        let text = write::yaml(whole);
+        if text == write::yaml(self.live.draft()) {
+            return Ok(());
+        }
+        let own = self.own.clone().unwrap_or_else(|| self.live.clone());
+        self.adopt("parts", &text, now)?;
+        self.own = (text != write::yaml(own.draft())).then_some(own);
+        Ok(())
+    }
+
+    /// Works with another model from now on.
+    fn adopt(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
         let mut live = self.live.clone();
         live.change(Written { name, text }).map_err(|report| report.render(false))?;
         Wires::new(live.knowledge()).map_err(|error| format!("{error:#}"))?;

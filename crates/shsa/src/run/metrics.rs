@@ -1,5 +1,6 @@
 //! The figures of a run in the text format of Prometheus.
 
+use super::control::bus::Tally;
 use super::figures::Figures;
 use super::healer::Healer;
 use crate::show;
@@ -23,12 +24,14 @@ type Gauges = Family<Labels, Gauge<f64, AtomicU64>>;
 /// Never: a text takes everything.
 pub(super) fn text(
     figures: &Figures,
+    tally: &Tally,
     healers: &[Healer],
     bridge: &dyn Bridge,
     now: Time,
 ) -> anyhow::Result<String> {
     let mut registry = Registry::with_prefix("shsa");
     of_run(&mut registry, figures, bridge);
+    of_requests(&mut registry, tally);
     of_signals(&mut registry, healers);
     of_needs(&mut registry, healers, now);
     of_services(&mut registry, healers);
@@ -68,6 +71,14 @@ fn of_run(registry: &mut Registry, figures: &Figures, bridge: &dyn Bridge) {
     let up: Gauge = Gauge::default();
     up.set(i64::from(bridge.link() == Link::Up));
     registry.register("connected", "Whether the bus is connected", up);
+}
+
+fn of_requests(registry: &mut Registry, tally: &Tally) {
+    let requests = Counters::default();
+    for (outcome, number) in tally.counts() {
+        requests.get_or_create(&vec![("outcome", outcome.to_owned())]).inc_by(number);
+    }
+    registry.register("bus_requests", "Requests over the bus", requests);
 }
 
 fn of_signals(registry: &mut Registry, healers: &[Healer]) {

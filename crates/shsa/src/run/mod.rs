@@ -19,6 +19,7 @@ mod likeness;
 mod memory;
 mod metrics;
 mod outlet;
+mod parts;
 mod session;
 mod shares;
 pub(crate) mod wires;
@@ -31,13 +32,14 @@ use crate::outcome::{AlreadyTold, Outcome};
 use crate::watch::Watching;
 use crate::{demo, show};
 use anyhow::Context;
-use control::{Desk, Guard, Reply, Request, Token, http};
+use control::{Desk, Guard, Reply, Request, Token, bus, http};
 use figures::Figures;
 use healer::{Healer, Outgoings};
 use herald::{Herald, Style};
 use isolation::IsolationArguments;
 use journal::Bounds;
 use outlet::Form;
+use parts::Parts;
 use serde_json::Value;
 use session::{House, Session};
 use shares::Shares;
@@ -65,7 +67,7 @@ const ROVER: (&str, &str) = ("models/rover.yaml", include_str!("../../../../mode
 
 State, decisions and figures are served over HTTP, on this machine only unless --http says otherwise:
 GET /health, /state, /events, /events/stream, /metrics; POST /orders with `Authorization: Bearer TOKEN`.
-On the bus: shsa/NAME/events, and shsa/NAME/need/VARIABLE with the quality of each need."
+On the bus: shsa/NAME/events, and shsa/NAME/need/VARIABLE with the quality of each need; requests to shsa/NAME/request."
 )]
 pub(crate) struct Arguments {
     /// The knowledge bases, YAML or JSON; none: the model of the simulated robot.
@@ -79,6 +81,10 @@ pub(crate) struct Arguments {
     /// What this instance is called on the bus.
     #[arg(long, default_value = "shsa", value_name = "NAME")]
     name: String,
+    /// Announce the model to other instances, and join what theirs know about the same things, while they are there
+    /// (Zenoh and ROS 2). Whoever is on the bus can add to what is known then.
+    #[arg(long)]
+    join: bool,
     /// Where the control interface listens: ADDRESS:PORT, or `off`.
     #[arg(long, default_value = "127.0.0.1:7410", value_name = "ADDRESS", value_parser = http_address)]
     http: HttpAddress,
@@ -156,8 +162,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let style = if arguments.json { Style::Json } else { Style::Text };
     let herald = Herald::new(format!("shsa/{}/events", arguments.name), style, clock.now());
     let (desk, requests) = Desk::new(inbox.clone());
+    if token.is_some() && !arguments.bus.is_private() {
+        show::tell(
+            "the bus is not encrypted: who gives an order over it shows the token to everyone on the network",
+        );
+    }
+    let guard = Guard::new(token);
+    let tally = bus::serve(&arguments.name, bridge.as_mut(), desk.clone(), guard.clone())?;
     if let Some(address) = arguments.http {
-        let address = http::serve(address, desk, Guard::new(token), herald.listeners())?;
+        let address = http::serve(address, desk, guard, herald.listeners())?;
         show::tell(&format!("state, events and metrics: http://{address}/state"));
     }
     let stop = stop_on_signals(inbox)?;
@@ -167,8 +180,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let until = arguments.duration.map(|duration| clock.now() + duration);
     let shares = Shares::new(&arguments.name, bridge.as_ref())?;
+    let parts = if arguments.join { Parts::new(&arguments.name, &healers, bridge.as_mut())? } else { None };
+    if arguments.join && parts.is_none() {
+        show::tell("this bus does not tell who is there: no part is announced, and none is joined");
+    }
     let session = Session {
         shares,
+        parts,
         name: arguments.name.clone(),
         bridge,
         healers,
@@ -178,6 +196,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         stop,
         until,
         house: House::new(),
+        tally,
     };
     session.run()
 }
@@ -216,6 +235,8 @@ pub(crate) fn within(
         herald: Herald::new(format!("shsa/{name}/events"), Style::Silent, inbox.clock().now()),
         figures: Figures::new()?,
         requests,
+        tally: Arc::default(),
+        parts: None,
         stop,
         until: None,
         house: House::new(),

@@ -1,10 +1,12 @@
 //! The one loop of a run: messages in, values and decisions out, requests answered in between.
 
+use super::control::bus::Tally;
 use super::control::{Call, Order, Reply, Request};
 use super::figures::Figures;
 use super::healer::{Deed, Healer};
 use super::herald::Herald;
 use super::metrics;
+use super::parts::Parts;
 use super::shares::{Handover, Shares};
 use super::wiring::Note;
 use crate::outcome::Outcome;
@@ -35,8 +37,12 @@ pub(super) struct Session {
     pub(super) until: Option<Time>,
     /// Who else serves needs; `None` where the bus does not tell, and then all needs are ours.
     pub(super) shares: Option<Shares>,
+    /// What others know; `None`: nobody is asked.
+    pub(super) parts: Option<Parts>,
     /// What is known of the house.
     pub(super) house: House,
+    /// What became of requests over the bus.
+    pub(super) tally: Arc<Tally>,
 }
 
 /// What was told last about the run itself, so that only what changes is told.
@@ -75,6 +81,7 @@ impl Session {
             let now = self.now();
             self.share(now)?;
             self.take_over(now)?;
+            self.join(now)?;
             self.keep_house(now)?;
             self.rest();
         }
@@ -177,7 +184,7 @@ impl Session {
     }
 
     fn metrics(&self) -> anyhow::Result<String> {
-        metrics::text(&self.figures, &self.healers, self.bridge.as_ref(), self.now())
+        metrics::text(&self.figures, &self.tally, &self.healers, self.bridge.as_ref(), self.now())
     }
 
     /// Carries an order out and tells it, or says why not.
@@ -250,6 +257,15 @@ impl Session {
             }
         }
         Ok(())
+    }
+
+    /// Announces what we know, and joins what others do.
+    fn join(&mut self, now: Time) -> anyhow::Result<()> {
+        let Session { parts: Some(parts), healers, bridge, herald, .. } = self else { return Ok(()) };
+        for (kind, because) in parts.follow(now, healers, bridge.as_ref())? {
+            herald.noted(now, kind, &because, bridge.as_mut())?;
+        }
+        self.deliver()
     }
 
     fn keep_house(&mut self, now: Time) -> anyhow::Result<()> {
@@ -398,7 +414,9 @@ impl Session {
             },
             "models": Value::Object(models.collect()),
             "instances": self.shares.as_ref().map(able),
+            "parts": self.parts.as_ref().map(Parts::state),
             "dropped": Value::Object(losses.collect()),
+            "requests": self.tally.counts().into_iter().collect::<BTreeMap<_, _>>(),
             "figures": self.figures.json(),
         })
     }

@@ -40,7 +40,7 @@ impl Shares {
     /// When the name cannot be part of a token's.
     pub(super) fn new(name: &str, bridge: &dyn Bridge) -> anyhow::Result<Option<Shares>> {
         let attendance = bridge.attendance(&format!("{TOKENS}/**")).context("looking for other instances")?;
-        let instance = format!("{name}{}", mark(bridge.publisher()));
+        let instance = instance(name, bridge);
         Ok(attendance.map(|attendance| Shares {
             instance,
             attendance,
@@ -121,6 +121,11 @@ impl Shares {
     }
 }
 
+/// What an instance is called, unique on the network.
+pub(super) fn instance(name: &str, bridge: &dyn Bridge) -> String {
+    format!("{name}{}", mark(bridge.publisher()))
+}
+
 /// What makes an instance's name unique: a part of its identity on the bus.
 fn mark(publisher: PublisherId) -> String {
     format!(".{:08x}", publisher.0 & 0xffff_ffff)
@@ -135,13 +140,15 @@ fn key(need: &str) -> &str {
 /// has the same share; among equal names by what makes them unique.
 fn rank<'i>(instance: &'i str, need: &str) -> (u64, &'i str) {
     let name = instance.rsplit_once('.').map_or(instance, |(name, _)| name);
-    let bytes = name.bytes().chain([0]).chain(need.bytes());
-    // FNV-1a with a last round of mixing, as names that differ in their last letter only differ too little.
-    let hash = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    });
+    let hash = hash(name.bytes().chain([0]).chain(need.bytes()));
+    // Names that differ in their last letter only differ too little without a last round of mixing.
     let mixed = (hash ^ (hash >> 32)).wrapping_mul(0xd6e8_feb8_6659_fd93);
     (mixed ^ (mixed >> 32), instance)
+}
+
+/// FNV-1a, the same on every machine; not for secrets.
+pub(super) fn hash(bytes: impl Iterator<Item = u8>) -> u64 {
+    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 #[cfg(test)]

@@ -160,6 +160,14 @@ pub(crate) fn router(python: &Path) -> (Script, u16) {
     (Script::start(python, script, &config), port)
 }
 
+/// How a Python client of a router of Zenoh is to be set up.
+pub(crate) fn client_of(port: u16) -> Value {
+    json!({
+        "mode": "client", "scouting/multicast/enabled": false, "listen/endpoints": [],
+        "connect/endpoints": [format!("tcp/127.0.0.1:{port}")],
+    })
+}
+
 fn over_mqtt(case: &Case) {
     let broker = Broker::start(&[]);
     let address = format!("mqtt://127.0.0.1:{}", broker.port());

@@ -11,8 +11,10 @@ mod broker;
 mod running;
 
 mod car;
+mod control;
 mod embedded;
 mod endurance;
 mod isolation;
-mod takeover;
+mod joining;
 mod soak;
+mod takeover;

@@ -151,18 +151,20 @@ async fn stream(State(shared): State<Shared>) -> Sse<impl Stream<Item = Result<E
     Sse::new(events).keep_alive(KeepAlive::default())
 }
 
+fn status_of(seen: Answer) -> StatusCode {
+    match seen {
+        Answer::Pass => StatusCode::OK,
+        Answer::Wrong => StatusCode::UNAUTHORIZED,
+        Answer::Later => StatusCode::TOO_MANY_REQUESTS,
+        Answer::Never => StatusCode::FORBIDDEN,
+    }
+}
+
 async fn order(State(shared): State<Shared>, headers: HeaderMap, body: String) -> Response {
     let shown = headers.get(header::AUTHORIZATION).and_then(|value| value.to_str().ok());
-    match shared.guard.look(shown.and_then(|shown| shown.strip_prefix("Bearer "))) {
-        Answer::Pass => {}
-        Answer::Wrong => return problem(StatusCode::UNAUTHORIZED, "needs `Authorization: Bearer TOKEN`"),
-        Answer::Later => {
-            return problem(StatusCode::TOO_MANY_REQUESTS, "too many wrong tokens; try again later");
-        }
-        Answer::Never => {
-            let why = "started without a token: nothing can be changed (see --token-file)";
-            return problem(StatusCode::FORBIDDEN, why);
-        }
+    let seen = shared.guard.look(shown.and_then(|shown| shown.strip_prefix("Bearer ")));
+    if let Some(why) = seen.refusal("`Authorization: Bearer TOKEN`") {
+        return problem(status_of(seen), &why);
     }
     match Order::read(&body) {
         Ok(order) => answer(ask(&shared, Request::Order(order)).await),

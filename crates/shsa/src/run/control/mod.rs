@@ -1,5 +1,6 @@
 //! What may be asked of a run, over HTTP and over the bus: to see everything, and with a token to change something.
 
+pub(super) mod bus;
 pub(super) mod http;
 mod token;
 
@@ -65,7 +66,14 @@ impl Order {
     /// # Errors
     /// Says what is missing or wrong.
     pub(super) fn read(text: &str) -> Result<Order, String> {
-        let mut fields: Map<String, Value> = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        Order::from_fields(serde_json::from_str(text).map_err(|error| error.to_string())?)
+    }
+
+    /// As [`Order::read`], from what is already read as JSON.
+    ///
+    /// # Errors
+    /// As there.
+    fn from_fields(mut fields: Map<String, Value>) -> Result<Order, String> {
         let model = match fields.remove("model") {
             None | Some(Value::Null) => None,
             Some(Value::String(model)) => Some(model),

@@ -68,6 +68,20 @@ pub(in super::super) enum Answer {
     Never,
 }
 
+impl Answer {
+    /// Why it is not done; `wanted` says how the token is shown. `None` when it passes.
+    pub(in super::super) fn refusal(self, wanted: &str) -> Option<String> {
+        match self {
+            Answer::Pass => None,
+            Answer::Wrong => Some(format!("needs {wanted}")),
+            Answer::Later => Some("too many wrong tokens; try again later".to_owned()),
+            Answer::Never => {
+                Some("started without a token: nothing can be changed (see --token-file)".to_owned())
+            }
+        }
+    }
+}
+
 /// Looks at tokens, and limits guessing; clones are the same guard.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Guard {

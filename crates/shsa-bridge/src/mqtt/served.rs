@@ -1,0 +1,55 @@
+//! A topic under which questions are answered.
+//!
+//! Questions come without guarantee: the broker keeps none while nobody is there to answer, as an order of an hour ago must not
+//! be carried out now. For the same reason a retained message is no question.
+
+use super::client::Arrived;
+use crate::question::{Question, Server, may_answer_at};
+use bytes::Bytes;
+use std::sync::Arc;
+
+/// Who answers, and where.
+#[derive(Clone)]
+pub(super) struct Served {
+    answers: Arc<str>,
+    server: Server,
+    publish: Arc<dyn Fn(Words) + Send + Sync>,
+}
+
+/// On its way out.
+pub(super) struct Words {
+    pub(super) topic: String,
+    pub(super) words: Bytes,
+    /// What the asker knows it by.
+    pub(super) correlation: Option<Bytes>,
+}
+
+impl Served {
+    /// Answers go out under `answers`, or below it where the asker says so.
+    pub(super) fn new(
+        answers: &str,
+        server: Server,
+        publish: impl Fn(Words) + Send + Sync + 'static,
+    ) -> Served {
+        Served { answers: answers.into(), server, publish: Arc::new(publish) }
+    }
+
+    /// Hands a message to the server.
+    pub(super) fn ask(&self, arrived: Arrived) {
+        let Arrived { payload, retained, response_topic, correlation, .. } = arrived;
+        let wish = response_topic.as_deref();
+        let strays = wish.filter(|wish| !may_answer_at(&self.answers, wish));
+        let retained =
+            retained.then(|| "a retained message is no request: nobody knows how old it is".to_owned());
+        let strays = strays.map(|wish| format!("answers go to {} or below it, not to {wish}", self.answers));
+        let topic = match (&strays, wish) {
+            (None, Some(wish)) => wish.to_owned(),
+            _ => self.answers.to_string(),
+        };
+        let (publish, is_addressed) = (self.publish.clone(), correlation.is_some());
+        let mut question = Question::new(payload, move |words| publish(Words { topic, words, correlation }));
+        question.is_addressed = is_addressed;
+        question.problem = retained.or(strays);
+        (self.server)(question);
+    }
+}
