@@ -59,17 +59,18 @@ fn a_step_of_the_wall_clock_is_no_fault() {
     let steps: Vec<f64> = seen.windows(2).map(|pair| wall(&pair[1]) - wall(&pair[0])).collect();
     let count = |is_so: fn(f64) -> bool| steps.iter().filter(|step| is_so(**step)).count();
     assert_eq!((count(|step| step > HOUR - 1.0), count(|step| step < 1.0 - 2.0 * HOUR)), (1, 1));
-    let not_good = seen.iter().filter(|seen| !seen.is_good()).count();
+    // A machine that lets a sensor wait for a moment has another one stand in for it.
+    let good = seen.iter().filter(|seen| seen.is_good()).count();
+    let stood_in = seen.iter().filter(|seen| seen.is_substitute()).count();
     let gap = longest_gap(&seen, begun, end);
-    assert!(not_good == 0 && gap < 0.4, "{not_good} {gap}");
+    assert!(good + stood_in == seen.len() && stood_in < good / 4 && gap < 0.4, "{good} {stood_in} {gap}");
     // On the way to the consumer, some milliseconds pass, and some more on a busy machine; in them the clock may step.
     let strange: Vec<_> = seen.iter().filter(|seen| (seen.wall_s - seen.stamp_s).abs() > 0.5).collect();
     assert!(strange.len() <= 2 * 2, "{strange:?}");
     SCENARIO.seen(&format!(
-        "longest gap {}; all {} values `Good`, no event but `clock` twice; {} values on their way at a step have the stamp \
-         of before, the others follow the wall clock",
+        "longest gap {}; {good} values `Good`, {stood_in} of who stood in for a late sensor, no event but `clock` twice; {} \
+         values on their way at a step have the stamp of before, the others follow the wall clock",
         shown(gap),
-        seen.len(),
         strange.len(),
     ));
 }

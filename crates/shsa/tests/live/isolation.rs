@@ -128,9 +128,10 @@ fn a_process_has_nothing_but_its_pipes() {
 
 #[test]
 fn a_process_that_is_given_too_little_memory_is_given_up_and_the_operator_can_allow_it() {
-    // The past hour of a sum takes more than what is free in a new process.
+    // Each past hour takes 100 kB: all together more than what may be free in a new process.
     let folder = Folder::new();
-    let model = model(&folder, &["v_dmin = min(v_3D) + delay(min(v_3D), 3600 s)"], "");
+    let past: String = (1..=40).map(|hours| format!(" + delay(min(v_3D), {hours} h)")).collect();
+    let model = model(&folder, &[&format!("v_dmin = min(v_3D){past}")], "");
     let run = Running::start([&*model, "--isolation", "process", "--isolation-memory", "0"]);
     let note = run.decision("restarted");
     assert!(note["because"].as_str().unwrap().contains("more memory than it is granted"), "{note}");

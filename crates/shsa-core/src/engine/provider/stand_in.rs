@@ -38,10 +38,12 @@ impl Pace {
         }
     }
 
-    /// How long after a value the next one is late: half a mean gap more than the mean, or what its jitter asks for.
+    /// How long after a value the next one is late: three quarters of a mean gap more than the mean, so that nobody waits for
+    /// two, or what its jitter asks for.
     fn patience(&self) -> Option<Span> {
         let Span(mean) = self.mean?;
-        Some(Span(mean.saturating_add((mean / 2).max(self.deviation.0.saturating_mul(DEVIATIONS)))))
+        let jitter = self.deviation.0.saturating_mul(DEVIATIONS);
+        Some(Span(mean.saturating_add(mean.saturating_sub(mean / 4).max(jitter))))
     }
 }
 
