@@ -3,7 +3,8 @@
 use crate::{Clock, Message};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap, VecDeque};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::fmt;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 use std::time::Duration;
 
 /// Queues of messages, one a topic, read in the order of arrival; clones are the same inbox.
@@ -16,10 +17,26 @@ pub struct Inbox {
     clock: Clock,
 }
 
-#[derive(Debug)]
 struct Shared {
     queues: Mutex<Queues>,
     arrival: Condvar,
+    driver: OnceLock<Weak<dyn Driver>>,
+}
+
+/// A connection which the inbox's reader can drive while it waits.
+pub(crate) trait Driver: Send + Sync {
+    /// Drives the connection until [`Driver::wake`] is called or the time is over; once where that is zero. `is_behind`:
+    /// messages wait that the reader has not come to. The answer is no when somebody else drives: the reader waits by itself then.
+    fn drive(&self, is_behind: bool, at_most: Duration) -> bool;
+
+    /// Ends the present call of [`Driver::drive`], or else the next.
+    fn wake(&self);
+}
+
+impl fmt::Debug for Shared {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Shared").field("queues", &self.queues).finish_non_exhaustive()
+    }
 }
 
 #[derive(Debug)]
@@ -34,6 +51,8 @@ struct Queues {
     woken: bool,
     /// Readers that sleep.
     sleepers: usize,
+    /// Of those, the ones that drive the connection meanwhile.
+    drivers: usize,
 }
 
 #[derive(Debug)]
@@ -65,8 +84,9 @@ impl Inbox {
             arrived: 0,
             woken: false,
             sleepers: 0,
+            drivers: 0,
         };
-        let shared = Shared { queues: Mutex::new(queues), arrival: Condvar::new() };
+        let shared = Shared { queues: Mutex::new(queues), arrival: Condvar::new(), driver: OnceLock::new() };
         Inbox { shared: Arc::new(shared), clock }
     }
 
@@ -74,6 +94,11 @@ impl Inbox {
     #[must_use]
     pub fn clock(&self) -> &Clock {
         &self.clock
+    }
+
+    /// Whoever waits for messages drives this connection meanwhile; of several the first, the others see to themselves.
+    pub(crate) fn driven_by(&self, driver: &Arc<dyn Driver>) {
+        let _first = self.shared.driver.set(Arc::downgrade(driver));
     }
 
     /// Appends a message; when its topic's queue is full, the oldest makes room and is counted as dropped.
@@ -85,11 +110,18 @@ impl Inbox {
     fn tell(&self, change: impl FnOnce(&mut Queues)) {
         let mut queues = self.lock();
         let is_asleep = queues.sleepers > 0 && queues.is_idle();
+        let drives = queues.drivers > 0;
         change(&mut queues);
         drop(queues);
-        if is_asleep {
-            self.shared.arrival.notify_one();
+        match self.driver().filter(|_| is_asleep && drives) {
+            Some(driver) => driver.wake(),
+            None if is_asleep => self.shared.arrival.notify_one(),
+            None => {}
         }
+    }
+
+    fn driver(&self) -> Option<Arc<dyn Driver>> {
+        self.shared.driver.get().and_then(Weak::upgrade)
     }
 
     /// Takes the oldest message; `None` when none waits.
@@ -98,14 +130,34 @@ impl Inbox {
         self.lock().pop()
     }
 
-    /// Waits until a message is there, [`Inbox::wake`] was called, or the time is over.
+    /// Waits until a message is there, [`Inbox::wake`] was called, or the time is over. Call it also with no time to wait: a
+    /// connection that the reader drives has its turn meanwhile.
     pub fn wait(&self, at_most: Duration) {
+        if self.driver().is_some_and(|driver| self.drive(driver.as_ref(), at_most)) {
+            return;
+        }
         let mut queues = self.lock();
         queues.sleepers += 1;
         let waited = self.shared.arrival.wait_timeout_while(queues, at_most, |queues| queues.is_idle());
         let mut queues = waited.unwrap_or_else(PoisonError::into_inner).0;
         queues.sleepers -= 1;
         queues.woken = false;
+    }
+
+    /// Waits as [`Inbox::wait`], but by driving the connection; no: somebody else does.
+    fn drive(&self, driver: &dyn Driver, at_most: Duration) -> bool {
+        let mut queues = self.lock();
+        let is_behind = !queues.order.is_empty();
+        let at_most = if queues.is_idle() { at_most } else { Duration::ZERO };
+        queues.sleepers += 1;
+        queues.drivers += 1;
+        drop(queues);
+        let has_driven = driver.drive(is_behind, at_most);
+        let mut queues = self.lock();
+        queues.sleepers -= 1;
+        queues.drivers -= 1;
+        queues.woken &= !has_driven;
+        has_driven
     }
 
     /// Ends the reader's wait, the present one or else the next.

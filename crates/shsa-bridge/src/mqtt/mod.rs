@@ -1,6 +1,8 @@
 //! MQTT 3.1.1 and 5: a client that comes back by itself.
 //!
-//! `publish -> outbox -> connection (a thread) -> broker -> connection -> inbox`
+//! `publish -> outbox -> connection -> broker -> connection -> inbox`
+//!
+//! Whoever waits for messages drives the connection meanwhile; a thread does where nobody waits, or who reads is behind.
 //!
 //! The broker knows the client by its name and keeps its messages while it is away. What is published meanwhile waits here,
 //! the newest of each topic. In version 5 provenance, stamp and publisher go beside the payload as user properties, and
@@ -14,26 +16,31 @@ mod options;
 mod outbox;
 mod served;
 mod session;
+mod shared;
 mod tls;
+mod turns;
 
 pub use options::{Credentials, Delivery, Options, Presence, Version};
 pub use tls::Tls;
 
+use crate::inbox::Driver;
 use crate::{
     Answer, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, Provenance, PublisherId, Server, payload,
 };
 use bytes::Bytes;
 use outbox::Publication;
 use served::{Served, Words};
-use session::Shared;
+use shared::Shared;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
+use turns::Turns;
 
-/// A connection to a broker, and the thread that keeps it.
+/// A connection to a broker, and the thread that keeps it while nobody waits for messages.
 pub struct MqttBridge {
     shared: Arc<Shared>,
+    turns: Arc<Turns>,
     version: Version,
     /// What was published under each topic.
     said: BTreeMap<Arc<str>, Option<Arc<Provenance>>>,
@@ -52,16 +59,16 @@ impl MqttBridge {
         let publisher = identity(&options.name);
         // Files that cannot be used are told at once, not by the thread.
         drop(client::new(options, publisher)?);
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-        let runtime = runtime.map_err(|error| BridgeError::Lost(format!("no event loop: {error}")))?;
+        let turns = Turns::new().map_err(|error| BridgeError::Lost(format!("no event loop: {error}")))?;
+        let turns = Arc::new(turns);
+        let driver: Arc<dyn Driver> = turns.clone();
+        inbox.driven_by(&driver);
         let shared = Arc::new(Shared::new(options, inbox, publisher));
-        let (of_thread, own_options) = (shared.clone(), options.clone());
-        let thread = std::thread::Builder::new()
-            .name("mqtt".to_owned())
-            .spawn(move || session::run(&of_thread, &own_options, runtime))
+        let connection = session::run(shared.clone(), options.clone(), turns.clone());
+        let thread = Turns::keep(&turns, connection)
             .map_err(|error| BridgeError::Lost(format!("no thread: {error}")))?;
         let (version, said) = (options.version, BTreeMap::new());
-        let bridge = MqttBridge { shared, version, said, thread: Some(thread) };
+        let bridge = MqttBridge { shared, turns, version, said, thread: Some(thread) };
         match bridge.shared.first_attempt(options.first_attempt) {
             Some(Err(refused @ BridgeError::Refused(_))) => Err(refused),
             _ => Ok(bridge),
@@ -86,6 +93,7 @@ impl Drop for MqttBridge {
     /// Sends what waits and takes leave, within about a second.
     fn drop(&mut self) {
         self.shared.stop();
+        self.turns.end();
         if let Some(thread) = self.thread.take() {
             let _whether_it_panicked = thread.join();
         }

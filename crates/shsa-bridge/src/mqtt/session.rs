@@ -1,32 +1,19 @@
-//! The thread that keeps the connection: connects, subscribes, sends what waits, and starts again when it breaks.
+//! The connection: connects, subscribes, sends what waits, and starts again when it breaks.
 
-use super::client::{self, Arrived, Client, Failure, Happening, Sender};
-use super::echo::Echo;
-use super::options::{Options, Presence};
-use super::outbox::{Outbox, Publication};
-use super::served::Served;
-use crate::{BridgeError, Inbox, Link, Message, Payload, PublisherId, Quality};
-use bytes::Bytes;
-use shsa_core::time::Time;
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use super::client::{self, Client, Failure, Happening, Sender};
+use super::options::Options;
+use super::shared::Shared;
+use super::turns::Turns;
+use std::future::poll_fn;
 use std::hash::{BuildHasher, RandomState};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
+use std::pin::pin;
+use std::sync::Arc;
+use std::task::Poll;
 use std::time::{Duration, Instant};
-use tokio::runtime::Runtime;
-use tokio::sync::Notify;
+use tokio::task::yield_now;
 use tokio::time::timeout;
 
-/// Topics of which messages may wait.
-const TOPICS_MAX: usize = 4096;
-/// Messages of one topic that may wait for the connection's turn.
-const WAITING_MAX: usize = 1024;
-/// Messages that may wait for somebody to subscribe to their topics.
-const UNCLAIMED_MAX: usize = 16_384;
-/// As long do they wait, from the first connection on: a kept session delivers before anybody can say what is wanted.
-const CLAIM: Duration = Duration::from_secs(30);
-/// Troubles that are kept for who asks.
-const TROUBLES_MAX: usize = 64;
 /// The shortest pause before a connection is tried again; it doubles up to the longest.
 const PAUSE_MIN: Duration = Duration::from_millis(100);
 /// The longest pause; after a refusal always this one.
@@ -37,453 +24,27 @@ const STABLE: Duration = Duration::from_secs(5);
 const FIGHT: u32 = 3;
 /// As long may the goodbye take.
 const GOODBYE: Duration = Duration::from_secs(1);
-/// A message that breaks the connection so often is not sent again.
-const ATTEMPTS_MAX: u32 = 3;
-
-/// What the thread and the bridge share.
-pub(super) struct Shared {
-    state: Mutex<State>,
-    /// The first attempt has ended.
-    attempted: Condvar,
-    stop: Notify,
-    pub(super) inbox: Inbox,
-    pub(super) publisher: PublisherId,
-    size_limit: usize,
-    presence: Option<Presence>,
-}
-
-struct State {
-    link: Link,
-    /// How the first attempt to connect ended.
-    first: Option<Result<(), BridgeError>>,
-    /// There while connected.
-    sender: Option<Sender>,
-    stopping: bool,
-    outbox: Outbox,
-    /// The names that are subscribed to.
-    wanted: BTreeSet<Arc<str>>,
-    wants_everything: bool,
-    /// The names under which questions are answered.
-    served: BTreeMap<String, Served>,
-    /// Names that come though nobody wants them, and that the broker has been told so.
-    unwanted: BTreeSet<String>,
-    /// Requests to the broker that have to wait for their turn: topics, and whether to subscribe.
-    requests: VecDeque<(String, bool)>,
-    /// Subscriptions on their way to the connection, then by their number.
-    asked: VecDeque<String>,
-    numbered: BTreeMap<u16, String>,
-    /// The topics of publications on their way to the connection, then by their number until it is used again.
-    leaving: VecDeque<Arc<str>>,
-    unacknowledged: BTreeMap<u16, Arc<str>>,
-    /// What a kept session has delivered and nobody has asked for yet.
-    unclaimed: VecDeque<Message>,
-    connected_first: Option<Instant>,
-    echo: Echo,
-    /// Who waits for answers, the first one first, by the topic under which they come.
-    asking: BTreeMap<String, VecDeque<mpsc::Sender<Bytes>>>,
-    /// How often messages of a topic were unfinished when a connection broke, in a row.
-    attempts: BTreeMap<String, u32>,
-    troubles: VecDeque<BridgeError>,
-}
-
-/// The subscription to everything; without what brokers publish about themselves.
-const EVERYTHING: &str = "#";
-
-impl Shared {
-    pub(super) fn new(options: &Options, inbox: Inbox, publisher: PublisherId) -> Shared {
-        let state = State {
-            link: Link::Down("not yet connected".to_owned()),
-            first: None,
-            sender: None,
-            stopping: false,
-            outbox: Outbox::new(TOPICS_MAX),
-            wanted: BTreeSet::new(),
-            wants_everything: false,
-            served: BTreeMap::new(),
-            unwanted: BTreeSet::new(),
-            requests: VecDeque::new(),
-            asked: VecDeque::new(),
-            numbered: BTreeMap::new(),
-            leaving: VecDeque::new(),
-            unacknowledged: BTreeMap::new(),
-            unclaimed: VecDeque::new(),
-            connected_first: None,
-            echo: Echo::default(),
-            asking: BTreeMap::new(),
-            attempts: BTreeMap::new(),
-            troubles: VecDeque::new(),
-        };
-        let (size_limit, presence) = (options.size_limit, options.presence.clone());
-        Shared {
-            state: Mutex::new(state),
-            attempted: Condvar::new(),
-            stop: Notify::new(),
-            inbox,
-            publisher,
-            size_limit,
-            presence,
-        }
-    }
-
-    /// Whoever panicked while holding the lock has left whole entries behind.
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    pub(super) fn link(&self) -> Link {
-        self.lock().link.clone()
-    }
-
-    pub(super) fn troubles(&self) -> Vec<BridgeError> {
-        self.lock().troubles.drain(..).collect()
-    }
-
-    /// Waits until the first attempt to connect has ended, or the time is over; how it ended.
-    pub(super) fn first_attempt(&self, at_most: Duration) -> Option<Result<(), BridgeError>> {
-        let waited = self.attempted.wait_timeout_while(self.lock(), at_most, |state| state.first.is_none());
-        waited.unwrap_or_else(PoisonError::into_inner).0.first.clone()
-    }
-
-    pub(super) fn subscribe(&self, topic: &str) {
-        let mut state = self.lock();
-        if !state.wanted.insert(topic.into()) {
-            return;
-        }
-        state.claim(&self.inbox);
-        if state.sender.is_some() && !state.wants_everything {
-            state.requests.push_back((topic.to_owned(), true));
-            state.pump();
-        }
-    }
-
-    pub(super) fn subscribe_all(&self) {
-        let mut state = self.lock();
-        let wanted_already = std::mem::replace(&mut state.wants_everything, true);
-        state.claim(&self.inbox);
-        if !wanted_already && state.sender.is_some() {
-            // Of two subscriptions that overlap some brokers send a message twice.
-            let single: Vec<String> = state.wanted.iter().map(|topic| topic.to_string()).collect();
-            state.requests.extend(single.into_iter().map(|topic| (topic, false)));
-            state.requests.push_back((EVERYTHING.to_owned(), true));
-            state.pump();
-        }
-    }
-
-    /// Hands messages under this name to a server.
-    pub(super) fn serve(&self, name: &str, served: Served) {
-        let mut state = self.lock();
-        let is_new = state.served.insert(name.to_owned(), served).is_none();
-        if is_new && state.sender.is_some() && !state.wants_everything {
-            state.requests.push_back((name.to_owned(), true));
-            state.pump();
-        }
-    }
-
-    /// Sends a message now, or as soon as there is a connection.
-    pub(super) fn publish(&self, publication: Publication) -> Result<(), BridgeError> {
-        let (size, limit) = (publication.payload.len(), self.size_limit);
-        if size > limit {
-            return Err(BridgeError::Refused(format!("a message of {size} bytes, more than {limit}")));
-        }
-        self.lock().publish(publication);
-        Ok(())
-    }
-
-    /// Sends a message that is answered under another name; answers come in the order of the questions.
-    pub(super) fn ask(
-        &self,
-        answers: &str,
-        question: Publication,
-    ) -> Result<mpsc::Receiver<Bytes>, BridgeError> {
-        self.subscribe(answers);
-        let (sender, answer) = mpsc::channel();
-        self.lock().asking.entry(answers.to_owned()).or_default().push_back(sender);
-        self.publish(question)?;
-        Ok(answer)
-    }
-
-    /// Ends the thread; what waits is sent first if that is quick.
-    pub(super) fn stop(&self) {
-        let mut state = self.lock();
-        state.stopping = true;
-        let gone = self.presence.as_ref().map(|presence| (&presence.topic, &presence.gone));
-        state.say(gone, self.inbox.clock().now());
-        self.stop.notify_one();
-    }
-
-    fn is_stopping(&self) -> bool {
-        self.lock().stopping
-    }
-
-    fn connected(&self, sender: &Sender) {
-        let mut state = self.lock();
-        state.link = Link::Up;
-        state.sender = Some(sender.clone());
-        state.asked.clear();
-        state.numbered.clear();
-        state.leaving.clear();
-        state.unacknowledged.clear();
-        state.connected_first.get_or_insert_with(Instant::now);
-        state.requests.clear();
-        state.unwanted.clear();
-        let all: Vec<String> = match state.wants_everything {
-            true => vec![EVERYTHING.to_owned()],
-            false => {
-                let wanted = state.wanted.iter().map(|topic| topic.to_string());
-                wanted.chain(state.served.keys().cloned()).collect()
-            }
-        };
-        state.requests.extend(all.into_iter().map(|topic| (topic, true)));
-        self.attempt_ended(&mut state, Ok(()));
-        let here = self.presence.as_ref().map(|presence| (&presence.topic, &presence.here));
-        state.say(here, self.inbox.clock().now());
-        state.pump();
-    }
-
-    fn attempt_ended(&self, state: &mut State, how: Result<(), BridgeError>) {
-        state.first.get_or_insert(how);
-        self.attempted.notify_all();
-    }
-
-    /// The connection is gone; what it had not finished waits for the next one.
-    fn disconnected(&self, failure: &Failure, client: &mut Client) {
-        let mut state = self.lock();
-        // Only now nothing more can get into the client's queue.
-        state.sender = None;
-        state.outbox.keep_newest();
-        for topic in client.unfinished() {
-            state.unfinished(&topic);
-        }
-        let Failure { is_refusal, reason } = failure;
-        let error = match is_refusal {
-            true => BridgeError::Refused(reason.clone()),
-            false => BridgeError::Lost(reason.clone()),
-        };
-        state.link = Link::Down(if *is_refusal { error.to_string() } else { reason.clone() });
-        self.attempt_ended(&mut state, Err(error));
-        drop(state);
-        self.inbox.wake();
-    }
-
-    fn happened(&self, happening: Happening) {
-        match happening {
-            Happening::Arrived(arrived) => self.arrived(arrived),
-            Happening::Subscribing(number) => {
-                let mut state = self.lock();
-                let topic = state.asked.pop_front();
-                state.numbered.extend(topic.map(|topic| (number, topic)));
-            }
-            Happening::Subscribed(number, refusal) => {
-                let mut state = self.lock();
-                let topic = state.numbered.remove(&number).unwrap_or_default();
-                let told = refusal.map(|reason| format!("the subscription to `{topic}`: {reason}"));
-                told.into_iter().for_each(|told| state.trouble(BridgeError::Refused(told)));
-            }
-            Happening::Publishing(number) => {
-                let mut state = self.lock();
-                let topic = state.leaving.pop_front().filter(|_| number != 0);
-                state.unacknowledged.extend(topic.map(|topic| (number, topic)));
-            }
-            Happening::Refused(number, reason) => {
-                let mut state = self.lock();
-                let topic = state.unacknowledged.remove(&number).unwrap_or_default();
-                state.trouble(BridgeError::Refused(format!(
-                    "a message on `{topic}`: the broker says {reason}"
-                )));
-            }
-            Happening::Connected | Happening::Other => {}
-        }
-    }
-
-    fn arrived(&self, arrived: Arrived) {
-        let received = self.inbox.clock().now();
-        let served = self.lock().served.get(&*String::from_utf8_lossy(&arrived.topic)).cloned();
-        if let Some(served) = served.filter(|_| arrived.payload.len() <= self.size_limit) {
-            return served.ask(arrived);
-        }
-        let Arrived { topic, payload, retained, duplicate, properties, .. } = arrived;
-        let topic = String::from_utf8_lossy(&topic);
-        if payload.len() > self.size_limit {
-            let told =
-                format!("a message of {} bytes on `{topic}`, more than {}", payload.len(), self.size_limit);
-            return self.lock().trouble(BridgeError::Refused(told));
-        }
-        let property = |name: &str| properties.iter().find(|(key, _)| key == name).map(|(_, value)| &**value);
-        let publisher =
-            property("publisher").and_then(|id| u128::from_str_radix(id, 16).ok()).map(PublisherId);
-        if publisher == Some(self.publisher) {
-            return;
-        }
-        let mut state = self.lock();
-        if state.echo.is_own(&topic, &payload, duplicate, Instant::now()) {
-            return;
-        }
-        if !retained && state.answer(&topic, &payload) {
-            return;
-        }
-        let name = state.wanted.get(&*topic).cloned();
-        let is_wanted = name.is_some() || state.wants_everything;
-        let message = Message {
-            stamp: property("stamp_ns").and_then(|stamp| stamp.parse().ok()).map(Time),
-            quality: property("quality").and_then(Quality::named),
-            publisher,
-            retained,
-            ..Message::new(name.unwrap_or_else(|| (*topic).into()), received, Payload::Bytes(payload))
-        };
-        if is_wanted {
-            drop(state);
-            self.inbox.push(message);
-        } else {
-            state.nobody_wants(message);
-        }
-    }
-
-    /// Sends what waits, as far as the connection takes it.
-    fn pump(&self) {
-        self.lock().pump();
-    }
-}
-
-impl State {
-    fn publish(&mut self, publication: Publication) {
-        let sends_at_once = |sender: &Sender| self.outbox.is_empty() && sender.publish(&publication);
-        if self.sender.as_ref().is_some_and(sends_at_once) {
-            self.handed_over(&publication);
-            return self.outbox.remember(publication);
-        }
-        let is_connected = self.sender.is_some();
-        let topic = publication.topic.clone();
-        let Some(other) = self.outbox.keep(publication, if is_connected { WAITING_MAX } else { 1 }) else {
-            return;
-        };
-        if other.topic != topic {
-            self.trouble(BridgeError::Lost(format!("a message on `{}`: too many topics wait", other.topic)));
-        } else if is_connected {
-            self.trouble(BridgeError::Lost(format!(
-                "messages on `{topic}`: they come faster than they can be sent"
-            )));
-        }
-    }
-
-    /// Whether somebody has waited for this answer; who has given up meanwhile is passed over.
-    fn answer(&mut self, topic: &str, payload: &Bytes) -> bool {
-        let Some(asking) = self.asking.get_mut(topic) else { return false };
-        std::iter::from_fn(|| asking.pop_front()).any(|asking| asking.send(payload.clone()).is_ok())
-    }
-
-    /// Tells others, those of later too, whether this client is there.
-    fn say(&mut self, what: Option<(&String, &Bytes)>, stamp: Time) {
-        if let Some((topic, payload)) = what {
-            let said = Publication::new(topic.as_str().into(), payload.clone(), stamp);
-            // Alone: what was said before and may not have arrived is out of date.
-            let _older = self.outbox.keep(Publication { retain: true, ..said }, 1);
-        }
-    }
-
-    /// It is on its way, and its echo is to be expected.
-    fn handed_over(&mut self, publication: &Publication) {
-        self.leaving.push_back(publication.topic.clone());
-        let is_subscribed = self.wants_everything || self.wanted.contains(&publication.topic);
-        if is_subscribed && !self.sender.as_ref().is_some_and(Sender::has_no_echo) {
-            self.echo.sent(&publication.topic, &publication.payload, Instant::now());
-        }
-    }
-
-    fn pump(&mut self) {
-        let Some(sender) = self.sender.clone() else { return };
-        while let Some((topic, is_wanted)) = self.requests.front() {
-            let is_taken = match is_wanted {
-                true => sender.subscribe(topic, !self.served.contains_key(topic)),
-                false => sender.unsubscribe(topic),
-            };
-            if !is_taken {
-                return;
-            }
-            let request = self.requests.pop_front().filter(|(_, is_wanted)| *is_wanted);
-            self.asked.extend(request.map(|(topic, _)| topic));
-        }
-        while let Some(publication) = self.outbox.next() {
-            if !sender.publish(publication) {
-                return;
-            }
-            let publication = publication.clone();
-            self.handed_over(&publication);
-            self.outbox.take();
-        }
-    }
-
-    /// The broker has kept the session of an earlier run. Perhaps this one has not yet come to subscribing; later, it does
-    /// not want the topic any more.
-    fn nobody_wants(&mut self, message: Message) {
-        if self.connected_first.is_some_and(|first| first.elapsed() < CLAIM) {
-            if self.unclaimed.len() == UNCLAIMED_MAX {
-                self.unclaimed.pop_front();
-            }
-            self.unclaimed.push_back(message);
-            return;
-        }
-        self.unclaimed = VecDeque::new();
-        if self.unwanted.insert(message.topic.to_string()) {
-            self.requests.push_back((message.topic.to_string(), false));
-        }
-    }
-
-    /// Delivers what has arrived before somebody asked for it.
-    fn claim(&mut self, inbox: &Inbox) {
-        let is_wanted = |message: &Message| self.wants_everything || self.wanted.contains(&message.topic);
-        let (wanted, others) = self.unclaimed.drain(..).partition(is_wanted);
-        self.unclaimed = others;
-        let wanted: VecDeque<Message> = wanted;
-        wanted.into_iter().for_each(|message| inbox.push(message));
-    }
-
-    /// A message of this topic may not have arrived when the connection broke.
-    fn unfinished(&mut self, topic: &str) {
-        let attempts = self.attempts.entry(topic.to_owned()).or_default();
-        *attempts += 1;
-        if *attempts <= ATTEMPTS_MAX {
-            return self.outbox.again(topic);
-        }
-        self.attempts.remove(topic);
-        self.outbox.forget(topic);
-        self.trouble(BridgeError::Lost(format!(
-            "a message on `{topic}`: the connection broke with it again and again"
-        )));
-    }
-
-    /// The same is told once until somebody asks.
-    fn trouble(&mut self, trouble: BridgeError) {
-        if self.troubles.contains(&trouble) {
-            return;
-        }
-        if self.troubles.len() == TROUBLES_MAX {
-            self.troubles.pop_front();
-        }
-        self.troubles.push_back(trouble);
-    }
-}
+/// After so many happenings at one go, whoever drives the connection looks at what they have brought.
+const AT_ONE_GO: u32 = 16;
 
 /// Connects and serves until it is stopped.
-pub(super) fn run(shared: &Shared, options: &Options, runtime: Runtime) {
+pub(super) async fn run(shared: Arc<Shared>, options: Options, turns: Arc<Turns>) {
     let mut pause = PAUSE_MIN;
     let mut short_lived = 0;
     while !shared.is_stopping() {
-        let Some(end) = connection(shared, options, &runtime, short_lived) else { break };
+        let Some(end) = connection(&shared, &options, &turns, short_lived).await else { break };
         if end.lasted >= STABLE {
             pause = PAUSE_MIN;
             short_lived = 0;
-            shared.lock().attempts.clear();
+            shared.lasted();
         }
         short_lived += u32::from(!end.lasted.is_zero());
         let this_pause = if end.is_refusal { PAUSE_MAX } else { with_jitter(pause) };
         pause = (pause * 2).min(PAUSE_MAX);
-        let stopped = runtime.block_on(async { timeout(this_pause, shared.stop.notified()).await });
-        if stopped.is_ok() {
+        if timeout(this_pause, shared.stop.notified()).await.is_ok() {
             break;
         }
     }
-    // Looking up a name may still go on in a thread of its own.
-    runtime.shutdown_background();
 }
 
 /// How a connection ended.
@@ -494,19 +55,17 @@ struct End {
 }
 
 /// One connection from its beginning to its end. `None`: it was stopped.
-fn connection(shared: &Shared, options: &Options, runtime: &Runtime, short_lived: u32) -> Option<End> {
+async fn connection(shared: &Shared, options: &Options, turns: &Turns, short_lived: u32) -> Option<End> {
     let (sender, mut client) = match client::new(options, shared.publisher) {
         Ok(both) => both,
         Err(_) => return Some(End { is_refusal: true, lasted: Duration::ZERO }),
     };
     let mut since = None;
     // The library has places that panic; such a one costs the connection and not the bridge.
-    let served =
-        catch_unwind(AssertUnwindSafe(|| runtime.block_on(serve(shared, &sender, &mut client, &mut since))));
-    let mut failure = match served {
-        Ok(Some(failure)) => failure,
-        Ok(None) => return None,
-        Err(_) => Failure { is_refusal: false, reason: "the client library has failed".to_owned() },
+    let mut failure = match without_panic(serve(shared, turns, &sender, &mut client, &mut since)).await {
+        Some(Some(failure)) => failure,
+        Some(None) => return None,
+        None => Failure { is_refusal: false, reason: "the client library has failed".to_owned() },
     };
     let lasted = since.map_or(Duration::ZERO, |since: Instant| since.elapsed());
     // Not every broker says so.
@@ -522,13 +81,16 @@ fn connection(shared: &Shared, options: &Options, runtime: &Runtime, short_lived
 /// `None`: it was stopped.
 async fn serve(
     shared: &Shared,
+    turns: &Turns,
     sender: &Sender,
     client: &mut Client,
     since: &mut Option<Instant>,
 ) -> Option<Failure> {
+    // So many messages may still come before whoever drives looks at them.
+    let mut left = 0;
     loop {
         let polled = tokio::select! {
-            polled = client.poll() => polled,
+            polled = next(client, turns, &mut left) => polled,
             () = shared.stop.notified() => {
                 if since.is_some() {
                     say_goodbye(shared, sender, client).await;
@@ -546,11 +108,41 @@ async fn serve(
                 shared.connected(sender);
             }
             Ok(happening) => {
+                let is_message = matches!(happening, Happening::Arrived(_));
                 shared.happened(happening);
+                if is_message && left == 0 {
+                    left = AT_ONE_GO;
+                    yield_now().await;
+                }
+                left = left.saturating_sub(u32::from(is_message));
                 shared.pump();
             }
         }
     }
+}
+
+/// What happens next; after a silence a message is looked at at once.
+async fn next(client: &mut Client, turns: &Turns, left: &mut u32) -> Result<Happening, Failure> {
+    let mut polled = pin!(client.poll());
+    poll_fn(|context| {
+        let now = polled.as_mut().poll(context);
+        if now.is_pending() {
+            *left = 0;
+            turns.nothing_waits();
+        }
+        now
+    })
+    .await
+}
+
+/// What comes of it; `None`: it panicked.
+async fn without_panic<T>(future: impl Future<Output = T>) -> Option<T> {
+    let mut future = pin!(future);
+    poll_fn(|context| match catch_unwind(AssertUnwindSafe(|| future.as_mut().poll(context))) {
+        Ok(polled) => polled.map(Some),
+        Err(_) => Poll::Ready(None),
+    })
+    .await
 }
 
 /// Sends what waits, takes leave, and reads on until the broker has closed: it has got everything then.
@@ -559,7 +151,7 @@ async fn say_goodbye(shared: &Shared, sender: &Sender, client: &mut Client) {
         let mut has_left = false;
         loop {
             shared.pump();
-            if !has_left && shared.lock().outbox.is_empty() {
+            if !has_left && shared.has_sent_all() {
                 sender.leave();
                 has_left = true;
             }

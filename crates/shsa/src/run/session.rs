@@ -373,9 +373,7 @@ impl Session {
         let dues = dues.chain(takeovers.filter_map(|(takeover, _)| takeover.due(now)));
         let due = dues.chain(self.until).fold(self.house.next, Time::min);
         let left = u64::try_from((due - self.now()).0).unwrap_or(0);
-        if left > 0 {
-            self.bridge.inbox().wait(Duration::from_nanos(left));
-        }
+        self.bridge.inbox().wait(Duration::from_nanos(left));
     }
 
     fn health(&self) -> Value {

@@ -183,8 +183,6 @@ impl Session {
 
     fn rest(&self, next: Option<Time>) {
         let until = next.map_or(LONGEST_REST, |next| (next - self.now()).min(LONGEST_REST));
-        if until > Span::ZERO {
-            self.bridge.inbox().wait(Duration::from_nanos(u64::try_from(until.0).unwrap_or(0)));
-        }
+        self.bridge.inbox().wait(Duration::from_nanos(u64::try_from(until.0).unwrap_or(0)));
     }
 }

@@ -8,7 +8,7 @@ use super::subject::{Manner, Subject};
 use super::times::{Quantiles, Times};
 use super::traffic::{Beat, Ear, Mouth};
 use serde_json::{Value, json};
-use shsa_bridge::{Message, Outgoing};
+use shsa_bridge::{Message, Outgoing, Quality};
 use shsa_core::time::Time;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -151,7 +151,12 @@ impl Turns {
         Ok(Turns { topics, heard: Vec::with_capacity(1 << 17) })
     }
 
+    /// What another signal says in the place of the need's own, which is silent while other paths have their turn, has not
+    /// passed the gate.
     fn take(&mut self, message: &Message, now: Time) {
+        if message.quality == Some(Quality::Substitute) {
+            return;
+        }
         let path = self.topics.iter().position(|topic| **topic == *message.topic);
         self.heard.extend(path.zip(message.stamp).map(|(path, stamp)| (path, stamp, now)));
     }
