@@ -9,6 +9,7 @@ pub mod formulas;
 pub mod models;
 pub mod recordings;
 pub mod payloads;
+pub mod messages;
 pub mod engine;
 pub mod driver;
 
@@ -29,5 +30,6 @@ pub const TARGETS: &[Target] = &[
     Target { name: "models", run: models::run, seeds: models::seeds },
     Target { name: "recordings", run: recordings::run, seeds: recordings::seeds },
     Target { name: "payloads", run: payloads::run, seeds: payloads::seeds },
+    Target { name: "messages", run: messages::run, seeds: messages::seeds },
     Target { name: "engine", run: engine::run, seeds: engine::seeds },
 ];
