@@ -45,7 +45,7 @@ needs:
   w: { signal: /w, max_age: 800000 h }
 ";
 
-static MODELS: LazyLock<Vec<KnowledgeBase>> = LazyLock::new(|| {
+pub(crate) static MODELS: LazyLock<Vec<KnowledgeBase>> = LazyLock::new(|| {
     let knowledge = |text: &&str| {
         let loaded = load(text, "m.yaml");
         assert!(loaded.report.ok(), "{}", loaded.report.render(false));
@@ -120,7 +120,8 @@ pub fn run(bytes: &[u8]) {
     assert_eq!(Run::of(knowledge, &inputs), Run::of(knowledge, &inputs), "two runs differ");
 }
 
-fn inputs(knowledge: &KnowledgeBase, steps: &[u8]) -> Vec<Input> {
+/// What four bytes a step stand for, from time zero on.
+pub(crate) fn inputs(knowledge: &KnowledgeBase, steps: &[u8]) -> Vec<Input> {
     let mut inputs = Vec::new();
     let mut now = Time::default();
     let (steps, _) = steps.as_chunks::<4>();
@@ -210,7 +211,7 @@ fn observe(knowledge: &KnowledgeBase, signal: usize, received: Time, number: f64
 }
 
 /// An engine at work, and all that it has said.
-struct Run<'a> {
+pub(crate) struct Run<'a> {
     knowledge: &'a KnowledgeBase,
     engine: Engine,
     now: Time,
@@ -218,17 +219,25 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// What comes out when the inputs go in, with the ticks that fall due between them.
     fn of(knowledge: &KnowledgeBase, inputs: &[Input]) -> Vec<String> {
         let engine = Engine::new(knowledge.clone(), Options::default());
-        let mut run = Run { knowledge, engine, now: Time::MIN, said: Vec::new() };
+        Run::new(knowledge, engine, Time::MIN).through(inputs)
+    }
+
+    /// An engine of this knowledge base that has come to this time.
+    pub(crate) fn new(knowledge: &KnowledgeBase, engine: Engine, now: Time) -> Run<'_> {
+        Run { knowledge, engine, now, said: Vec::new() }
+    }
+
+    /// What comes out when the inputs go in, with the ticks that fall due between them.
+    pub(crate) fn through(mut self, inputs: &[Input]) -> Vec<String> {
         for input in inputs {
             let time = input.time();
-            run.pass_until(time);
-            run.take(input.clone(), time);
+            self.pass_until(time);
+            self.take(input.clone(), time);
         }
-        run.pass_until(run.now + Span::from_millis(60_000));
-        run.said
+        self.pass_until(self.now + Span::from_millis(60_000));
+        self.said
     }
 
     /// Sends the ticks that are due before `moment`: after each, the next one is later, and they come to an end.

@@ -11,6 +11,7 @@ pub mod recordings;
 pub mod payloads;
 pub mod messages;
 pub mod engine;
+pub mod states;
 pub mod driver;
 
 /// Something that must survive any bytes.
@@ -32,4 +33,5 @@ pub const TARGETS: &[Target] = &[
     Target { name: "payloads", run: payloads::run, seeds: payloads::seeds },
     Target { name: "messages", run: messages::run, seeds: messages::seeds },
     Target { name: "engine", run: engine::run, seeds: engine::seeds },
+    Target { name: "states", run: states::run, seeds: states::seeds },
 ];
