@@ -494,7 +494,7 @@ fn check_calibrated(case: Option<Case>, goals: &[Goal]) {
 fn a_calibrated_car_sees_what_a_plain_script_sees() {
     let wheels = [("wheel_1", 0.56), ("wheel_2", 0.40), ("wheel_3", 0.62), ("wheel_4", 0.38)];
     check_calibrated(car(), &wheels);
-    check_calibrated(car(), &[(GNSS, 0.66)]);
+    check_calibrated(car(), &[(GNSS, 0.66), ("gyro", 0.006)]);
 }
 
 #[test]
