@@ -6,6 +6,7 @@ mod pair;
 mod unhealthy;
 mod offset;
 mod shape;
+mod lasting;
 mod bias;
 
 pub use pair::PairFit;
@@ -16,6 +17,7 @@ use crate::delay::{self, Curve};
 use crate::order::{median, quantile, sorted};
 use crate::rhythm::Rhythm;
 use crate::widening::{Demand, least_widening};
+use bias::Seen;
 use edit::Trial;
 use shsa_core::engine::{self, Engine, EventKind, Input, Output};
 use shsa_core::knowledge::{Bounds, Draft, IdVec, KnowledgeBase, RelationId, SignalId};
@@ -112,13 +114,16 @@ pub struct Fitted {
     pub smallest_bias: Option<f64>,
     /// The pair that sees it.
     pub seen_by: Option<usize>,
+    /// The smallest step that is an alarm when it lasts, by what many comparisons say together, and how long it must last;
+    /// `None` when that is not smaller.
+    pub lasting_bias: Option<(f64, Span)>,
     /// The pair that asks for the most.
     pub asked_by: Option<usize>,
 }
 
 impl Fitted {
     /// Of a signal that is not compared itself: its errors are those of the relations that read it.
-    fn only_seen(signal: SignalId, time_error: Span, bias: f64, by: usize) -> Fitted {
+    fn only_seen(signal: SignalId, time_error: Span, seen: Seen) -> Fitted {
         Fitted {
             parameter: Parameter::Signal(signal),
             error: None,
@@ -126,8 +131,9 @@ impl Fitted {
             percent: 0.0,
             time_error,
             delay: Span::ZERO,
-            smallest_bias: Some(bias),
-            seen_by: Some(by),
+            smallest_bias: Some(seen.bias),
+            seen_by: Some(seen.by),
+            lasting_bias: seen.lasting,
             asked_by: None,
         }
     }
@@ -421,17 +427,18 @@ impl<'a> Work<'a> {
                 percent: trial.shares[number],
                 time_error,
                 delay,
-                smallest_bias: seen.map(|(bias, _)| bias),
-                seen_by: seen.map(|(_, by)| by),
+                smallest_bias: seen.map(|it| it.bias),
+                seen_by: seen.map(|it| it.by),
+                lasting_bias: seen.and_then(|it| it.lasting),
                 asked_by,
             }
         };
         let fitted: Vec<Fitted> = self.parameters.iter().enumerate().map(one).collect();
         let is_new = |signal: &SignalId| !self.parameters.contains(&Parameter::Signal(*signal));
-        let others = knowledge.signals().ids().filter(is_new).filter_map(|signal| {
-            let (bias, by) = seen[signal]?;
-            Some(Fitted::only_seen(signal, trial.time_errors[signal], bias, by))
-        });
+        let others =
+            knowledge.signals().ids().filter(is_new).filter_map(|signal| {
+                Some(Fitted::only_seen(signal, trial.time_errors[signal], seen[signal]?))
+            });
         let others: Vec<Fitted> = others.collect();
         Ok(fitted.into_iter().chain(others).collect())
     }

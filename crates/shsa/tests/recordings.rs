@@ -474,27 +474,33 @@ fn what_a_rover_cannot_tell_apart_stays_open() {
 /// A signal of a model, and the smallest bias that a plain script sees in its recording, in the signal's unit.
 type Goal = (&'static str, f64);
 
-/// Calibrated on the first half, no signal is called failed in the second, and a bias is seen that is no larger than 1.5 times
-/// what a plain script sees.
+/// Calibrated on the first half, no signal is called failed in the second, and a bias is seen that is no larger than so many
+/// times what a plain script sees.
 #[track_caller]
-fn check_calibrated(case: Option<Case>, goals: &[Goal]) {
+fn check_calibrated_within(times: f64, case: Option<Case>, goals: &[Goal]) {
     let Some(case) = case else { return };
     // It ends with 1 when a signal is called failed.
     let mut command = Command::new(env!("CARGO_BIN_EXE_shsa"));
     let found = report(command.arg("calibrate").arg(&case.model).arg(&case.recording)).0;
     assert_eq!(found["after"]["failed"], 0, "{}", found["after"]);
+    assert!(found["pairs"].as_array().unwrap().iter().all(|pair| pair["compared_later"].as_u64() > Some(0)));
     for (signal, plain) in goals {
         let fitted = found["fitted"].as_array().unwrap().iter().find(|it| it["name"] == *signal).unwrap();
         let smallest = fitted["smallest_bias"].as_f64().unwrap();
-        assert!(smallest <= 1.5 * plain, "{signal}: {smallest} is more than 1.5 times {plain}");
+        assert!(smallest <= times * plain, "{signal}: {smallest} is more than {times} times {plain}");
     }
+}
+
+#[track_caller]
+fn check_calibrated(case: Option<Case>, goals: &[Goal]) {
+    check_calibrated_within(1.5, case, goals);
 }
 
 #[test]
 fn a_calibrated_car_sees_what_a_plain_script_sees() {
     let wheels = [("wheel_1", 0.56), ("wheel_2", 0.40), ("wheel_3", 0.62), ("wheel_4", 0.38)];
     check_calibrated(car(), &wheels);
-    check_calibrated(car(), &[(GNSS, 0.66)]);
+    check_calibrated(car(), &[(GNSS, 0.66), ("gyro", 0.006)]);
 }
 
 #[test]
@@ -513,4 +519,18 @@ fn calibrated_motes_see_what_a_plain_script_sees_although_events_are_among_what_
     let inside = [("mote_1_temperature", 0.46), ("mote_1_humidity", 2.1)];
     let outside = [("mote_4_temperature", 1.15), ("mote_4_humidity", 2.3)];
     check_calibrated(case("motes.yaml", "suthaharan"), &[inside, outside].concat());
+}
+
+#[test]
+fn a_calibrated_turtlebot_calls_nobody_failed() {
+    // The script accepts more false alarms: its bound for `odom_speed` is exceeded by 1 % of what comes later.
+    check_calibrated_within(2.0, turtlebot(), &[("imu", 0.0545), ("odom_speed", 0.0332)]);
+}
+
+#[test]
+fn a_calibrated_cell_sees_what_a_plain_script_sees() {
+    // One pass through the charge could not be halved: another part of the curve would be tested than was fitted. This recording
+    // is four times charged and discharged, so each half has two whole cycles. The pulse test beside it cannot be the other
+    // half: its count of the charge begins anew with each pulse, which the model does not say.
+    check_calibrated(cell(), &[("voltage", 0.20), ("power", 0.75)]);
 }

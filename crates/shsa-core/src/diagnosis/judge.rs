@@ -1,9 +1,9 @@
 //! The verdict on each signal and relation over time: suspect, failed, and trusted again.
 //!
 //! Something has failed when it belongs to every explanation that is probable enough beside the best one, whatever the
-//! comparisons that are still undecided will say. For the rest of these explanations, the judge first waits for
-//! the comparisons that may yet decide, for a bounded time; then it is suspect. Where what signals share explains the
-//! conflicts, these signals are blamed together. What has failed explains is no evidence about others. A signal is
+//! comparisons that are still undecided, or only just agree, will say. For the rest of these explanations, the judge first
+//! waits for the comparisons that may yet decide, for a bounded time; then it is suspect. Where what signals share explains
+//! the conflicts, these signals are blamed together. What has failed explains is no evidence about others. A signal is
 //! trusted again after it has moved and every comparison that speaks about it has agreed for the probation time; a relation,
 //! when these comparisons agree. Without a comparison there is no verdict: unknown is not healthy.
 
@@ -357,6 +357,9 @@ impl Judge {
         let parts = explain(&comparisons, |component| self.priors.of(component));
         let mut disputed = conflicts.clone();
         disputed.extend(self.open_pairs(monitor, now, Relationship::Undecided));
+        // Of faults that grow, the witness with the least tolerance tells first: the others only just agree yet.
+        let agreements = self.open_pairs(monitor, now, Relationship::Agree);
+        disputed.extend(agreements.filter(|pair| pair.is_close()));
         let rivals = match disputed.len() == conflicts.len() {
             true => parts.clone(),
             false => explain(&self.comparisons(monitor, now, &disputed), |it| self.priors.of(it)),
@@ -415,7 +418,9 @@ impl Judge {
         let is_open = |pair: &&Pair| {
             let may_decide = match pair.relationship(now) {
                 Relationship::Undecided => true,
-                Relationship::Agree => (gradual && pair.is_building()) || !pair.window.confirmed_since(onset),
+                Relationship::Agree => {
+                    (gradual && pair.is_building()) || pair.is_close() || !pair.window.confirmed_since(onset)
+                }
                 Relationship::Conflict | Relationship::Unknown => false,
             };
             may_decide && rests_on_any(monitor, pair, accused) && !self.is_explained(monitor, pair, None)

@@ -198,6 +198,9 @@ pub struct Disagreement {
     pub other: Interval,
 }
 
+/// An agreement at this share of the tolerance, or beyond it, may soon be none.
+const CLOSE: f64 = 0.75;
+
 /// Two ways of knowing one variable.
 #[derive(Clone, Debug)]
 pub struct Pair {
@@ -269,6 +272,12 @@ impl Pair {
     #[must_use]
     pub fn is_building(&self) -> bool {
         self.trend.tendency() == Tendency::Building
+    }
+
+    /// Whether the last comparison agrees with so little to spare that the next ones may disagree.
+    #[must_use]
+    pub fn is_close(&self) -> bool {
+        self.trend.last_share() > CLOSE
     }
 
     /// How long a conflict takes to show after a fault has begun.

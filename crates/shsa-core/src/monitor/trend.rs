@@ -321,6 +321,11 @@ impl Trend {
         self.options.span.max(period.times(i64::from(self.options.least)))
     }
 
+    /// How far apart the two were at the last comparison.
+    pub(super) fn last_share(&self) -> f64 {
+        self.before.map_or(0.0, |before| before.share.abs())
+    }
+
     /// When what has come together became enough.
     #[must_use]
     pub fn raised(&self) -> Time {

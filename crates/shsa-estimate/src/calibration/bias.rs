@@ -14,8 +14,27 @@ const TRIED: f64 = 1e-3;
 /// A pair that a step moves by less, as a share of its size in SI, does not show it.
 const LEAST_GAIN: f64 = 1e-9;
 
-/// The smallest step in the unit of its signal, and the pair that shows it.
-pub(super) type Seen = Option<(f64, usize)>;
+/// A step moves a pair for good when it still moves it by this share of what it did at first.
+const LASTS: f64 = 0.5;
+
+/// The smallest steps of a signal that are seen, in its unit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    /// By single comparisons, at once.
+    pub(super) bias: f64,
+    /// The pair that shows it.
+    pub(super) by: usize,
+    /// By many comparisons together, when it lasts so long.
+    pub(super) lasting: Option<(f64, Span)>,
+}
+
+/// How far a step moves the difference of a pair, in SI for one of its unit: at first, and as long as there is something to
+/// compare.
+#[derive(Clone, Copy, Debug)]
+struct Gain {
+    first: f64,
+    lasting: f64,
+}
 
 impl Work<'_> {
     /// The smallest step of each signal that is seen, by trying a small one at the split.
@@ -28,7 +47,7 @@ impl Work<'_> {
         trial: &Trial,
         pairs: &[PairFit],
         knowledge: &KnowledgeBase,
-    ) -> Result<IdVec<SignalId, Seen>, Problem> {
+    ) -> Result<IdVec<SignalId, Option<Seen>>, Problem> {
         let mut seen = IdVec::filled(knowledge.signals().len(), |_: SignalId| None);
         for signal in knowledge.signals().ids() {
             // When both rest on it, they may move together.
@@ -39,12 +58,11 @@ impl Work<'_> {
             let compared: Vec<usize> = (0..pairs.len()).filter(compares).collect();
             let Some(step) = self.tried(signal).filter(|_| !compared.is_empty()) else { continue };
             let stepped = self.watch(trial, &self.stepped(signal, step))?;
-            let shown = compared.into_iter().filter_map(|at| {
-                let gain = self.gain(watched, &stepped, at)? / step;
-                let bias = pairs[at].smallest_bias?;
-                (gain > LEAST_GAIN).then(|| (bias / gain, at))
-            });
-            seen[signal] = shown.min_by(|one, other| one.0.total_cmp(&other.0));
+            let gains: Vec<(usize, Gain)> = compared
+                .iter()
+                .filter_map(|&at| Some((at, self.gain(watched, &stepped, at, step)?)))
+                .collect();
+            seen[signal] = smallest(pairs, &gains);
         }
         Ok(seen)
     }
@@ -69,9 +87,9 @@ impl Work<'_> {
         all
     }
 
-    /// How far the difference of a pair moves after the step, in SI: the median of the moves; where the pair looks at a window,
-    /// the upper quartile of those within two of them: a mean takes one window to follow, a change is seen for one.
-    fn gain(&self, watched: &Watched, stepped: &Watched, at: usize) -> Option<f64> {
+    /// How far the difference of a pair moves after the step: the median of the moves; at first, where the pair looks at a
+    /// window, the upper quartile of those within two of them: a mean takes one window to follow, a change is seen for one.
+    fn gain(&self, watched: &Watched, stepped: &Watched, at: usize, step: f64) -> Option<Gain> {
         let later = |watched: &Watched| -> Vec<(Time, f64)> {
             let all = watched.comparisons.get(at).map_or(&[][..], Vec::as_slice);
             let difference = |it: &Comparison| (it.validity.to, it.value - it.known);
@@ -84,10 +102,28 @@ impl Work<'_> {
             Span::ZERO => (Time::MAX, 0.5),
             window => (before.first()?.0 + window.times(2), 0.75),
         };
-        // A step may decide whether there is something to compare at all.
-        let same = before.iter().zip(&after).take_while(|(one, other)| one.0 == other.0 && one.0 <= end);
-        quantile(&sorted(same.map(|(one, other)| (other.1 - one.1).abs())), share)
+        let moved = |end: Time, share: f64| {
+            // A step may decide whether there is something to compare at all.
+            let same = before.iter().zip(&after).take_while(|(one, other)| one.0 == other.0 && one.0 <= end);
+            let moves = same.map(|(one, other)| (other.1 - one.1).abs() / step);
+            quantile(&sorted(moves), share)
+        };
+        Some(Gain { first: moved(end, share)?, lasting: moved(Time::MAX, 0.5)? })
     }
+}
+
+/// The smallest steps that pairs with these gains show.
+fn smallest(pairs: &[PairFit], gains: &[(usize, Gain)]) -> Option<Seen> {
+    let at_once = gains.iter().filter(|(_, gain)| gain.first > LEAST_GAIN);
+    let at_once = at_once.filter_map(|(at, gain)| Some((pairs[*at].smallest_bias? / gain.first, *at)));
+    let (bias, by) = at_once.min_by(|one, other| one.0.total_cmp(&other.0))?;
+    let lasting = gains.iter().filter(|(_, gain)| gain.lasting > (LASTS * gain.first).max(LEAST_GAIN));
+    let lasting = lasting.filter_map(|(at, gain)| {
+        let (apart, span) = pairs[*at].lasting_bias?;
+        Some((apart / gain.lasting, span))
+    });
+    let lasting = lasting.min_by(|one, other| one.0.total_cmp(&other.0));
+    Some(Seen { bias, by, lasting: lasting.filter(|(lasting, _)| *lasting < bias) })
 }
 
 fn number(observation: &Observation) -> Option<f64> {

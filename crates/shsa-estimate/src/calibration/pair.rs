@@ -1,6 +1,7 @@
 //! What one pair of ways needs, and how it fares later.
 
 use super::calm::calm_width;
+use super::lasting::lasting_step;
 use super::{Work, quantile, sorted};
 use crate::comparison::{Comparison, Watched};
 use crate::delay::Delay;
@@ -60,8 +61,13 @@ pub struct PairFit {
     pub conflicts: usize,
     /// The smallest bias of one of them that brings 95 % of the later windows into conflict.
     pub smallest_bias: Option<f64>,
+    /// The smallest one that is an alarm when it lasts, by what many comparisons say together, and how long it must last;
+    /// `None` when that is not smaller.
+    pub lasting_bias: Option<(f64, Span)>,
     k: usize,
     n: usize,
+    /// How long a time each comparison tells about.
+    window: Span,
 }
 
 impl PairFit {
@@ -100,7 +106,8 @@ impl PairFit {
         let middle = middle.clamp(quarter(0.25), quarter(0.75));
         let bound = bound(EITHER);
         let needed = bound.map_or(0.0, |(bound, _)| bound.max(0.0));
-        let needed = calm_width(early, one.computation.timing().window, needed);
+        let window = one.computation.timing().window;
+        let needed = calm_width(early, window, needed);
         PairFit {
             variable: one.variable(),
             one: side(one),
@@ -121,8 +128,10 @@ impl PairFit {
             given: 0.0,
             conflicts: 0,
             smallest_bias: None,
+            lasting_bias: None,
             k,
             n,
+            window,
         }
     }
 
@@ -136,6 +145,8 @@ impl PairFit {
         let begins = in_conflict.windows(2).filter(|pair| !pair[0] && pair[1]).count();
         self.conflicts = begins + usize::from(in_conflict.first() == Some(&true));
         self.smallest_bias = shown(late, window).map(|apart| given + apart);
+        self.lasting_bias =
+            self.smallest_bias.and_then(|bias| lasting_step(all, work.split, self.window, given, bias));
     }
 }
 

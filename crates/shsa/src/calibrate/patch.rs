@@ -85,7 +85,13 @@ fn evidence(report: &Report<'_>, fitted: &Fitted) -> Vec<String> {
         }
         if let (Some(bias), Some(by)) = (fitted.smallest_bias, fitted.seen_by) {
             let by = report.pair(&report.found.pairs[by]);
-            lines.push(format!("a bias of {}{unit} is seen, by {by}", number(bias)));
+            let lasting =
+                report.lasting(fitted).map(|it| format!("; if it lasts, by many together, one of {it}"));
+            lines.push(format!(
+                "a bias of {}{unit} is seen, by {by}{}",
+                number(bias),
+                lasting.unwrap_or_default()
+            ));
         }
         if let Some(smallest) = report.smallest {
             let signal_of_model = &report.knowledge.signals()[signal];

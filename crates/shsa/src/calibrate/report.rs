@@ -214,6 +214,7 @@ impl Report<'_> {
                 (Some(bias), Parameter::Signal(signal)) => format!("{}{}", number(bias), self.unit(signal)),
                 _ => "-".to_owned(),
             };
+            let lasting = self.lasting(fitted).unwrap_or_else(|| "-".to_owned());
             vec![
                 self.name(fitted.parameter).to_owned(),
                 bounds(before),
@@ -222,10 +223,27 @@ impl Report<'_> {
                 delay,
                 bias,
                 fitted.seen_by.map_or_else(|| "-".to_owned(), |pair| self.pair(&self.found.pairs[pair])),
+                lasting,
             ]
         };
-        let head = ["error of", "now", "fitted", "of time", "delay", "smallest bias seen", "by comparing"];
+        let head = [
+            "error of",
+            "now",
+            "fitted",
+            "of time",
+            "delay",
+            "smallest bias seen",
+            "by comparing",
+            "together, if it lasts",
+        ];
         show::table(&head, self.found.fitted.iter().map(row).collect())
+    }
+
+    /// The smallest bias of a signal that many comparisons show together, and how long that takes.
+    pub(super) fn lasting(&self, fitted: &Fitted) -> Option<String> {
+        let Parameter::Signal(signal) = fitted.parameter else { return None };
+        let (bias, span) = fitted.lasting_bias?;
+        Some(format!("{}{} in {} s", number(bias), self.unit(signal), number(span.seconds())))
     }
 
     /// What is seen of each signal, by kind.
@@ -371,6 +389,8 @@ impl Report<'_> {
             "delay_s": fitted.delay.seconds(),
             "smallest_bias": fitted.smallest_bias,
             "seen_by": of_pair(fitted.seen_by),
+            "smallest_lasting_bias": fitted.lasting_bias.map(|(bias, _)| bias),
+            "lasting_s": fitted.lasting_bias.map(|(_, span)| span.seconds()),
             "asked_by": of_pair(fitted.asked_by),
         })
     }

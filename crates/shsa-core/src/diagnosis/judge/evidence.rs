@@ -89,8 +89,11 @@ impl Judge {
             |index: WayIndex| monitor.way(index).is_some_and(|way| way.computation.is_mean());
         // Who has not yet drifted far enough to disagree does not agree.
         let gradual = conflicts.iter().any(|pair| is_gradual(pair, now));
+        // Some of them may agree yet.
+        let is_taken = |pair: &Pair| conflicts.iter().any(|it| (it.way, it.other) == (pair.way, pair.other));
         let agreements = self
             .open_pairs(monitor, now, Relationship::Agree)
+            .filter(|pair| !is_taken(pair))
             .filter(|pair| !(gradual && pair.is_building()) && pair.signals.meets(&disputed))
             .filter(|pair| !looks_at_changes(pair.way) && !looks_at_changes(pair.other));
         let conflicts = conflicts.iter().map(|pair| (*pair, false));
