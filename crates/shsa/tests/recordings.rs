@@ -332,6 +332,14 @@ fn no_healthy_signal_is_called_failed_whatever_two_faults_there_are() {
     }
 }
 
+/// The GNSS has the least tolerance, and contradicts both while the other wheels only just agree yet.
+#[test]
+fn two_wheels_that_come_to_err_alike_do_not_make_the_gnss_fail() {
+    let Some(case) = car() else { return };
+    check_two(&case, [("drift=0.2", "wheel_1", 20.0), ("stuck", "wheel_4", 20.5)]);
+    check_two(&case, [("stuck", "wheel_1", 20.0), ("stuck", "wheel_4", 20.0)]);
+}
+
 /// The signal is named or suspected, and no healthy one is called failed or silent.
 #[track_caller]
 fn check_honest(case: &Case, kind: &str, signal: &str, start_s: f64) {
