@@ -5,6 +5,7 @@ use super::isolation::{Isolation, IsolationArguments, Wishes};
 use super::journal::{Bounds, Journal, Missing};
 use super::memory::Memory;
 use super::outlet::{Form, Outlet};
+use super::undelivered::Backlog;
 use super::wires::Wires;
 use super::wiring::{Note, Patterns, Situation, Takeover};
 use crate::show;
@@ -38,6 +39,14 @@ pub(super) enum Deed {
     Noted(&'static str, String),
 }
 
+/// What has become of a value.
+pub(super) struct Served {
+    /// Whether the need is served better or worse by it than before.
+    pub(super) is_news: bool,
+    /// The names under which it was not sent, and why.
+    pub(super) failed: Vec<(String, BridgeError)>,
+}
+
 /// How needs go out.
 #[derive(Clone, Debug)]
 pub(super) struct Outgoings {
@@ -65,6 +74,8 @@ pub(super) struct Healer {
     /// Whether something was decided that is not remembered yet.
     has_decided: bool,
     outlets: IdVec<NeedId, Outlet>,
+    /// Values that were lost on their way.
+    backlog: Backlog,
     /// How long it took to compute each need's values.
     executions: IdVec<NeedId, Execution>,
     /// How long the engine took for the latest input.
@@ -105,6 +116,7 @@ impl Healer {
             patterns: None,
             has_decided: false,
             outlets: IdVec::new(),
+            backlog: Backlog::default(),
             executions: IdVec::new(),
             work: Duration::ZERO,
             isolation: None,
@@ -184,6 +196,7 @@ impl Healer {
                 None => takeover,
             });
         }
+        self.backlog.clear();
         self.executions.clear();
         for _ in knowledge.needs() {
             self.executions.push(Execution::new()?);
@@ -353,7 +366,7 @@ impl Healer {
     /// When something is due without any message.
     pub(super) fn due(&self) -> Option<Time> {
         let isolation = self.isolation.as_ref().and_then(Isolation::due);
-        self.engine.next_deadline().into_iter().chain(isolation).min()
+        self.engine.next_deadline().into_iter().chain(isolation).chain(self.backlog.due()).min()
     }
 
     /// How long it took to compute a need's values: in the engine, nanoseconds.
@@ -526,16 +539,13 @@ impl Healer {
         }
     }
 
-    /// Sends a value of a need, where that is ours to serve. Whether the need is served better or worse by it than before.
-    ///
-    /// # Errors
-    /// Those of the bus.
+    /// Sends a value of a need, where that is ours to serve.
     pub(super) fn serve(
         &mut self,
         publication: &Publication,
         is_ours: impl Fn(&str) -> bool,
         bridge: &mut dyn Bridge,
-    ) -> anyhow::Result<bool> {
+    ) -> Served {
         let quality = match publication.quality {
             engine::Quality::Good => Quality::Good,
             engine::Quality::Substitute => Quality::Substitute,
@@ -550,21 +560,75 @@ impl Healer {
             (false, true) => ", in the engine for now",
             (false, false) => "",
         });
-        let is_news = outlet.note(publication, quality);
-        if !is_ours(outlet.topic()) {
-            return Ok(is_news);
-        }
-        let stamp = Outlet::stamp(publication, bridge.inbox().clock());
+        let time = publication.time;
+        let before = (outlet.quality(time), outlet.is_able(time));
+        outlet.note(publication, quality);
+        let failed = if is_ours(outlet.topic()) {
+            self.send(publication, None, bridge)
+        } else {
+            outlet.leave();
+            Vec::new()
+        };
+        let outlet = &self.outlets[publication.need];
+        Served { is_news: (outlet.quality(time), outlet.is_able(time)) != before, failed }
+    }
+
+    /// Sends a value under all names of its need, or only this one; what was not sent.
+    fn send(
+        &mut self,
+        publication: &Publication,
+        only: Option<&str>,
+        bridge: &mut dyn Bridge,
+    ) -> Vec<(String, BridgeError)> {
+        let clock = bridge.inbox().clock();
+        let (stamp, now) = (Outlet::stamp(publication, clock), clock.now());
+        let Healer { outlets, takeovers, backlog, .. } = self;
+        let outlet = &mut outlets[publication.need];
+        let mut failed = Vec::new();
+        let mut follow = |name: &str, sent: Result<(), BridgeError>| {
+            backlog.follow(name, publication, sent.as_ref().copied(), now);
+            failed.extend(sent.err().map(|error| (name.to_owned(), error)));
+        };
         let mut is_gate = true;
-        for takeover in self.takeovers.iter_mut().filter(|takeover| takeover.need() == publication.need) {
-            takeover.send(publication, stamp, outlet.provenance(), bridge)?;
+        for takeover in takeovers.iter_mut().filter(|takeover| takeover.need() == publication.need) {
             // A need of the name of its own source has no other publisher beside that.
             is_gate &= takeover.topic().trim_matches('/') != outlet.topic().trim_matches('/');
+            if only.is_none_or(|only| only == takeover.topic()) {
+                let sent = takeover.send(publication, stamp, outlet.provenance(), bridge);
+                follow(takeover.topic(), sent);
+            }
         }
-        if is_gate {
-            outlet.send(publication, stamp, bridge)?;
+        if !is_gate {
+            outlet.leave();
+        } else if only.is_none_or(|only| only == outlet.topic()) {
+            let sent = outlet.send(publication, stamp, bridge);
+            follow(outlet.topic(), sent);
         }
-        Ok(is_news)
+        failed
+    }
+
+    /// Whether something that was lost on its way is to be sent again now.
+    pub(super) fn has_backlog(&self, now: Time) -> bool {
+        self.backlog.due().is_some_and(|due| due <= now)
+    }
+
+    /// Sends again what was lost on its way, while it is not too old; what was not sent.
+    pub(super) fn send_again(
+        &mut self,
+        now: Time,
+        is_ours: impl Fn(&str) -> bool,
+        bridge: &mut dyn Bridge,
+    ) -> Vec<(String, BridgeError)> {
+        let mut failed = Vec::new();
+        while let Some((name, publication)) = self.backlog.next(now) {
+            let outlet = &self.outlets[publication.need];
+            if outlet.is_fresh(publication.time, now) && is_ours(outlet.topic()) {
+                failed.extend(self.send(&publication, Some(&name), bridge));
+            } else {
+                self.backlog.forget(&name);
+            }
+        }
+        failed
     }
 }
 

@@ -1,8 +1,9 @@
 //! Who is told what was decided: the terminal, the bus, whoever listens over HTTP; and the last decisions, for who asks later.
 
+use super::undelivered::Undelivered;
 use crate::tell;
 use serde_json::{Value, json};
-use shsa_bridge::{Bridge, Outgoing, Payload};
+use shsa_bridge::{Bridge, BridgeError, Outgoing, Payload};
 use shsa_core::engine::Event;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::Time;
@@ -43,13 +44,15 @@ pub(super) struct Herald {
     next: u64,
     kept: VecDeque<(u64, Value)>,
     listeners: broadcast::Sender<String>,
+    undelivered: Undelivered,
 }
 
 impl Herald {
     /// On the bus, decisions go out under `topic`; times on the terminal count from `began`.
     pub(super) fn new(topic: String, style: Style, began: Time) -> Herald {
         let (listeners, _) = broadcast::channel(WAITING);
-        Herald { topic, style, began, next: 0, kept: VecDeque::with_capacity(KEPT), listeners }
+        let (kept, undelivered) = (VecDeque::with_capacity(KEPT), Undelivered::default());
+        Herald { topic, style, began, next: 0, kept, listeners, undelivered }
     }
 
     /// For who wants to hear every decision from now on, as JSON.
@@ -88,6 +91,26 @@ impl Herald {
         self.tell(Tale { time: now, fields: json!({ "kind": kind, "because": because }), text }, bridge)
     }
 
+    /// The bus has not taken a message of this name: counted, and told where that is worth it.
+    ///
+    /// # Errors
+    /// When standard output is closed.
+    pub(super) fn undelivered(
+        &mut self,
+        name: &str,
+        error: &BridgeError,
+        bridge: &mut dyn Bridge,
+    ) -> anyhow::Result<()> {
+        let now = bridge.inbox().clock().now();
+        let told = self.undelivered.count(name, error, now);
+        told.map_or(Ok(()), |told| self.noted(now, "undelivered", &told, bridge))
+    }
+
+    /// What the bus has not taken so far.
+    pub(super) fn not_taken(&self) -> &Undelivered {
+        &self.undelivered
+    }
+
     fn since_beginning(&self, time: Time) -> String {
         format!("{:>9.3} s", (time - self.began).seconds())
     }
@@ -108,8 +131,7 @@ impl Herald {
             writeln!(stdout().lock(), "{}", text.as_deref().unwrap_or(&line))?;
         }
         let payload = Payload::Bytes(line.clone().into());
-        // The decision stands whether or not the bus can be told now.
-        let _ = bridge.publish(Outgoing::new(&self.topic, stamp, payload));
+        let sent = bridge.publish(Outgoing::new(&self.topic, stamp, payload));
         // Nobody may be listening.
         let _ = self.listeners.send(line);
         if self.kept.len() == KEPT {
@@ -117,6 +139,10 @@ impl Herald {
         }
         self.kept.push_back((self.next, event));
         self.next += 1;
-        Ok(())
+        // The decision stands whether or not the bus can be told now. What is told of that may not be sent either: then it is
+        // one of many, which is not told.
+        let Err(error) = sent else { return Ok(()) };
+        let name = self.topic.clone();
+        self.undelivered(&name, &error, bridge)
     }
 }

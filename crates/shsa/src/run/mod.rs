@@ -22,6 +22,9 @@ mod outlet;
 mod parts;
 mod session;
 mod shares;
+#[cfg(test)]
+mod tests;
+mod undelivered;
 pub(crate) mod wires;
 mod wiring;
 

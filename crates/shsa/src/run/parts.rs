@@ -10,7 +10,7 @@ use super::shares::{hash, instance};
 use super::wires::Wires;
 use anyhow::Context;
 use serde_json::{Value, json};
-use shsa_bridge::{Attendance, Bridge, Presence, Question};
+use shsa_bridge::{Attendance, Bridge, BridgeError, Presence, Question};
 use shsa_core::knowledge::{self, Draft, Model, Section, Severity};
 use shsa_core::time::{Span, Time};
 use shsa_format::model::live::{Live, Written};
@@ -126,7 +126,7 @@ impl Parts {
         now: Time,
         healers: &mut [Healer],
         bridge: &dyn Bridge,
-    ) -> anyhow::Result<Vec<Note>> {
+    ) -> Result<Vec<Note>, BridgeError> {
         let mut notes = Vec::new();
         while let Some(presence) = (self.attendance)() {
             notes.extend(self.take_in(&presence, now));
@@ -183,7 +183,7 @@ impl Parts {
     }
 
     /// Asks for what is not known yet, and takes the answers in.
-    fn ask(&mut self, now: Time, bridge: &dyn Bridge) -> anyhow::Result<Vec<Note>> {
+    fn ask(&mut self, now: Time, bridge: &dyn Bridge) -> Result<Vec<Note>, BridgeError> {
         let mut notes = Vec::new();
         for (name, offer) in self.offers.iter_mut().filter(|(_, offer)| !offer.is_known()) {
             let answer = offer.asked.as_ref().and_then(|(_, answers)| answers.try_recv().ok());
@@ -229,7 +229,7 @@ impl Parts {
 
 impl Announced {
     /// Says what we know now, if that has changed.
-    fn announce(&mut self, instance: &str, healer: &Healer, bridge: &dyn Bridge) -> anyhow::Result<()> {
+    fn announce(&mut self, instance: &str, healer: &Healer, bridge: &dyn Bridge) -> Result<(), BridgeError> {
         let text = write::yaml(&without_needs(healer.own()));
         let hash = hash_of(&text);
         if hash == self.hash {

@@ -3,7 +3,7 @@
 use super::control::bus::Tally;
 use super::control::{Call, Order, Reply, Request};
 use super::figures::Figures;
-use super::healer::{Deed, Healer};
+use super::healer::{Deed, Healer, Served};
 use super::herald::Herald;
 use super::metrics;
 use super::parts::Parts;
@@ -70,12 +70,13 @@ impl Session {
     /// Goes on until it is stopped; the answer is no when a need is unserved then.
     ///
     /// # Errors
-    /// When standard output is closed, or the bus cannot be used any more.
+    /// When standard output is closed.
     pub(super) fn run(mut self) -> anyhow::Result<Outcome> {
         while !self.is_over() {
             self.follow_clock()?;
             self.hear()?;
             self.pass()?;
+            self.send_again()?;
             self.answer()?;
             self.healers.iter_mut().for_each(Healer::remember);
             let now = self.now();
@@ -159,15 +160,35 @@ impl Session {
                     }
                     Deed::Served(publication) => {
                         let is_ours = |need: &str| shares.as_ref().is_none_or(|shares| shares.is_ours(need));
-                        if healer.serve(&publication, is_ours, bridge.as_mut())? {
+                        let Served { is_news, failed } = healer.serve(&publication, is_ours, bridge.as_mut());
+                        if is_news {
                             house.doubt = Time::MIN;
                         }
-                        figures.served(bridge.inbox().clock().now() - publication.time);
+                        if failed.is_empty() {
+                            figures.served(bridge.inbox().clock().now() - publication.time);
+                        }
+                        for (name, error) in failed {
+                            herald.undelivered(&name, &error, bridge.as_mut())?;
+                        }
                     }
                 }
             }
         }
         tales.into_iter().try_for_each(|tale| herald.tell(tale, bridge.as_mut()))
+    }
+
+    /// Sends again what was lost on its way.
+    fn send_again(&mut self) -> anyhow::Result<()> {
+        let now = self.now();
+        let Session { bridge, healers, herald, shares, house, .. } = self;
+        for healer in healers.iter_mut().filter(|healer| healer.has_backlog(now)) {
+            let is_ours = |need: &str| shares.as_ref().is_none_or(|shares| shares.is_ours(need));
+            house.doubt = Time::MIN;
+            for (name, error) in healer.send_again(now, is_ours, bridge.as_mut()) {
+                herald.undelivered(&name, &error, bridge.as_mut())?;
+            }
+        }
+        Ok(())
     }
 
     fn answer(&mut self) -> anyhow::Result<()> {
@@ -184,7 +205,8 @@ impl Session {
     }
 
     fn metrics(&self) -> anyhow::Result<String> {
-        metrics::text(&self.figures, &self.tally, &self.healers, self.bridge.as_ref(), self.now())
+        let (undelivered, now) = (self.herald.not_taken(), self.now());
+        metrics::text(&self.figures, &self.tally, undelivered, &self.healers, self.bridge.as_ref(), now)
     }
 
     /// Carries an order out and tells it, or says why not.
@@ -231,8 +253,9 @@ impl Session {
         };
         if now >= house.doubt {
             for (_, outlet) in healers.iter().flat_map(Healer::outlets) {
-                let is_able = matches!(outlet.quality(now), Quality::Good | Quality::Substitute);
-                shares.tell(outlet.topic(), is_able, bridge.as_ref())?;
+                if let Err(error) = shares.tell(outlet.topic(), outlet.is_able(now), bridge.as_ref()) {
+                    herald.undelivered(outlet.topic(), &error, bridge.as_mut())?;
+                }
             }
         }
         for handover in shares.follow() {
@@ -262,7 +285,11 @@ impl Session {
     /// Announces what we know, and joins what others do.
     fn join(&mut self, now: Time) -> anyhow::Result<()> {
         let Session { parts: Some(parts), healers, bridge, herald, .. } = self else { return Ok(()) };
-        for (kind, because) in parts.follow(now, healers, bridge.as_ref())? {
+        let notes = match parts.follow(now, healers, bridge.as_ref()) {
+            Ok(notes) => notes,
+            Err(error) => return herald.undelivered("shsa/parts", &error, bridge.as_mut()),
+        };
+        for (kind, because) in notes {
             herald.noted(now, kind, &because, bridge.as_mut())?;
         }
         self.deliver()
@@ -340,7 +367,7 @@ impl Session {
 
     /// Tells on the bus how each need is served, when that has changed, and now and then although it has not.
     fn tell_qualities(&mut self, now: Time) -> anyhow::Result<()> {
-        let Session { name, bridge, healers, house, shares, .. } = self;
+        let Session { name, bridge, healers, house, shares, herald, .. } = self;
         let clock = bridge.inbox().clock().clone();
         house.qualities.resize(healers.len(), Vec::new());
         for (healer, told) in healers.iter().zip(&mut house.qualities) {
@@ -356,7 +383,10 @@ impl Session {
                 let topic = format!("shsa/{name}/need/{}", outlet.variable());
                 let payload = Payload::Bytes(outlet.status(now, &clock).to_string().into());
                 let message = Outgoing { retain: true, ..Outgoing::new(&topic, clock.by_wall(now), payload) };
-                bridge.publish(message)?;
+                if let Err(error) = bridge.publish(message) {
+                    // The next one is due in a second.
+                    herald.undelivered(&topic, &error, bridge.as_mut())?;
+                }
             }
             *told = qualities.collect();
         }
@@ -416,6 +446,7 @@ impl Session {
             "instances": self.shares.as_ref().map(able),
             "parts": self.parts.as_ref().map(Parts::state),
             "dropped": Value::Object(losses.collect()),
+            "undelivered": self.herald.not_taken().json(),
             "requests": self.tally.counts().into_iter().collect::<BTreeMap<_, _>>(),
             "figures": self.figures.json(),
         })

@@ -12,7 +12,7 @@ use super::patterns::Patterns;
 use crate::run::likeness::Likeness;
 use anyhow::bail;
 use serde_json::{Value, json};
-use shsa_bridge::{Bridge, Clock, Link, Message, Outgoing, Provenance, Quality};
+use shsa_bridge::{Bridge, BridgeError, Clock, Link, Message, Outgoing, Provenance, Quality};
 use shsa_core::engine::Publication;
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId};
 use shsa_core::time::{Span, Time};
@@ -82,7 +82,7 @@ pub(in super::super) struct Takeover {
     last: Option<Note>,
     notes: VecDeque<Note>,
     counts: Counts,
-    /// Why the last value could not be written.
+    /// Why the last value could not be written or sent.
     unwritten: Option<String>,
 }
 
@@ -458,7 +458,7 @@ impl Takeover {
         due.filter(|due| *due > now)
     }
 
-    /// Sends a value under the name, where it is ours.
+    /// Sends a value under the name, where it is ours and the value can be written.
     ///
     /// # Errors
     /// Those of the bus.
@@ -468,24 +468,25 @@ impl Takeover {
         stamp: Time,
         provenance: &Provenance,
         bridge: &mut dyn Bridge,
-    ) -> anyhow::Result<()> {
+    ) -> Result<(), BridgeError> {
         let is_ours = matches!(self.stage, Stage::Taken | Stage::Restoring(_));
         if !is_ours || provenance.source == self.signal {
             return Ok(());
         }
         let topic = self.likeness.topic().clone();
-        match self.likeness.message(&topic, &publication.value, stamp, provenance, bridge) {
+        let sent = match self.likeness.message(&topic, &publication.value, stamp, provenance, bridge) {
             Ok(Some(payload)) => {
-                self.unwritten = None;
                 let message = Outgoing::new(&topic, stamp, payload);
-                Ok(bridge.publish(Outgoing { provenance: Some(provenance), ..message })?)
+                bridge.publish(Outgoing { provenance: Some(provenance), ..message })
             }
-            Ok(None) => Ok(()),
+            Ok(None) => return Ok(()),
             Err(why) => {
                 self.unwritten = Some(why);
-                Ok(())
+                return Ok(());
             }
-        }
+        };
+        self.unwritten = sent.as_ref().err().map(ToString::to_string);
+        sent
     }
 
     /// How far who reads the name can trust what was published last, where `quality` is that of the need.

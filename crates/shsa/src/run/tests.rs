@@ -1,0 +1,189 @@
+//! Whole runs within this process, over a bus that can be made to fail.
+
+use super::within;
+use serde_json::Value;
+use shsa_bridge::memory::{MemoryBridge, MemoryBus};
+use shsa_bridge::{
+    Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, PublisherId, payload,
+};
+use shsa_core::observation::RawValue;
+use shsa_format::model::live::{Live, Written};
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::{JoinHandle, sleep, spawn};
+use std::time::{Duration, Instant};
+
+const MODEL: &str = "
+shsa: 1
+variables: { speed: { unit: m/s }, height: { unit: m } }
+signals:
+  wheel: { variable: speed, source: robot/wheel }
+  baro:  { variable: height, source: robot/baro }
+needs:
+  speed:  { signal: healed/speed, max_age: 1 s }
+  height: { signal: healed/height, max_age: 1 s }
+";
+/// Longer than anything here takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// What the bus says to messages of some names.
+type Refusals = Arc<Mutex<BTreeMap<&'static str, BridgeError>>>;
+
+/// A bus that does not take everything.
+struct Faulty {
+    bus: MemoryBridge,
+    refusals: Refusals,
+}
+
+impl Bridge for Faulty {
+    fn publisher(&self) -> PublisherId {
+        self.bus.publisher()
+    }
+    fn inbox(&self) -> &Inbox {
+        self.bus.inbox()
+    }
+    fn subscribe(&mut self, topic: &str, message_type: Option<&str>) -> Result<(), BridgeError> {
+        self.bus.subscribe(topic, message_type)
+    }
+    fn subscribe_all(&mut self) -> Result<(), BridgeError> {
+        self.bus.subscribe_all()
+    }
+    fn publish(&mut self, message: Outgoing<'_>) -> Result<(), BridgeError> {
+        match self.refusals.lock().unwrap().get(message.topic) {
+            Some(refusal) => Err(refusal.clone()),
+            None => self.bus.publish(message),
+        }
+    }
+    fn link(&self) -> Link {
+        Link::Up
+    }
+}
+
+/// A run, somebody who publishes, and somebody who hears everything.
+struct Bench {
+    refusals: Refusals,
+    sensors: MemoryBridge,
+    listener: MemoryBridge,
+    state: Box<dyn Fn() -> Option<Value>>,
+    stop: Arc<AtomicBool>,
+    run: Option<JoinHandle<bool>>,
+}
+
+impl Bench {
+    fn new(refusals: &[(&'static str, BridgeError)]) -> Bench {
+        let bus = MemoryBus::new(Clock::running());
+        let (sensors, mut listener) = (bus.join(64), bus.join(4096));
+        listener.subscribe_all().unwrap();
+        let refusals: Refusals = Arc::new(Mutex::new(refusals.iter().cloned().collect()));
+        let faulty = Faulty { bus: bus.join(64), refusals: refusals.clone() };
+        let stop = Arc::new(AtomicBool::new(false));
+        let (live, _) = Live::load(Written { name: "model", text: MODEL })
+            .unwrap_or_else(|report| panic!("{}", report.render(false)));
+        let (run, state) = within("model", live, Box::new(faulty), stop.clone()).unwrap();
+        let run = Some(spawn(move || run().is_ok()));
+        Bench { refusals, sensors, listener, state: Box::new(state), stop, run }
+    }
+
+    fn say(&mut self, topic: &str, value: f64) {
+        let clock = self.sensors.inbox().clock();
+        let stamp = clock.by_wall(clock.now());
+        let payload = Payload::Value(RawValue::Number(value));
+        self.sensors.publish(Outgoing::new(topic, stamp, payload)).unwrap();
+    }
+
+    fn state(&self) -> Value {
+        (self.state)().expect("the run goes on")
+    }
+
+    /// The next message that is as wanted.
+    #[track_caller]
+    fn hear(&mut self, topic: &str, words: &str) -> Message {
+        let end = Instant::now() + PATIENCE;
+        while Instant::now() < end {
+            let Some(message) = self.listener.receive() else {
+                sleep(Duration::from_millis(1));
+                continue;
+            };
+            if &*message.topic == topic && text(&message).contains(words) {
+                return message;
+            }
+        }
+        panic!("on {topic} never came: {words}");
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Release);
+        self.say("robot/baro", 0.0);
+        let ended_well = self.run.take().is_some_and(|run| run.join().is_ok_and(|is_ok| is_ok));
+        assert!(ended_well || std::thread::panicking());
+    }
+}
+
+fn text(message: &Message) -> String {
+    match &message.payload {
+        Payload::Bytes(bytes) => String::from_utf8_lossy(bytes).into_owned(),
+        Payload::Value(value) => payload::plain(value),
+    }
+}
+
+#[test]
+fn what_the_bus_refuses_ends_no_run_and_is_told_once_with_its_count() {
+    let refused = BridgeError::Refused("no such name".into());
+    let mut bench = Bench::new(&[("healed/speed", refused)]);
+    for at in 0..25_u32 {
+        bench.say("robot/wheel", 5.0);
+        // The other need is served as ever.
+        bench.say("robot/baro", f64::from(at));
+        bench.hear("healed/height", &at.to_string());
+    }
+    let state = bench.state();
+    assert_eq!(state["undelivered"]["healed/speed"]["refused"]["count"], 25, "{state}");
+    let needs = &state["models"]["model"]["needs"];
+    assert_eq!((&needs["speed"]["quality"], &needs["height"]["quality"]), (&"Bad".into(), &"Good".into()));
+    assert_eq!(needs["speed"]["unwritten"], "refused: no such name");
+    bench.refusals.lock().unwrap().clear();
+    bench.say("robot/wheel", 6.0);
+    bench.hear("healed/speed", "6");
+    let needs = bench.state()["models"]["model"]["needs"].clone();
+    assert_eq!((&needs["speed"]["quality"], &needs["speed"]["unwritten"]), (&"Good".into(), &Value::Null));
+}
+
+#[test]
+fn a_refusal_is_told_when_it_begins_and_when_it_has_grown_tenfold() {
+    let mut bench = Bench::new(&[("healed/speed", BridgeError::Refused("no such name".into()))]);
+    bench.say("robot/wheel", 5.0);
+    bench.hear("shsa/model/events", "a message on healed/speed was not sent: refused: no such name");
+    for _ in 0..9 {
+        bench.say("robot/wheel", 5.0);
+        sleep(Duration::from_millis(5));
+    }
+    bench.hear("shsa/model/events", "10 messages on healed/speed were not sent: refused: no such name");
+}
+
+#[test]
+fn a_value_that_was_lost_on_its_way_is_sent_again() {
+    let lost = BridgeError::Lost("nobody there".into());
+    let mut bench = Bench::new(&[("healed/speed", lost)]);
+    bench.say("robot/wheel", 5.0);
+    bench.hear("shsa/model/events", "a message on healed/speed was not sent: connection lost");
+    bench.refusals.lock().unwrap().clear();
+    // Without another observation.
+    bench.hear("healed/speed", "5");
+    assert_eq!(bench.state()["models"]["model"]["needs"]["speed"]["quality"], "Good");
+}
+
+#[test]
+fn a_run_whose_events_nobody_takes_goes_on() {
+    let refused = BridgeError::Refused("no rights".into());
+    let of_status = ("shsa/model/need/speed", refused.clone());
+    let mut bench = Bench::new(&[("shsa/model/events", refused.clone()), of_status]);
+    bench.say("robot/wheel", 5.0);
+    bench.hear("healed/speed", "5");
+    bench.hear("shsa/model/need/height", "Bad");
+    let state = bench.state();
+    assert!(state["undelivered"]["shsa/model/events"]["refused"]["count"].as_u64() >= Some(1), "{state}");
+    assert!(state["undelivered"]["shsa/model/need/speed"]["refused"]["count"].as_u64() >= Some(1), "{state}");
+}
