@@ -1,5 +1,7 @@
 //! Who is told what was decided: the terminal, the bus, whoever listens over HTTP; and the last decisions, for who asks later.
+//! Nobody of them can delay what is decided next.
 
+use super::terminal::Terminal;
 use super::undelivered::Undelivered;
 use crate::tell;
 use serde_json::{Value, json};
@@ -8,7 +10,7 @@ use shsa_core::engine::Event;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::Time;
 use std::collections::VecDeque;
-use std::io::{Write, stdout};
+use std::io::{self, stdout};
 use tokio::sync::broadcast;
 
 /// Decisions that are kept for who asks later.
@@ -45,14 +47,19 @@ pub(super) struct Herald {
     kept: VecDeque<(u64, Value)>,
     listeners: broadcast::Sender<String>,
     undelivered: Undelivered,
+    terminal: Option<Terminal>,
 }
 
 impl Herald {
     /// On the bus, decisions go out under `topic`; times on the terminal count from `began`.
-    pub(super) fn new(topic: String, style: Style, began: Time) -> Herald {
+    ///
+    /// # Errors
+    /// When there is no thread for the terminal.
+    pub(super) fn new(topic: String, style: Style, began: Time) -> io::Result<Herald> {
         let (listeners, _) = broadcast::channel(WAITING);
         let (kept, undelivered) = (VecDeque::with_capacity(KEPT), Undelivered::default());
-        Herald { topic, style, began, next: 0, kept, listeners, undelivered }
+        let terminal = (style != Style::Silent).then(|| Terminal::new(stdout())).transpose()?;
+        Ok(Herald { topic, style, began, next: 0, kept, listeners, undelivered, terminal })
     }
 
     /// For who wants to hear every decision from now on, as JSON.
@@ -76,34 +83,28 @@ impl Herald {
     }
 
     /// Tells what has happened to the run itself: a lost connection, messages that had to make room, an order.
-    ///
-    /// # Errors
-    /// When standard output is closed.
-    pub(super) fn noted(
-        &mut self,
-        now: Time,
-        kind: &str,
-        because: &str,
-        bridge: &mut dyn Bridge,
-    ) -> anyhow::Result<()> {
+    pub(super) fn noted(&mut self, now: Time, kind: &str, because: &str, bridge: &mut dyn Bridge) {
         let text = (self.style == Style::Text)
             .then(|| format!("{}  {kind:<11} {because}", self.since_beginning(now)));
-        self.tell(Tale { time: now, fields: json!({ "kind": kind, "because": because }), text }, bridge)
+        self.tell(Tale { time: now, fields: json!({ "kind": kind, "because": because }), text }, bridge);
     }
 
     /// The bus has not taken a message of this name: counted, and told where that is worth it.
-    ///
-    /// # Errors
-    /// When standard output is closed.
-    pub(super) fn undelivered(
-        &mut self,
-        name: &str,
-        error: &BridgeError,
-        bridge: &mut dyn Bridge,
-    ) -> anyhow::Result<()> {
+    pub(super) fn undelivered(&mut self, name: &str, error: &BridgeError, bridge: &mut dyn Bridge) {
         let now = bridge.inbox().clock().now();
-        let told = self.undelivered.count(name, error, now);
-        told.map_or(Ok(()), |told| self.noted(now, "undelivered", &told, bridge))
+        if let Some(told) = self.undelivered.count(name, error, now) {
+            self.noted(now, "undelivered", &told, bridge);
+        }
+    }
+
+    /// What is to be told of the terminal itself.
+    pub(super) fn troubles(&mut self, now: Time) -> Option<String> {
+        self.terminal.as_mut().and_then(|terminal| terminal.news(now))
+    }
+
+    /// How many lines the terminal has not taken.
+    pub(super) fn unwritten(&self) -> u64 {
+        self.terminal.as_ref().map_or(0, Terminal::lost)
     }
 
     /// What the bus has not taken so far.
@@ -116,10 +117,7 @@ impl Herald {
     }
 
     /// Tells everyone.
-    ///
-    /// # Errors
-    /// When standard output is closed.
-    pub(super) fn tell(&mut self, tale: Tale, bridge: &mut dyn Bridge) -> anyhow::Result<()> {
+    pub(super) fn tell(&mut self, tale: Tale, bridge: &mut dyn Bridge) {
         let Tale { time, fields, text } = tale;
         let stamp = bridge.inbox().clock().by_wall(time);
         let mut event = json!({ "number": self.next, "time_ns": stamp.0 });
@@ -127,8 +125,8 @@ impl Herald {
             event.extend(fields);
         }
         let line = event.to_string();
-        if self.style != Style::Silent {
-            writeln!(stdout().lock(), "{}", text.as_deref().unwrap_or(&line))?;
+        if let Some(terminal) = &self.terminal {
+            terminal.write(text.unwrap_or_else(|| line.clone()));
         }
         let payload = Payload::Bytes(line.clone().into());
         let sent = bridge.publish(Outgoing::new(&self.topic, stamp, payload));
@@ -141,8 +139,9 @@ impl Herald {
         self.next += 1;
         // The decision stands whether or not the bus can be told now. What is told of that may not be sent either: then it is
         // one of many, which is not told.
-        let Err(error) = sent else { return Ok(()) };
-        let name = self.topic.clone();
-        self.undelivered(&name, &error, bridge)
+        if let Err(error) = sent {
+            let name = self.topic.clone();
+            self.undelivered(&name, &error, bridge);
+        }
     }
 }

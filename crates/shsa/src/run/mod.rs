@@ -6,7 +6,8 @@
 //!                 control             herald -> terminal, bus, HTTP
 //! ```
 //!
-//! One thread does everything that decides; the bus and HTTP have threads of their own that only hand things in.
+//! One thread does everything that decides; the bus and HTTP have threads of their own that only hand things in, and the
+//! terminal one that writes what it is handed.
 
 mod control;
 mod execution;
@@ -22,6 +23,7 @@ mod outlet;
 mod parts;
 mod session;
 mod shares;
+mod terminal;
 #[cfg(test)]
 mod tests;
 mod undelivered;
@@ -138,7 +140,7 @@ fn http_address(text: &str) -> Result<HttpAddress, String> {
 /// Runs until it is interrupted, or its time is over.
 ///
 /// # Errors
-/// When a model is wrong, the bus or the address for HTTP cannot be had, or standard output is closed.
+/// When a model is wrong, or the bus or the address for HTTP cannot be had.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let models = models(&arguments.models)?;
     let token = Token::find(arguments.token_file.as_deref())?;
@@ -163,7 +165,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
 
     let style = if arguments.json { Style::Json } else { Style::Text };
-    let herald = Herald::new(format!("shsa/{}/events", arguments.name), style, clock.now());
+    let herald = Herald::new(format!("shsa/{}/events", arguments.name), style, clock.now())?;
     let (desk, requests) = Desk::new(inbox.clone());
     if token.is_some() && !arguments.bus.is_private() {
         show::tell(
@@ -235,7 +237,7 @@ pub(crate) fn within(
         shares: Shares::new(name, bridge.as_ref())?,
         name: name.to_owned(),
         healers: vec![healer],
-        herald: Herald::new(format!("shsa/{name}/events"), Style::Silent, inbox.clock().now()),
+        herald: Herald::new(format!("shsa/{name}/events"), Style::Silent, inbox.clock().now())?,
         figures: Figures::new()?,
         requests,
         tally: Arc::default(),

@@ -70,20 +70,20 @@ impl Session {
     /// Goes on until it is stopped; the answer is no when a need is unserved then.
     ///
     /// # Errors
-    /// When standard output is closed.
+    /// When the bus refuses a model that has just taken over.
     pub(super) fn run(mut self) -> anyhow::Result<Outcome> {
         while !self.is_over() {
-            self.follow_clock()?;
+            self.follow_clock();
             self.hear()?;
             self.pass()?;
-            self.send_again()?;
+            self.send_again();
             self.answer()?;
             self.healers.iter_mut().for_each(Healer::remember);
             let now = self.now();
-            self.share(now)?;
-            self.take_over(now)?;
+            self.share(now);
+            self.take_over(now);
             self.join(now)?;
-            self.keep_house(now)?;
+            self.keep_house(now);
             self.rest();
         }
         self.healers.iter_mut().for_each(Healer::remember_all);
@@ -141,8 +141,7 @@ impl Session {
         self.deliver()
     }
 
-    /// Publishes and tells what the healers have done: a substitute does not wait until it is told why it is one, as
-    /// telling goes to a terminal, which may be slow.
+    /// Publishes and tells what the healers have done: a substitute does not wait until it is told why it is one.
     fn deliver(&mut self) -> anyhow::Result<()> {
         let Session { bridge, healers, herald, figures, shares, house, .. } = self;
         let mut tales = Vec::new();
@@ -156,7 +155,7 @@ impl Session {
                     }
                     Deed::Noted(kind, because) => {
                         let now = bridge.inbox().clock().now();
-                        herald.noted(now, kind, &because, bridge.as_mut())?;
+                        herald.noted(now, kind, &because, bridge.as_mut());
                     }
                     Deed::Served(publication) => {
                         let is_ours = |need: &str| shares.as_ref().is_none_or(|shares| shares.is_ours(need));
@@ -168,27 +167,27 @@ impl Session {
                             figures.served(bridge.inbox().clock().now() - publication.time);
                         }
                         for (name, error) in failed {
-                            herald.undelivered(&name, &error, bridge.as_mut())?;
+                            herald.undelivered(&name, &error, bridge.as_mut());
                         }
                     }
                 }
             }
         }
-        tales.into_iter().try_for_each(|tale| herald.tell(tale, bridge.as_mut()))
+        tales.into_iter().for_each(|tale| herald.tell(tale, bridge.as_mut()));
+        Ok(())
     }
 
     /// Sends again what was lost on its way.
-    fn send_again(&mut self) -> anyhow::Result<()> {
+    fn send_again(&mut self) {
         let now = self.now();
         let Session { bridge, healers, herald, shares, house, .. } = self;
         for healer in healers.iter_mut().filter(|healer| healer.has_backlog(now)) {
             let is_ours = |need: &str| shares.as_ref().is_none_or(|shares| shares.is_ours(need));
             house.doubt = Time::MIN;
             for (name, error) in healer.send_again(now, is_ours, bridge.as_mut()) {
-                herald.undelivered(&name, &error, bridge.as_mut())?;
+                herald.undelivered(&name, &error, bridge.as_mut());
             }
         }
-        Ok(())
     }
 
     fn answer(&mut self) -> anyhow::Result<()> {
@@ -205,8 +204,8 @@ impl Session {
     }
 
     fn metrics(&self) -> anyhow::Result<String> {
-        let (undelivered, now) = (self.herald.not_taken(), self.now());
-        metrics::text(&self.figures, &self.tally, undelivered, &self.healers, self.bridge.as_ref(), now)
+        let now = self.now();
+        metrics::text(&self.figures, &self.tally, &self.herald, &self.healers, self.bridge.as_ref(), now)
     }
 
     /// Carries an order out and tells it, or says why not.
@@ -222,7 +221,7 @@ impl Session {
         };
         let reply = match done {
             Ok(done) => {
-                self.herald.noted(now, "ordered", &done, self.bridge.as_mut())?;
+                self.herald.noted(now, "ordered", &done, self.bridge.as_mut());
                 Reply::Json(json!({ "done": done }))
             }
             Err(why) => Reply::Refused(why),
@@ -247,14 +246,12 @@ impl Session {
     }
 
     /// Tells other instances what we can serve, and hears what they can.
-    fn share(&mut self, now: Time) -> anyhow::Result<()> {
-        let Session { shares: Some(shares), healers, bridge, herald, house, .. } = self else {
-            return Ok(());
-        };
+    fn share(&mut self, now: Time) {
+        let Session { shares: Some(shares), healers, bridge, herald, house, .. } = self else { return };
         if now >= house.doubt {
             for (_, outlet) in healers.iter().flat_map(Healer::outlets) {
                 if let Err(error) = shares.tell(outlet.topic(), outlet.is_able(now), bridge.as_ref()) {
-                    herald.undelivered(outlet.topic(), &error, bridge.as_mut())?;
+                    herald.undelivered(outlet.topic(), &error, bridge.as_mut());
                 }
             }
         }
@@ -265,21 +262,19 @@ impl Session {
                 }
                 Handover::Given { need, to } => ("released", format!("{need} is served by {to} from now on")),
             };
-            herald.noted(now, kind, &because, bridge.as_mut())?;
+            herald.noted(now, kind, &because, bridge.as_mut());
         }
-        Ok(())
     }
 
     /// Takes the names of failed sources over where that is set, and tells what comes of it.
-    fn take_over(&mut self, now: Time) -> anyhow::Result<()> {
+    fn take_over(&mut self, now: Time) {
         let Session { shares, healers, bridge, herald, .. } = self;
         let is_ours = |need: &str| shares.as_ref().is_none_or(|shares| shares.is_ours(need));
         for healer in healers {
             for Note { kind, because } in healer.take_over(now, is_ours, bridge.as_mut()) {
-                herald.noted(now, kind, &because, bridge.as_mut())?;
+                herald.noted(now, kind, &because, bridge.as_mut());
             }
         }
-        Ok(())
     }
 
     /// Announces what we know, and joins what others do.
@@ -287,46 +282,51 @@ impl Session {
         let Session { parts: Some(parts), healers, bridge, herald, .. } = self else { return Ok(()) };
         let notes = match parts.follow(now, healers, bridge.as_ref()) {
             Ok(notes) => notes,
-            Err(error) => return herald.undelivered("shsa/parts", &error, bridge.as_mut()),
+            Err(error) => {
+                herald.undelivered("shsa/parts", &error, bridge.as_mut());
+                return Ok(());
+            }
         };
         for (kind, because) in notes {
-            herald.noted(now, kind, &because, bridge.as_mut())?;
+            herald.noted(now, kind, &because, bridge.as_mut());
         }
         self.deliver()
     }
 
-    fn keep_house(&mut self, now: Time) -> anyhow::Result<()> {
+    fn keep_house(&mut self, now: Time) {
         if now >= self.house.doubt {
-            self.tell_qualities(now)?;
+            self.tell_qualities(now);
         }
         if now < self.house.next {
-            return Ok(());
+            return;
         }
         self.house.next = now + HOUSEKEEPING;
-        self.tell_link(now)?;
+        self.tell_link(now);
         for trouble in self.bridge.troubles() {
-            self.herald.noted(now, "trouble", &trouble.to_string(), self.bridge.as_mut())?;
+            self.herald.noted(now, "trouble", &trouble.to_string(), self.bridge.as_mut());
         }
-        self.tell_losses(now)?;
-        self.tell_missing(now)?;
+        self.tell_losses(now);
+        self.tell_missing(now);
+        if let Some(told) = self.herald.troubles(now) {
+            self.herald.noted(now, "terminal", &told, self.bridge.as_mut());
+        }
         self.house.qualities.clear();
         self.house.doubt = Time::MIN;
-        Ok(())
     }
 
     /// Looked at in every turn: a stamp that is read by the clock of before a step is wrong by all of it.
-    fn follow_clock(&mut self) -> anyhow::Result<()> {
-        let Some(step) = self.clock().follow() else { return Ok(()) };
+    fn follow_clock(&mut self) {
+        let Some(step) = self.clock().follow() else { return };
         let now = self.now();
         let because =
             format!("the wall clock was stepped by {:.3} s; stamps are corrected", step as f64 / 1e9);
-        self.herald.noted(now, "clock", &because, self.bridge.as_mut())
+        self.herald.noted(now, "clock", &because, self.bridge.as_mut());
     }
 
-    fn tell_link(&mut self, now: Time) -> anyhow::Result<()> {
+    fn tell_link(&mut self, now: Time) {
         let link = self.bridge.link();
         if link == self.house.link {
-            return Ok(());
+            return;
         }
         let (kind, because) = match &link {
             Link::Up => ("connected", "the bus is there again".to_owned()),
@@ -336,37 +336,36 @@ impl Session {
             }
         };
         self.house.link = link;
-        self.herald.noted(now, kind, &because, self.bridge.as_mut())
+        self.herald.noted(now, kind, &because, self.bridge.as_mut());
     }
 
-    fn tell_losses(&mut self, now: Time) -> anyhow::Result<()> {
+    fn tell_losses(&mut self, now: Time) {
         for Losses { topic, dropped } in self.bridge.inbox().losses() {
             let told = self.house.losses.insert(topic.clone(), dropped).unwrap_or(0);
             if dropped > told {
                 let lost = dropped - told;
                 let because =
                     format!("{topic} comes faster than it is read: {lost} messages made room for newer ones");
-                self.herald.noted(now, "overload", &because, self.bridge.as_mut())?;
+                self.herald.noted(now, "overload", &because, self.bridge.as_mut());
             }
         }
-        Ok(())
     }
 
-    fn tell_missing(&mut self, now: Time) -> anyhow::Result<()> {
+    fn tell_missing(&mut self, now: Time) {
         let missing = self.healers.iter().flat_map(Healer::missing);
         let (inputs, because) = missing.fold((0, String::new()), |(inputs, because), missing| {
             (inputs + missing.inputs, if missing.inputs > 0 { missing.because } else { because })
         });
         let told = std::mem::replace(&mut self.house.missing, inputs);
         if inputs == told {
-            return Ok(());
+            return;
         }
         let because = format!("{} could not be written: {because}", inputs - told);
-        self.herald.noted(now, "disk", &because, self.bridge.as_mut())
+        self.herald.noted(now, "disk", &because, self.bridge.as_mut());
     }
 
     /// Tells on the bus how each need is served, when that has changed, and now and then although it has not.
-    fn tell_qualities(&mut self, now: Time) -> anyhow::Result<()> {
+    fn tell_qualities(&mut self, now: Time) {
         let Session { name, bridge, healers, house, shares, herald, .. } = self;
         let clock = bridge.inbox().clock().clone();
         house.qualities.resize(healers.len(), Vec::new());
@@ -385,14 +384,13 @@ impl Session {
                 let message = Outgoing { retain: true, ..Outgoing::new(&topic, clock.by_wall(now), payload) };
                 if let Err(error) = bridge.publish(message) {
                     // The next one is due in a second.
-                    herald.undelivered(&topic, &error, bridge.as_mut())?;
+                    herald.undelivered(&topic, &error, bridge.as_mut());
                 }
             }
             *told = qualities.collect();
         }
         let last = healers.iter().flat_map(Healer::outlets).map(|(_, outlet)| outlet.lasts_until(now));
         house.doubt = last.fold(Time::MAX, Time::min);
-        Ok(())
     }
 
     /// Sleeps until something arrives or is due.
@@ -446,6 +444,7 @@ impl Session {
             "instances": self.shares.as_ref().map(able),
             "parts": self.parts.as_ref().map(Parts::state),
             "dropped": Value::Object(losses.collect()),
+            "unwritten_lines": self.herald.unwritten(),
             "undelivered": self.herald.not_taken().json(),
             "requests": self.tally.counts().into_iter().collect::<BTreeMap<_, _>>(),
             "figures": self.figures.json(),
