@@ -1,10 +1,11 @@
 //! One knowledge base at work on a bus: messages become observations, publications become messages.
 
 use super::execution::Execution;
+use super::fittings::{Carriers, Fittings, Outgoings};
 use super::isolation::{Isolation, IsolationArguments, Wishes};
 use super::journal::{Bounds, Journal, Missing};
 use super::memory::Memory;
-use super::outlet::{Form, Outlet};
+use super::outlet::Outlet;
 use super::undelivered::Backlog;
 use super::wires::Wires;
 use super::wiring::{Note, Patterns, Situation, Takeover};
@@ -23,10 +24,10 @@ use shsa_core::time::Time;
 use shsa_format::drive::{Era, Given};
 use shsa_format::model::live::{Live, Written};
 use shsa_format::model::write;
-use shsa_format::wiring::Wiring;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// What a healer has done since it was last asked.
@@ -45,15 +46,6 @@ pub(super) struct Served {
     pub(super) is_news: bool,
     /// The names under which it was not sent, and why.
     pub(super) failed: Vec<(String, BridgeError)>,
-}
-
-/// How needs go out.
-#[derive(Clone, Debug)]
-pub(super) struct Outgoings {
-    /// Where nothing else is said.
-    pub(super) form: Form,
-    /// What is said for single needs.
-    pub(super) wiring: Wiring,
 }
 
 /// One knowledge base at work.
@@ -83,8 +75,12 @@ pub(super) struct Healer {
     isolation: Option<Isolation>,
     notes: VecDeque<(&'static str, String)>,
     /// The signal that serves a need when nothing is wrong, by the names of both.
-    carriers: BTreeMap<String, String>,
+    carriers: Carriers,
     takeovers: Vec<Takeover>,
+    /// Those whose needs have gone with the model before, until their sources are let back.
+    leaving: Vec<Takeover>,
+    /// Whether the bus is sure which messages are ours.
+    knows_own: bool,
     /// Of the last message, the signals of which it was a value; only where messages are copied.
     heard: Vec<SignalId>,
 }
@@ -121,12 +117,16 @@ impl Healer {
             work: Duration::ZERO,
             isolation: None,
             notes: VecDeque::new(),
-            carriers: BTreeMap::new(),
+            carriers: Carriers::new(),
             takeovers: Vec::new(),
+            leaving: Vec::new(),
             heard: Vec::new(),
+            knows_own: bridge.knows_own(),
         };
-        healer.connect(bridge)?;
-        Ok(healer)
+        match healer.connect(bridge)?.pop() {
+            Some((topic, error)) => Err(error).with_context(|| format!("subscribing to {topic}")),
+            None => Ok(healer),
+        }
     }
 
     /// Lets processes of their own compute the substitutes of needs that ask for it.
@@ -163,39 +163,41 @@ impl Healer {
         Ok(())
     }
 
-    fn connect(&mut self, bridge: &mut dyn Bridge) -> anyhow::Result<()> {
+    /// What its model needs on the bus; `serving` tells which signal serves a need now.
+    fn fittings(
+        &self,
+        knowledge: &KnowledgeBase,
+        serving: impl Fn(NeedId) -> Option<SignalId>,
+    ) -> anyhow::Result<Fittings> {
+        Fittings::new(knowledge, &self.outgoings, &self.carriers, serving, self.knows_own)
+    }
+
+    /// Fits it to the model that its engine works with now; the topics that the bus refuses, and why.
+    ///
+    /// # Errors
+    /// When the model does not fit a bus; it was looked at before, unless it is the first.
+    fn connect(&mut self, bridge: &mut dyn Bridge) -> anyhow::Result<Vec<(Arc<str>, BridgeError)>> {
         let knowledge = self.engine.knowledge();
-        self.wires = Wires::new(knowledge)?;
-        for topic in self.wires.topics() {
-            bridge.subscribe(topic, None).with_context(|| format!("subscribing to {topic}"))?;
-        }
+        let serving =
+            |need| self.engine.need_status(need).source.and_then(|source| knowledge.signal(&source));
+        let fittings = self.fittings(knowledge, serving).or_else(|_| self.fittings(knowledge, |_| None))?;
+        let Fittings { wires, outlets, takeovers, carriers } = fittings;
+        let subscribed = wires.topics().map(|topic| (topic.clone(), bridge.subscribe(topic, None)));
+        let refused = subscribed.filter_map(|(topic, done)| Some((topic, done.err()?))).collect();
         let before = std::mem::take(&mut self.outlets);
-        let mut taken = std::mem::take(&mut self.takeovers);
-        for id in knowledge.needs().ids() {
-            let need = &knowledge.needs()[id];
-            let own = own(knowledge, id, self.carriers.get(&need.signal), &self.engine);
-            let name = |signal: SignalId| knowledge.signals()[signal].name.clone();
-            self.carriers.extend(own.map(|own| (need.signal.clone(), name(own))));
-            let Outgoings { form, wiring } = &self.outgoings;
-            let wiring = wiring.of(&knowledge.variables()[need.variable].name, &need.signal);
-            let form = wiring.and_then(|wiring| wiring.form).map_or(*form, Form::from);
-            let outlet = Outlet::new(knowledge, id, form, own)?;
+        for outlet in outlets.iter() {
             let same = before.iter().find(|before| before.topic() == outlet.topic());
-            self.outlets.push(same.map_or(outlet.clone(), |before| outlet.succeeding(before)));
-            let Some(settings) = wiring.and_then(|wiring| wiring.takeover.as_ref()) else { continue };
-            if !bridge.knows_own() {
-                return Err(BridgeError::Configuration(NO_IDENTITY.to_owned()).into());
-            }
-            let named = settings.signal.as_ref().map(|name| knowledge.signal(name));
-            let signal =
-                named.unwrap_or(own).with_context(|| format!("takeover for {}: no signal", need.signal))?;
-            let takeover = Takeover::new(knowledge, id, signal, settings)?;
+            self.outlets.push(same.map_or_else(|| outlet.clone(), |before| outlet.succeeding(before)));
+        }
+        let mut taken = std::mem::take(&mut self.takeovers);
+        for takeover in takeovers {
             let same = taken.iter().position(|before| takeover.is_same(before)).map(|at| taken.remove(at));
             self.takeovers.push(match same {
                 Some(before) => takeover.succeeding(before),
                 None => takeover,
             });
         }
+        self.leaving.extend(taken.into_iter().filter(Takeover::is_silencing));
         self.backlog.clear();
         self.executions.clear();
         for _ in knowledge.needs() {
@@ -204,7 +206,8 @@ impl Healer {
         if let Some(isolation) = &mut self.isolation {
             isolation.renew(knowledge)?;
         }
-        Ok(())
+        (self.wires, self.carriers) = (wires, carriers);
+        Ok(refused)
     }
 
     /// What it is called: its file without folders and extension.
@@ -309,10 +312,23 @@ impl Healer {
                 is_ours: is_ours(outlet.topic()),
                 source: &outlet.provenance().source,
             };
+            let is_same = |leaving: &&Takeover| leaving.topic() == takeover.topic();
+            if self.leaving.iter().find(is_same).is_some_and(Takeover::is_acting) {
+                // One action after the other.
+                continue;
+            }
             takeover.step(&situation, bridge, self.patterns.as_mut());
+            if takeover.is_silencing() {
+                self.leaving.retain(|leaving| leaving.topic() != takeover.topic());
+            }
             notes.extend(std::iter::from_fn(|| takeover.note()));
         }
         self.takeovers = takeovers;
+        self.leaving.retain_mut(|takeover| {
+            let is_over = takeover.leave(now, bridge);
+            notes.extend(std::iter::from_fn(|| takeover.note()));
+            !is_over
+        });
         notes
     }
 
@@ -334,6 +350,11 @@ impl Healer {
     /// The takeovers, each with how far who reads its name can trust that.
     pub(super) fn takeovers(&self, now: Time) -> impl Iterator<Item = (&Takeover, Quality)> {
         self.takeovers.iter().map(move |takeover| (takeover, self.quality_of(takeover, now)))
+    }
+
+    /// When it goes on with one of them, unless something happens before.
+    pub(super) fn take_over_due(&self, now: Time) -> Option<Time> {
+        self.takeovers.iter().chain(&self.leaving).filter_map(|takeover| takeover.due(now)).min()
     }
 
     /// Lets time pass, and takes together what has come.
@@ -484,7 +505,7 @@ impl Healer {
     fn adopt(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
         let mut live = self.live.clone();
         live.change(Written { name, text }).map_err(|report| report.render(false))?;
-        Wires::new(live.knowledge()).map_err(|error| format!("{error:#}"))?;
+        self.fittings(live.knowledge(), |_| None).map_err(|error| format!("{error:#}"))?;
         let change = Some((name.to_owned(), text.to_owned()));
         let era = Era { from: now, knowledge: live.knowledge().clone(), change, inputs: Vec::new() };
         if let Some(journal) = &mut self.journal {
@@ -498,7 +519,7 @@ impl Healer {
     /// What it has done, one by one.
     ///
     /// # Errors
-    /// When the bus refuses a topic of a model that has just taken over.
+    /// When a model that has just taken over does not fit a bus, which was looked at before.
     pub(super) fn poll(&mut self, bridge: &mut dyn Bridge) -> anyhow::Result<Option<Deed>> {
         if let Some((kind, because)) = self.notes.pop_front() {
             return Ok(Some(Deed::Noted(kind, because)));
@@ -523,7 +544,10 @@ impl Healer {
                 }
                 Output::Reloaded(_) => {
                     self.told = self.engine.knowledge().clone();
-                    self.connect(bridge)?;
+                    for (topic, error) in self.connect(bridge)? {
+                        self.notes.push_back(("trouble", format!("subscribing to {topic}: {error}")));
+                    }
+                    return self.poll(bridge);
                 }
             }
         }
@@ -630,23 +654,6 @@ impl Healer {
         }
         failed
     }
-}
-
-/// Messages of others cannot be told from our own.
-const NO_IDENTITY: &str = "a takeover needs MQTT 5: in 3.1.1 nobody can tell our messages from those of the source that must be silent";
-
-/// The signal that serves a need when nothing is wrong, as it was found out before, or else now; else the first one.
-fn own(
-    knowledge: &KnowledgeBase,
-    need: NeedId,
-    before: Option<&String>,
-    engine: &Engine,
-) -> Option<SignalId> {
-    let variable = knowledge.needs()[need].variable;
-    let of_variable = |signal: &SignalId| knowledge.signals()[*signal].variable == variable;
-    let serving = || engine.need_status(need).source.and_then(|source| knowledge.signal(&source));
-    let found = before.and_then(|name| knowledge.signal(name)).or_else(serving).filter(of_variable);
-    found.or_else(|| knowledge.signals().ids().find(of_variable))
 }
 
 /// Gives an input to the engine, and to the journal before; how long the engine took.

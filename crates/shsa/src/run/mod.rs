@@ -12,6 +12,7 @@
 mod control;
 mod execution;
 mod figures;
+mod fittings;
 mod healer;
 mod herald;
 pub(crate) mod isolation;
@@ -39,7 +40,8 @@ use crate::{demo, show};
 use anyhow::Context;
 use control::{Desk, Guard, Reply, Request, Token, bus, http};
 use figures::Figures;
-use healer::{Healer, Outgoings};
+use fittings::Outgoings;
+use healer::Healer;
 use herald::{Herald, Style};
 use isolation::IsolationArguments;
 use journal::Bounds;
@@ -225,12 +227,27 @@ fn outgoings(arguments: &Arguments, models: &[(PathBuf, Live)]) -> anyhow::Resul
 pub(crate) fn within(
     name: &str,
     live: Live,
-    mut bridge: Box<dyn Bridge>,
+    bridge: Box<dyn Bridge>,
     stop: Arc<AtomicBool>,
 ) -> anyhow::Result<(impl FnOnce() -> anyhow::Result<Outcome> + Send, impl Fn() -> Option<Value>)> {
-    let (path, options) = (Path::new(name), Options::default());
     let outgoings = Outgoings { form: Form::Plain, wiring: Wiring::default() };
-    let healer = Healer::new(path, live, options, outgoings, bridge.as_mut())?;
+    let (session, desk) = session(name, live, outgoings, bridge, stop)?;
+    let state = move || match desk.ask(Request::State)? {
+        Reply::Json(state) => Some(state),
+        Reply::Text(_) | Reply::Refused(_) => None,
+    };
+    Ok((move || session.run(), state))
+}
+
+/// The same as parts: what runs, and where it is asked.
+fn session(
+    name: &str,
+    live: Live,
+    outgoings: Outgoings,
+    mut bridge: Box<dyn Bridge>,
+    stop: Arc<AtomicBool>,
+) -> anyhow::Result<(Session, Desk)> {
+    let healer = Healer::new(Path::new(name), live, Options::default(), outgoings, bridge.as_mut())?;
     let inbox = bridge.inbox().clone();
     let (desk, requests) = Desk::new(inbox.clone());
     let session = Session {
@@ -247,11 +264,7 @@ pub(crate) fn within(
         house: House::new(),
         bridge,
     };
-    let state = move || match desk.ask(Request::State)? {
-        Reply::Json(state) => Some(state),
-        Reply::Text(_) | Reply::Refused(_) => None,
-    };
-    Ok((move || session.run(), state))
+    Ok((session, desk))
 }
 
 /// Loads the models, or the one of the simulated robot.

@@ -397,8 +397,7 @@ impl Session {
     fn rest(&self) {
         let now = self.now();
         let dues = self.healers.iter().filter_map(Healer::due);
-        let takeovers = self.healers.iter().flat_map(|healer| healer.takeovers(now));
-        let dues = dues.chain(takeovers.filter_map(|(takeover, _)| takeover.due(now)));
+        let dues = dues.chain(self.healers.iter().filter_map(|healer| healer.take_over_due(now)));
         let due = dues.chain(self.until).fold(self.house.next, Time::min);
         let left = u64::try_from((due - self.now()).0).unwrap_or(0);
         if left > 0 {

@@ -1,6 +1,9 @@
 //! Whole runs within this process, over a bus that can be made to fail.
 
-use super::within;
+use super::control::{Desk, Order, Reply, Request};
+use super::fittings::Outgoings;
+use super::outlet::Form;
+use super::session;
 use serde_json::Value;
 use shsa_bridge::memory::{MemoryBridge, MemoryBus};
 use shsa_bridge::{
@@ -8,7 +11,10 @@ use shsa_bridge::{
 };
 use shsa_core::observation::RawValue;
 use shsa_format::model::live::{Live, Written};
+use shsa_format::wiring::Wiring;
 use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::{JoinHandle, sleep, spawn};
@@ -44,6 +50,9 @@ impl Bridge for Faulty {
         self.bus.inbox()
     }
     fn subscribe(&mut self, topic: &str, message_type: Option<&str>) -> Result<(), BridgeError> {
+        if topic == "REFUSED" {
+            return Err(BridgeError::Refused("no such name".into()));
+        }
         self.bus.subscribe(topic, message_type)
     }
     fn subscribe_all(&mut self) -> Result<(), BridgeError> {
@@ -65,24 +74,33 @@ struct Bench {
     refusals: Refusals,
     sensors: MemoryBridge,
     listener: MemoryBridge,
-    state: Box<dyn Fn() -> Option<Value>>,
+    desk: Desk,
     stop: Arc<AtomicBool>,
     run: Option<JoinHandle<bool>>,
 }
 
 impl Bench {
     fn new(refusals: &[(&'static str, BridgeError)]) -> Bench {
+        Bench::wired(MODEL, "{ form: plain }", refusals)
+    }
+
+    /// With the wiring of the need for the speed.
+    fn wired(model: &str, wiring: &str, refusals: &[(&'static str, BridgeError)]) -> Bench {
         let bus = MemoryBus::new(Clock::running());
         let (sensors, mut listener) = (bus.join(64), bus.join(4096));
         listener.subscribe_all().unwrap();
         let refusals: Refusals = Arc::new(Mutex::new(refusals.iter().cloned().collect()));
         let faulty = Faulty { bus: bus.join(64), refusals: refusals.clone() };
         let stop = Arc::new(AtomicBool::new(false));
-        let (live, _) = Live::load(Written { name: "model", text: MODEL })
+        let (live, _) = Live::load(Written { name: "model", text: model })
             .unwrap_or_else(|report| panic!("{}", report.render(false)));
-        let (run, state) = within("model", live, Box::new(faulty), stop.clone()).unwrap();
-        let run = Some(spawn(move || run().is_ok()));
-        Bench { refusals, sensors, listener, state: Box::new(state), stop, run }
+        let wiring = format!("wiring: {{ speed: {wiring} }}");
+        let wiring = Wiring::read(&wiring, "wiring", &[live.knowledge()])
+            .unwrap_or_else(|report| panic!("{}", report.render(false)));
+        let outgoings = Outgoings { form: Form::Plain, wiring };
+        let (run, desk) = session("model", live, outgoings, Box::new(faulty), stop.clone()).unwrap();
+        let run = Some(spawn(move || run.run().is_ok()));
+        Bench { refusals, sensors, listener, desk, stop, run }
     }
 
     fn say(&mut self, topic: &str, value: f64) {
@@ -93,7 +111,39 @@ impl Bench {
     }
 
     fn state(&self) -> Value {
-        (self.state)().expect("the run goes on")
+        match self.desk.ask(Request::State) {
+            Some(Reply::Json(state)) => state,
+            other => panic!("the run goes on, and says {other:?}"),
+        }
+    }
+
+    #[track_caller]
+    fn order(&self, order: &str) {
+        let done = self.desk.ask(Request::Order(Order::read(order).unwrap()));
+        assert!(matches!(done, Some(Reply::Json(_))), "{done:?}");
+    }
+
+    /// Says that the model changes by this.
+    #[track_caller]
+    fn change(&self, text: &str) -> Result<(), String> {
+        let order = Order::Change { model: None, text: text.to_owned() };
+        match self.desk.ask(Request::Order(order)) {
+            Some(Reply::Json(_)) => Ok(()),
+            Some(Reply::Refused(why)) => Err(why),
+            other => panic!("the run goes on, and says {other:?}"),
+        }
+    }
+
+    /// The wheel is lost, and its name is taken for the radar.
+    #[track_caller]
+    fn lose_the_wheel(&mut self) {
+        self.say("robot/wheel", 5.0);
+        self.say("robot/radar", 5.0);
+        self.hear("healed/speed", "5");
+        self.order(r#"{"order": "forbid", "signal": "wheel"}"#);
+        self.say("robot/radar", 6.0);
+        self.hear("healed/speed", "6");
+        self.hear("shsa/model/events", "\"kind\":\"silenced\"");
     }
 
     /// The next message that is as wanted.
@@ -186,4 +236,94 @@ fn a_run_whose_events_nobody_takes_goes_on() {
     let state = bench.state();
     assert!(state["undelivered"]["shsa/model/events"]["refused"]["count"].as_u64() >= Some(1), "{state}");
     assert!(state["undelivered"]["shsa/model/need/speed"]["refused"]["count"].as_u64() >= Some(1), "{state}");
+}
+
+const TWO: &str = "
+shsa: 1
+variables: { speed: { unit: m/s }, height: { unit: m } }
+signals:
+  wheel: { variable: speed, source: robot/wheel, properties: { accuracy: 0.9 } }
+  radar: { variable: speed, source: robot/radar, properties: { accuracy: 0.8 } }
+  baro:  { variable: height, source: robot/baro }
+needs:
+  speed:  { signal: healed/speed, max_age: 20 s }
+  height: { signal: healed/height, max_age: 1 s }
+";
+
+/// A file that actions write to.
+struct Diary(PathBuf);
+
+impl Diary {
+    fn new(name: &str) -> Diary {
+        let path = std::env::temp_dir().join(format!("shsa-run-{}-{name}", std::process::id()));
+        fs::write(&path, "").unwrap();
+        Diary(path)
+    }
+
+    /// How a takeover writes its actions down; the way back works the second time only.
+    fn wiring(&self) -> String {
+        let write = |word: &str| format!("[sh, -c, 'echo {word} >> {}']", self.0.display());
+        let back = format!(
+            "[sh, -c, 'echo on >> {path}; test $(grep -c on {path}) -gt 1']",
+            path = Path::new(&self.0).display()
+        );
+        format!(
+            "{{ silence: {{ command: {} }}, restore: {{ command: {back} }}, check: 100 ms, retry: 200 ms }}",
+            write("off")
+        )
+    }
+
+    /// Waits until these actions were done.
+    #[track_caller]
+    fn wait_for(&self, words: &str) {
+        let end = Instant::now() + PATIENCE;
+        let read = || fs::read_to_string(&self.0).unwrap().replace('\n', " ");
+        while read() != words {
+            assert!(Instant::now() < end, "{}", read());
+            sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+impl Drop for Diary {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.0);
+    }
+}
+
+#[test]
+fn a_source_whose_need_is_removed_is_let_back() {
+    let diary = Diary::new("removed");
+    let mut bench = Bench::wired(TWO, &diary.wiring(), &[]);
+    bench.lose_the_wheel();
+    bench.change("needs: { speed: null }").unwrap();
+    bench.hear("shsa/model/events", "wheel is let publish robot/wheel again by the command sh (the model has changed, and its name is not taken any more)");
+    bench.hear("shsa/model/events", "wheel cannot be let publish again: sh ended with status 1");
+    // Tried again until it works, and not after that.
+    diary.wait_for("off on on ");
+    sleep(Duration::from_millis(500));
+    diary.wait_for("off on on ");
+}
+
+#[test]
+fn a_source_whose_signal_is_renamed_is_let_back() {
+    let diary = Diary::new("renamed");
+    let mut bench = Bench::wired(TWO, &diary.wiring(), &[]);
+    bench.lose_the_wheel();
+    bench.change("signals: { wheel: null, wheel_1: { variable: speed, source: robot/wheel } }").unwrap();
+    bench.hear("shsa/model/events", "the model has changed, and its name is not taken any more");
+    diary.wait_for("off on on ");
+}
+
+#[test]
+fn a_model_that_does_not_fit_the_bus_is_refused_and_the_run_goes_on() {
+    let mut bench = Bench::wired(TWO, "{ silence: { command: ['true'] } }", &[]);
+    // The wheel's name would carry the radar, too.
+    let why = bench.change("signals: { radar: { variable: speed, source: robot/wheel } }").unwrap_err();
+    assert!(why.contains("wire the need as a gate"), "{why}");
+    // The bus does not take the name.
+    bench.change("signals: { optic: { variable: speed, source: REFUSED } }").unwrap();
+    bench.hear("shsa/model/events", "subscribing to REFUSED: refused: no such name");
+    bench.say("robot/wheel", 5.0);
+    bench.hear("healed/speed", "5");
 }

@@ -73,6 +73,8 @@ pub(in super::super) struct Takeover {
     is_ours: bool,
     /// What the action has said that silenced the source.
     said: String,
+    /// Whether an action has begun to silence the source, which has neither been heard nor let back since.
+    is_silenced: bool,
     /// The source may publish again; until it does, its name is served.
     is_released: bool,
     is_ordered_back: bool,
@@ -162,6 +164,7 @@ impl Takeover {
             failures: 0,
             is_ours: true,
             said: String::new(),
+            is_silenced: false,
             is_released: false,
             is_ordered_back: false,
             not_before: Time::MIN,
@@ -185,6 +188,16 @@ impl Takeover {
             None => likeness,
         };
         Takeover { need, check, likeness, ..before }
+    }
+
+    /// Whether the source may be silent because of us.
+    pub(in super::super) fn is_silencing(&self) -> bool {
+        self.is_silenced && !self.is_released
+    }
+
+    /// Whether an action is under way.
+    pub(in super::super) fn is_acting(&self) -> bool {
+        matches!(self.stage, Stage::Silencing(_) | Stage::Restoring(_))
     }
 
     pub(in super::super) fn need(&self) -> NeedId {
@@ -231,18 +244,21 @@ impl Takeover {
             return;
         }
         match &mut self.stage {
+            Stage::Silencing(_) => {}
             Stage::Checking { heard, count } if message.received > self.since => {
                 *heard = Some(message.received);
                 *count += 1;
             }
+            Stage::Checking { .. } => {}
             Stage::Taken | Stage::Restoring(_) => self.step_back(message.received),
-            _ => {}
+            Stage::Watching | Stage::Waiting { .. } => self.is_silenced = false,
         }
     }
 
     /// The source is back: at once it is alone again.
     fn step_back(&mut self, now: Time) {
         self.counts.returned += 1;
+        self.is_silenced = false;
         let pause = self.pause();
         let because = format!(
             "{} publishes {} again, so its name is left to it at once; if it is still not trusted in {}, it is silenced again",
@@ -265,6 +281,8 @@ impl Takeover {
         let is_lost = is_bad && is_served;
         self.is_ours = is_ours;
         if !is_ours {
+            // Whoever is responsible now silences the source again, and lets it back.
+            self.is_silenced = false;
             return if !matches!(self.stage, Stage::Watching) {
                 self.enter(Stage::Watching, now)
             };
@@ -284,7 +302,7 @@ impl Takeover {
             Stage::Checking { heard, count } => self.look(*heard, *count, now, source),
             Stage::Taken => {
                 if let Some(why) = self.reason_to_restore(situation) {
-                    self.restore(why, now, bridge);
+                    self.restore(why, "its name is served", now, bridge);
                 }
             }
             Stage::Restoring(job) => {
@@ -353,6 +371,7 @@ impl Takeover {
             let _ = patterns.keep(&self.signal, &message);
         }
         let job = Job::begin(&self.settings.silence, bridge);
+        self.is_silenced = true;
         self.enter(Stage::Silencing(job), now);
     }
 
@@ -407,7 +426,28 @@ impl Takeover {
         }
     }
 
-    fn restore(&mut self, why: &str, now: Time, bridge: &mut dyn Bridge) {
+    /// Nothing takes the name any more, as the model has changed: lets the source back. Whether that is over.
+    pub(in super::super) fn leave(&mut self, now: Time, bridge: &mut dyn Bridge) -> bool {
+        // What is under way ends first.
+        if let Stage::Silencing(job) | Stage::Restoring(job) = &self.stage {
+            let Some(outcome) = job.outcome() else { return false };
+            match &self.stage {
+                Stage::Restoring(_) => self.restored(outcome, now),
+                _ => self.enter(Stage::Taken, now),
+            }
+        }
+        if self.is_silencing() && now >= self.not_before {
+            self.restore(
+                "the model has changed, and its name is not taken any more",
+                "it is not served",
+                now,
+                bridge,
+            );
+        }
+        !self.is_silencing()
+    }
+
+    fn restore(&mut self, why: &str, meanwhile: &str, now: Time, bridge: &mut dyn Bridge) {
         let (signal, topic) = (&self.signal, self.topic());
         let Some(action) = &self.settings.restore else {
             let because = format!(
@@ -417,7 +457,7 @@ impl Takeover {
             return self.tell("returning", because);
         };
         let because = format!(
-            "{signal} is let publish {topic} again by {} ({why}); until it is heard, its name is served",
+            "{signal} is let publish {topic} again by {} ({why}); until it is heard, {meanwhile}",
             describe(action)
         );
         let job = Job::begin(action, bridge);
@@ -428,7 +468,7 @@ impl Takeover {
     fn restored(&mut self, outcome: Outcome, now: Time) {
         self.enter(Stage::Taken, now);
         match outcome {
-            Ok(_) => self.is_released = true,
+            Ok(_) => (self.is_released, self.is_silenced) = (true, false),
             Err(why) => {
                 self.counts.refused += 1;
                 self.not_before = now + self.settings.retry;
