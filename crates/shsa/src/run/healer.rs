@@ -48,6 +48,14 @@ pub(super) struct Served {
     pub(super) failed: Vec<(String, BridgeError)>,
 }
 
+/// How a need stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Standing {
+    quality: Quality,
+    /// How far its takeover is, and the quality under the name that is taken over.
+    takeover: Option<(&'static str, Quality)>,
+}
+
 /// One knowledge base at work.
 pub(super) struct Healer {
     name: String,
@@ -224,7 +232,7 @@ impl Healer {
     pub(super) fn state(&self, now: Time, clock: &Clock) -> Value {
         let needs = self.outlets().map(|(id, outlet)| {
             let NeedStatus { published, longest_gap, .. } = self.engine.need_status(id);
-            let mut status = outlet.status(now, clock);
+            let mut status = self.status(id, now, clock);
             if let Some(status) = status.as_object_mut() {
                 status.insert("published".to_owned(), json!(published));
                 status.insert("longest_gap_s".to_owned(), json!(longest_gap.seconds()));
@@ -232,15 +240,32 @@ impl Healer {
                 let isolation = self.isolation.as_ref().and_then(|isolation| isolation.state(id));
                 status.extend(isolation.map(|state| ("isolation".to_owned(), state)));
             }
-            let takeover = self.takeovers.iter().find(|takeover| takeover.need() == id);
-            if let (Some(status), Some(takeover)) = (status.as_object_mut(), takeover) {
-                status.insert("takeover".to_owned(), takeover.json(self.quality_of(takeover, now), clock));
-            }
             (outlet.variable().to_owned(), status)
         });
         let signals = self.engine.knowledge().signals().enumerate();
         let signals = signals.map(|(id, signal)| (signal.name.clone(), self.signal(id)));
         json!({ "needs": Value::Object(needs.collect()), "signals": Value::Object(signals.collect()) })
+    }
+
+    /// The words of a need's status topic.
+    pub(super) fn status(&self, need: NeedId, now: Time, clock: &Clock) -> Value {
+        let mut status = self.outlets[need].status(now, clock);
+        if let (Some(status), Some(takeover)) = (status.as_object_mut(), self.takeover_of(need)) {
+            status.insert("takeover".to_owned(), takeover.json(self.quality_of(takeover, now), clock));
+        }
+        status
+    }
+
+    /// How every need stands: what changes here is told at once.
+    pub(super) fn standings(&self, now: Time) -> impl Iterator<Item = Standing> + Clone {
+        self.outlets.enumerate().map(move |(id, outlet)| Standing {
+            quality: outlet.quality(now),
+            takeover: self.takeover_of(id).map(|takeover| (takeover.stage(), self.quality_of(takeover, now))),
+        })
+    }
+
+    fn takeover_of(&self, need: NeedId) -> Option<&Takeover> {
+        self.takeovers.iter().find(|takeover| takeover.need() == need)
     }
 
     fn signal(&self, id: SignalId) -> Value {
@@ -294,15 +319,15 @@ impl Healer {
         self.takeovers.iter().any(|takeover| takeover.topic() == topic)
     }
 
-    /// Goes on with what it takes over, and tells what has come of it.
+    /// Goes on with what it takes over: whether that has changed how it stands, and what is to be told.
     pub(super) fn take_over(
         &mut self,
         now: Time,
         is_ours: impl Fn(&str) -> bool,
         bridge: &mut dyn Bridge,
-    ) -> Vec<Note> {
+    ) -> (bool, Vec<Note>) {
         let mut takeovers = std::mem::take(&mut self.takeovers);
-        let mut notes = Vec::new();
+        let (mut is_news, mut notes) = (false, Vec::new());
         for takeover in &mut takeovers {
             let outlet = &self.outlets[takeover.need()];
             let situation = Situation {
@@ -317,7 +342,9 @@ impl Healer {
                 // One action after the other.
                 continue;
             }
+            let before = takeover.stage();
             takeover.step(&situation, bridge, self.patterns.as_mut());
+            is_news |= takeover.stage() != before;
             if takeover.is_silencing() {
                 self.leaving.retain(|leaving| leaving.topic() != takeover.topic());
             }
@@ -329,7 +356,7 @@ impl Healer {
             notes.extend(std::iter::from_fn(|| takeover.note()));
             !is_over
         });
-        notes
+        (is_news || !notes.is_empty(), notes)
     }
 
     /// Whether the source of a takeover is not trusted.

@@ -3,7 +3,7 @@
 use super::control::bus::Tally;
 use super::control::{Call, Order, Reply, Request};
 use super::figures::Figures;
-use super::healer::{Deed, Healer, Served};
+use super::healer::{Deed, Healer, Served, Standing};
 use super::herald::Herald;
 use super::metrics;
 use super::parts::Parts;
@@ -53,8 +53,8 @@ pub(super) struct House {
     losses: BTreeMap<Arc<str>, u64>,
     /// Inputs that are not in the journals, and states that were not saved.
     missing: u64,
-    /// The quality of each need that was told on the bus last, model by model.
-    qualities: Vec<Vec<Quality>>,
+    /// How each need stood when that was told on the bus last, model by model.
+    standings: Vec<Vec<Standing>>,
     /// From when on a quality may be another one; until then nobody has to look at all needs in every turn.
     doubt: Time,
 }
@@ -62,7 +62,7 @@ pub(super) struct House {
 impl House {
     pub(super) fn new() -> House {
         let (next, doubt) = (Time::MIN, Time::MIN);
-        House { next, link: Link::Up, losses: BTreeMap::new(), missing: 0, qualities: Vec::new(), doubt }
+        House { next, link: Link::Up, losses: BTreeMap::new(), missing: 0, standings: Vec::new(), doubt }
     }
 }
 
@@ -268,10 +268,14 @@ impl Session {
 
     /// Takes the names of failed sources over where that is set, and tells what comes of it.
     fn take_over(&mut self, now: Time) {
-        let Session { shares, healers, bridge, herald, .. } = self;
+        let Session { shares, healers, bridge, herald, house, .. } = self;
         let is_ours = |need: &str| shares.as_ref().is_none_or(|shares| shares.is_ours(need));
         for healer in healers {
-            for Note { kind, because } in healer.take_over(now, is_ours, bridge.as_mut()) {
+            let (is_news, notes) = healer.take_over(now, is_ours, bridge.as_mut());
+            if is_news {
+                house.doubt = Time::MIN;
+            }
+            for Note { kind, because } in notes {
                 herald.noted(now, kind, &because, bridge.as_mut());
             }
         }
@@ -295,7 +299,7 @@ impl Session {
 
     fn keep_house(&mut self, now: Time) {
         if now >= self.house.doubt {
-            self.tell_qualities(now);
+            self.tell_standings(now);
         }
         if now < self.house.next {
             return;
@@ -310,7 +314,7 @@ impl Session {
         if let Some(told) = self.herald.troubles(now) {
             self.herald.noted(now, "terminal", &told, self.bridge.as_mut());
         }
-        self.house.qualities.clear();
+        self.house.standings.clear();
         self.house.doubt = Time::MIN;
     }
 
@@ -365,29 +369,29 @@ impl Session {
     }
 
     /// Tells on the bus how each need is served, when that has changed, and now and then although it has not.
-    fn tell_qualities(&mut self, now: Time) {
+    fn tell_standings(&mut self, now: Time) {
         let Session { name, bridge, healers, house, shares, herald, .. } = self;
         let clock = bridge.inbox().clock().clone();
-        house.qualities.resize(healers.len(), Vec::new());
-        for (healer, told) in healers.iter().zip(&mut house.qualities) {
-            let qualities = healer.outlets().map(|(_, outlet)| outlet.quality(now));
-            if qualities.clone().eq(told.iter().copied()) {
+        house.standings.resize(healers.len(), Vec::new());
+        for (healer, told) in healers.iter().zip(&mut house.standings) {
+            let standings = healer.standings(now);
+            if standings.clone().eq(told.iter().copied()) {
                 continue;
             }
-            for (at, (_, outlet)) in healer.outlets().enumerate() {
+            for (at, ((id, outlet), standing)) in healer.outlets().zip(standings.clone()).enumerate() {
                 let is_ours = shares.as_ref().is_none_or(|shares| shares.is_ours(outlet.topic()));
-                if told.get(at) == Some(&outlet.quality(now)) || !is_ours {
+                if told.get(at) == Some(&standing) || !is_ours {
                     continue;
                 }
                 let topic = format!("shsa/{name}/need/{}", outlet.variable());
-                let payload = Payload::Bytes(outlet.status(now, &clock).to_string().into());
+                let payload = Payload::Bytes(healer.status(id, now, &clock).to_string().into());
                 let message = Outgoing { retain: true, ..Outgoing::new(&topic, clock.by_wall(now), payload) };
                 if let Err(error) = bridge.publish(message) {
                     // The next one is due in a second.
                     herald.undelivered(&topic, &error, bridge.as_mut());
                 }
             }
-            *told = qualities.collect();
+            *told = standings.collect();
         }
         let last = healers.iter().flat_map(Healer::outlets).map(|(_, outlet)| outlet.lasts_until(now));
         house.doubt = last.fold(Time::MAX, Time::min);

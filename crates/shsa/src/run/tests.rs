@@ -316,6 +316,29 @@ fn a_source_whose_signal_is_renamed_is_let_back() {
 }
 
 #[test]
+fn the_stage_of_a_takeover_stands_on_the_topic_of_its_need() {
+    let diary = Diary::new("stage");
+    let mut bench = Bench::wired(TWO, &diary.wiring(), &[]);
+    bench.hear("shsa/model/need/speed", "\"stage\":\"watching\"");
+    bench.say("robot/wheel", 5.0);
+    bench.say("robot/radar", 5.0);
+    bench.hear("healed/speed", "5");
+    bench.order(r#"{"order": "forbid", "signal": "wheel"}"#);
+    bench.say("robot/radar", 6.0);
+    for stage in ["silencing", "checking", "taken"] {
+        bench.hear("shsa/model/need/speed", &format!("\"stage\":\"{stage}\""));
+    }
+    // The source does not keep to it.
+    bench.say("robot/wheel", 5.0);
+    let told = text(&bench.hear("shsa/model/need/speed", "\"stage\":\"waiting\""));
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(
+        (&told["takeover"]["last"], &told["takeover"]["name"]),
+        (&"returned".into(), &"robot/wheel".into())
+    );
+}
+
+#[test]
 fn a_model_that_does_not_fit_the_bus_is_refused_and_the_run_goes_on() {
     let mut bench = Bench::wired(TWO, "{ silence: { command: ['true'] } }", &[]);
     // The wheel's name would carry the radar, too.
