@@ -73,17 +73,7 @@ impl Session {
     /// When the bus refuses a model that has just taken over.
     pub(super) fn run(mut self) -> anyhow::Result<Outcome> {
         while !self.is_over() {
-            self.follow_clock();
-            self.hear()?;
-            self.pass()?;
-            self.send_again();
-            self.answer()?;
-            self.healers.iter_mut().for_each(Healer::remember);
-            let now = self.now();
-            self.share(now);
-            self.take_over(now);
-            self.join(now)?;
-            self.keep_house(now);
+            self.turn()?;
             self.rest();
         }
         self.healers.iter_mut().for_each(Healer::remember_all);
@@ -92,6 +82,25 @@ impl Session {
         let all_served =
             outlets.map(|(_, outlet)| outlet.quality(now)).all(|quality| quality != Quality::Bad);
         Ok(if all_served { Outcome::Done } else { Outcome::No })
+    }
+
+    /// Looks once at everything that may have to be done, and does it.
+    ///
+    /// # Errors
+    /// As [`Session::run`].
+    pub(super) fn turn(&mut self) -> anyhow::Result<()> {
+        self.follow_clock();
+        self.hear()?;
+        self.pass()?;
+        self.send_again();
+        self.answer()?;
+        self.healers.iter_mut().for_each(Healer::remember);
+        let now = self.now();
+        self.share(now);
+        self.take_over(now);
+        self.join(now)?;
+        self.keep_house(now);
+        Ok(())
     }
 
     fn is_over(&self) -> bool {

@@ -10,6 +10,7 @@ use shsa_bridge::{
     Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, PublisherId, payload,
 };
 use shsa_core::observation::RawValue;
+use shsa_core::time::Time;
 use shsa_format::model::live::{Live, Written};
 use shsa_format::wiring::Wiring;
 use std::collections::BTreeMap;
@@ -349,4 +350,50 @@ fn a_model_that_does_not_fit_the_bus_is_refused_and_the_run_goes_on() {
     bench.hear("shsa/model/events", "subscribing to REFUSED: refused: no such name");
     bench.say("robot/wheel", 5.0);
     bench.hear("healed/speed", "5");
+}
+
+/// The allocations of so many observations of each signal, once a run has been under way for two seconds; between what is told
+/// once a second.
+#[track_caller]
+fn allocations(model: &str, says: &[(&str, Payload)], consumes: &str) -> (u64, usize) {
+    let bus = MemoryBus::new(Clock::manual());
+    let (mut sensors, mut consumer) = (bus.join(8), bus.join(8));
+    consumer.subscribe(consumes, None).unwrap();
+    let (live, _) = Live::load(Written { name: "model", text: model })
+        .unwrap_or_else(|report| panic!("{}", report.render(false)));
+    let outgoings = Outgoings { form: Form::Plain, wiring: Wiring::default() };
+    let stop = Arc::new(AtomicBool::new(false));
+    let (mut run, _desk) = session("model", live, outgoings, Box::new(bus.join(8)), stop).unwrap();
+    let mut consumed = 0;
+    let mut drive = |milliseconds: std::ops::Range<i64>| {
+        for at in milliseconds {
+            bus.clock().set(Time(at * 1_000_000));
+            for (topic, payload) in says {
+                let stamp = bus.clock().by_wall(bus.clock().now());
+                sensors.publish(Outgoing::new(topic, stamp, payload.clone())).unwrap();
+            }
+            run.turn().unwrap();
+            consumed += std::iter::from_fn(|| consumer.receive()).count();
+        }
+    };
+    drive(0..2_020);
+    let counted = allocation_counter::measure(|| drive(2_020..2_990)).count_total;
+    (counted, consumed)
+}
+
+#[test]
+fn an_observation_allocates_nothing_on_its_way_through_the_run() {
+    let number = |value: f64| Payload::Value(RawValue::Number(value));
+    let json = |text: &'static str| Payload::Bytes(text.into());
+    let height = ("robot/baro", number(7.0));
+    let check = |model: &str, says: &[(&str, Payload)]| {
+        let (counted, consumed) = allocations(model, &[says, &[height.clone()]].concat(), "healed/speed");
+        assert_eq!(counted, 0);
+        assert!(consumed >= 2_900, "{consumed}");
+    };
+    // As a value, as JSON, and with a second way of knowing it.
+    check(MODEL, &[("robot/wheel", number(5.0))]);
+    let json_model = MODEL.replace("robot/wheel", "'robot/wheel#v'");
+    check(&json_model, &[("robot/wheel", json(r#"{"t": 12.5, "v": 5.25}"#))]);
+    check(TWO, &[("robot/wheel", number(5.0)), ("robot/radar", number(5.0))]);
 }
