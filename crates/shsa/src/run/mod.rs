@@ -67,6 +67,10 @@ use std::thread;
 /// The model of the embedded simulator.
 const ROVER: (&str, &str) = ("models/rover.yaml", include_str!("../../../../models/rover.yaml"));
 
+/// Why `--join` is refused.
+const NO_JOIN: &str = "--join is not possible on this bus, which does not tell what instances are there: use --bus zenoh://HOST:PORT or \
+ros2://HOST:PORT, or put the models together before, by shsa join A.yaml B.yaml -o ALL.yaml";
+
 /// Arguments of `shsa run`.
 #[derive(clap::Args)]
 #[command(
@@ -144,6 +148,8 @@ fn http_address(text: &str) -> Result<HttpAddress, String> {
 /// # Errors
 /// When a model is wrong, or the bus or the address for HTTP cannot be had.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let is_told = matches!(arguments.bus.bus, Address::Zenoh(_) | Address::Ros2(_));
+    anyhow::ensure!(is_told || !arguments.join, NO_JOIN);
     let models = models(&arguments.models)?;
     let token = Token::find(arguments.token_file.as_deref())?;
     let clock = Clock::running();
@@ -188,9 +194,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let until = arguments.duration.map(|duration| clock.now() + duration);
     let shares = Shares::new(&arguments.name, bridge.as_ref())?;
     let parts = if arguments.join { Parts::new(&arguments.name, &healers, bridge.as_mut())? } else { None };
-    if arguments.join && parts.is_none() {
-        show::tell("this bus does not tell who is there: no part is announced, and none is joined");
-    }
     let session = Session {
         shares,
         parts,
