@@ -1,33 +1,33 @@
 //! One knowledge base at work on a bus: messages become observations, publications become messages.
 
+mod model;
+mod serving;
+mod status;
+mod taking_over;
+
+pub(super) use serving::Served;
+pub(super) use status::Standing;
+
 use super::execution::Execution;
-use super::fittings::{Carriers, Fittings, Outgoings};
+use super::fittings::{Carriers, Outgoings};
 use super::isolation::{Isolation, IsolationArguments, Wishes};
 use super::journal::{Bounds, Journal, Missing};
 use super::memory::Memory;
 use super::outlet::Outlet;
 use super::undelivered::Backlog;
 use super::wires::Wires;
-use super::wiring::{Note, Patterns, Situation, Takeover};
-use crate::show;
+use super::wiring::{Patterns, Takeover};
 use anyhow::Context;
-use serde_json::{Value, json};
-use shsa_bridge::{Bridge, BridgeError, Clock, Inbox, Message, Quality};
+use shsa_bridge::{Bridge, Clock, Inbox, Message};
 use shsa_core::diagnosis::Verdict;
-use shsa_core::engine::{
-    self, Engine, Event, EventKind, Input, NeedStatus, Order, Output, Publication, Subject,
-};
-use shsa_core::knowledge::{Draft, IdVec, KnowledgeBase, NeedId, SignalId};
-use shsa_core::monitor::Symptom;
+use shsa_core::engine::{self, Engine, Event, Input, Order, Output, Publication, Subject};
+use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
-use shsa_format::drive::{Era, Given};
-use shsa_format::model::live::{Live, Written};
-use shsa_format::model::write;
+use shsa_format::drive::Given;
+use shsa_format::model::live::Live;
 use std::collections::VecDeque;
-use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// What a healer has done since it was last asked.
@@ -38,22 +38,6 @@ pub(super) enum Deed {
     Served(Publication),
     /// Something has happened to a process of its: a kind and the reason.
     Noted(&'static str, String),
-}
-
-/// What has become of a value.
-pub(super) struct Served {
-    /// Whether the need is served better or worse by it than before.
-    pub(super) is_news: bool,
-    /// The names under which it was not sent, and why.
-    pub(super) failed: Vec<(String, BridgeError)>,
-}
-
-/// How a need stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Standing {
-    quality: Quality,
-    /// How far its takeover is, and the quality under the name that is taken over.
-    takeover: Option<(&'static str, Quality)>,
 }
 
 /// One knowledge base at work.
@@ -171,53 +155,6 @@ impl Healer {
         Ok(())
     }
 
-    /// What its model needs on the bus; `serving` tells which signal serves a need now.
-    fn fittings(
-        &self,
-        knowledge: &KnowledgeBase,
-        serving: impl Fn(NeedId) -> Option<SignalId>,
-    ) -> anyhow::Result<Fittings> {
-        Fittings::new(knowledge, &self.outgoings, &self.carriers, serving, self.knows_own)
-    }
-
-    /// Fits it to the model that its engine works with now; the topics that the bus refuses, and why.
-    ///
-    /// # Errors
-    /// When the model does not fit a bus; it was looked at before, unless it is the first.
-    fn connect(&mut self, bridge: &mut dyn Bridge) -> anyhow::Result<Vec<(Arc<str>, BridgeError)>> {
-        let knowledge = self.engine.knowledge();
-        let serving =
-            |need| self.engine.need_status(need).source.and_then(|source| knowledge.signal(&source));
-        let fittings = self.fittings(knowledge, serving).or_else(|_| self.fittings(knowledge, |_| None))?;
-        let Fittings { wires, outlets, takeovers, carriers } = fittings;
-        let subscribed = wires.topics().map(|topic| (topic.clone(), bridge.subscribe(topic, None)));
-        let refused = subscribed.filter_map(|(topic, done)| Some((topic, done.err()?))).collect();
-        let before = std::mem::take(&mut self.outlets);
-        for outlet in outlets.iter() {
-            let same = before.iter().find(|before| before.topic() == outlet.topic());
-            self.outlets.push(same.map_or_else(|| outlet.clone(), |before| outlet.succeeding(before)));
-        }
-        let mut taken = std::mem::take(&mut self.takeovers);
-        for takeover in takeovers {
-            let same = taken.iter().position(|before| takeover.is_same(before)).map(|at| taken.remove(at));
-            self.takeovers.push(match same {
-                Some(before) => takeover.succeeding(before),
-                None => takeover,
-            });
-        }
-        self.leaving.extend(taken.into_iter().filter(Takeover::is_silencing));
-        self.backlog.clear();
-        self.executions.clear();
-        for _ in knowledge.needs() {
-            self.executions.push(Execution::new()?);
-        }
-        if let Some(isolation) = &mut self.isolation {
-            isolation.renew(knowledge)?;
-        }
-        (self.wires, self.carriers) = (wires, carriers);
-        Ok(refused)
-    }
-
     /// What it is called: its file without folders and extension.
     pub(super) fn name(&self) -> &str {
         &self.name
@@ -226,63 +163,6 @@ impl Healer {
     /// Every need with the way it goes out.
     pub(super) fn outlets(&self) -> impl Iterator<Item = (NeedId, &Outlet)> + Clone {
         self.outlets.enumerate()
-    }
-
-    /// How everything stands.
-    pub(super) fn state(&self, now: Time, clock: &Clock) -> Value {
-        let needs = self.outlets().map(|(id, outlet)| {
-            let NeedStatus { published, longest_gap, .. } = self.engine.need_status(id);
-            let mut status = self.status(id, now, clock);
-            if let Some(status) = status.as_object_mut() {
-                status.insert("published".to_owned(), json!(published));
-                status.insert("longest_gap_s".to_owned(), json!(longest_gap.seconds()));
-                status.insert("execution_us".to_owned(), self.executions[id].json());
-                let isolation = self.isolation.as_ref().and_then(|isolation| isolation.state(id));
-                status.extend(isolation.map(|state| ("isolation".to_owned(), state)));
-            }
-            (outlet.variable().to_owned(), status)
-        });
-        let signals = self.engine.knowledge().signals().enumerate();
-        let signals = signals.map(|(id, signal)| (signal.name.clone(), self.signal(id)));
-        json!({ "needs": Value::Object(needs.collect()), "signals": Value::Object(signals.collect()) })
-    }
-
-    /// The words of a need's status topic.
-    pub(super) fn status(&self, need: NeedId, now: Time, clock: &Clock) -> Value {
-        let mut status = self.outlets[need].status(now, clock);
-        if let (Some(status), Some(takeover)) = (status.as_object_mut(), self.takeover_of(need)) {
-            status.insert("takeover".to_owned(), takeover.json(self.quality_of(takeover, now), clock));
-        }
-        status
-    }
-
-    /// How every need stands: what changes here is told at once.
-    pub(super) fn standings(&self, now: Time) -> impl Iterator<Item = Standing> + Clone {
-        self.outlets.enumerate().map(move |(id, outlet)| Standing {
-            quality: outlet.quality(now),
-            takeover: self.takeover_of(id).map(|takeover| (takeover.stage(), self.quality_of(takeover, now))),
-        })
-    }
-
-    fn takeover_of(&self, need: NeedId) -> Option<&Takeover> {
-        self.takeovers.iter().find(|takeover| takeover.need() == need)
-    }
-
-    fn signal(&self, id: SignalId) -> Value {
-        let counts = self.engine.monitor().ports()[id].counts();
-        json!({
-            "verdict": show::verdict(self.engine.absence(id), self.engine.verdict(id)),
-            "symptom": self.engine.fault(id).map(Symptom::name),
-            "accepted": counts.accepted,
-            "dropped": counts.dropped + counts.duplicates,
-            "late": counts.late,
-            "out_of_order": counts.out_of_order,
-            "invalid": counts.invalid,
-            "out_of_range": counts.out_of_range,
-            "too_fast": counts.too_fast,
-            "unreadable": self.wires.unreadable(id).0,
-            "unreadable_because": self.wires.unreadable(id).1,
-        })
     }
 
     pub(super) fn engine(&self) -> &Engine {
@@ -312,76 +192,6 @@ impl Healer {
                 likeness.learn(message);
             }
         }
-    }
-
-    /// Whether messages under this name may be somebody else's substitutes.
-    pub(super) fn takes(&self, topic: &str) -> bool {
-        self.takeovers.iter().any(|takeover| takeover.topic() == topic)
-    }
-
-    /// Goes on with what it takes over: whether that has changed how it stands, and what is to be told.
-    pub(super) fn take_over(
-        &mut self,
-        now: Time,
-        is_ours: impl Fn(&str) -> bool,
-        bridge: &mut dyn Bridge,
-    ) -> (bool, Vec<Note>) {
-        let mut takeovers = std::mem::take(&mut self.takeovers);
-        let (mut is_news, mut notes) = (false, Vec::new());
-        for takeover in &mut takeovers {
-            let outlet = &self.outlets[takeover.need()];
-            let situation = Situation {
-                now,
-                is_bad: self.is_bad(takeover),
-                is_served: outlet.is_served_without(takeover.signal()),
-                is_ours: is_ours(outlet.topic()),
-                source: &outlet.provenance().source,
-            };
-            let is_same = |leaving: &&Takeover| leaving.topic() == takeover.topic();
-            if self.leaving.iter().find(is_same).is_some_and(Takeover::is_acting) {
-                // One action after the other.
-                continue;
-            }
-            let before = takeover.stage();
-            takeover.step(&situation, bridge, self.patterns.as_mut());
-            is_news |= takeover.stage() != before;
-            if takeover.is_silencing() {
-                self.leaving.retain(|leaving| leaving.topic() != takeover.topic());
-            }
-            notes.extend(std::iter::from_fn(|| takeover.note()));
-        }
-        self.takeovers = takeovers;
-        self.leaving.retain_mut(|takeover| {
-            let is_over = takeover.leave(now, bridge);
-            notes.extend(std::iter::from_fn(|| takeover.note()));
-            !is_over
-        });
-        (is_news || !notes.is_empty(), notes)
-    }
-
-    /// Whether the source of a takeover is not trusted.
-    fn is_bad(&self, takeover: &Takeover) -> bool {
-        let (engine, signal) = (&self.engine, takeover.signal_id());
-        let forbidden = || Order::Forbid(Subject::Signal(takeover.signal().to_owned()));
-        engine.verdict(signal) == Verdict::Failed
-            || engine.absence(signal).is_some()
-            // What serves the need is not forbidden.
-            || self.outlets[takeover.need()].is_served_without(takeover.signal())
-                && engine.standing_orders().contains(&forbidden())
-    }
-
-    fn quality_of(&self, takeover: &Takeover, now: Time) -> Quality {
-        takeover.quality(self.outlets[takeover.need()].quality(now), self.is_bad(takeover))
-    }
-
-    /// The takeovers, each with how far who reads its name can trust that.
-    pub(super) fn takeovers(&self, now: Time) -> impl Iterator<Item = (&Takeover, Quality)> {
-        self.takeovers.iter().map(move |takeover| (takeover, self.quality_of(takeover, now)))
-    }
-
-    /// When it goes on with one of them, unless something happens before.
-    pub(super) fn take_over_due(&self, now: Time) -> Option<Time> {
-        self.takeovers.iter().chain(&self.leaving).filter_map(|takeover| takeover.due(now)).min()
     }
 
     /// Lets time pass, and takes together what has come.
@@ -451,13 +261,6 @@ impl Healer {
         Ok(())
     }
 
-    /// Whether an operator vouches for a source whose name is taken.
-    fn order_back(&mut self, order: &Order) -> bool {
-        let Order::Clear(Subject::Signal(signal)) = order else { return false };
-        let takeover = self.takeovers.iter_mut().find(|takeover| takeover.signal() == signal);
-        takeover.is_some_and(Takeover::order_back)
-    }
-
     /// Saves what must outlast the process, if that has changed, or could not be saved.
     pub(super) fn remember(&mut self) {
         if let Some(memory) = self.memory.as_mut().filter(|memory| self.has_decided || memory.is_due()) {
@@ -477,70 +280,6 @@ impl Healer {
             // What cannot be written is counted by the journal itself.
             let _ = journal.record(Given::Input(input));
         }
-    }
-
-    /// Lets the model that its file holds now take over.
-    ///
-    /// # Errors
-    /// What is wrong with it; nothing has changed then.
-    pub(super) fn reload(&mut self, now: Time) -> Result<(), String> {
-        let text = fs::read_to_string(&self.path);
-        let text = text.map_err(|error| format!("{}: {error}", self.path.display()))?;
-        self.change(&self.path.display().to_string(), &text, now)
-    }
-
-    /// Lets a change of the model, or a whole new one, take over.
-    ///
-    /// # Errors
-    /// What is wrong with it; nothing has changed then.
-    pub(super) fn change(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
-        let mut own = self.own.clone();
-        if let Some(own) = &mut own {
-            own.change(Written { name, text }).map_err(|report| report.render(false))?;
-        }
-        self.adopt(name, text, now)?;
-        self.own = own;
-        Ok(())
-    }
-
-    /// What it knows without the parts of others.
-    pub(super) fn own(&self) -> &Draft {
-        self.own.as_ref().unwrap_or(&self.live).draft()
-    }
-
-    /// Another one whenever what it knows of its own is.
-    pub(super) fn version(&self) -> u64 {
-        self.own.as_ref().unwrap_or(&self.live).knowledge().version()
-    }
-
-    /// Lets its own knowledge with parts of others take over.
-    ///
-    /// # Errors
-    /// What is wrong with it; nothing has changed then.
-    pub(super) fn join(&mut self, whole: &Draft, now: Time) -> Result<(), String> {
-        let text = write::yaml(whole);
-        if text == write::yaml(self.live.draft()) {
-            return Ok(());
-        }
-        let own = self.own.clone().unwrap_or_else(|| self.live.clone());
-        self.adopt("parts", &text, now)?;
-        self.own = (text != write::yaml(own.draft())).then_some(own);
-        Ok(())
-    }
-
-    /// Works with another model from now on.
-    fn adopt(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
-        let mut live = self.live.clone();
-        live.change(Written { name, text }).map_err(|report| report.render(false))?;
-        self.fittings(live.knowledge(), |_| None).map_err(|error| format!("{error:#}"))?;
-        let change = Some((name.to_owned(), text.to_owned()));
-        let era = Era { from: now, knowledge: live.knowledge().clone(), change, inputs: Vec::new() };
-        if let Some(journal) = &mut self.journal {
-            journal.record(Given::Era(&era)).map_err(|error| error.to_string())?;
-        }
-        self.engine.reload(era.knowledge, now);
-        self.live = live;
-        Ok(())
     }
 
     /// What it has done, one by one.
@@ -588,98 +327,6 @@ impl Healer {
             let status = self.engine.need_status(id);
             self.outlets[id].follow(event.kind, status.source);
         }
-    }
-
-    /// Sends a value of a need, where that is ours to serve.
-    pub(super) fn serve(
-        &mut self,
-        publication: &Publication,
-        is_ours: impl Fn(&str) -> bool,
-        bridge: &mut dyn Bridge,
-    ) -> Served {
-        let quality = match publication.quality {
-            engine::Quality::Good => Quality::Good,
-            engine::Quality::Substitute => Quality::Substitute,
-        };
-        let outlet = &mut self.outlets[publication.need];
-        if !outlet.has_source() {
-            outlet.follow(EventKind::Restored, self.engine.need_status(publication.need).source);
-        }
-        let is_isolated = self.isolation.as_ref().is_some_and(|isolation| isolation.is_isolated(publication));
-        outlet.place(match (publication.delegated, is_isolated) {
-            (true, _) => ", in a process of its own",
-            (false, true) => ", in the engine for now",
-            (false, false) => "",
-        });
-        let time = publication.time;
-        let before = (outlet.quality(time), outlet.is_able(time));
-        outlet.note(publication, quality);
-        let failed = if is_ours(outlet.topic()) {
-            self.send(publication, None, bridge)
-        } else {
-            outlet.leave();
-            Vec::new()
-        };
-        let outlet = &self.outlets[publication.need];
-        Served { is_news: (outlet.quality(time), outlet.is_able(time)) != before, failed }
-    }
-
-    /// Sends a value under all names of its need, or only this one; what was not sent.
-    fn send(
-        &mut self,
-        publication: &Publication,
-        only: Option<&str>,
-        bridge: &mut dyn Bridge,
-    ) -> Vec<(String, BridgeError)> {
-        let clock = bridge.inbox().clock();
-        let (stamp, now) = (Outlet::stamp(publication, clock), clock.now());
-        let Healer { outlets, takeovers, backlog, .. } = self;
-        let outlet = &mut outlets[publication.need];
-        let mut failed = Vec::new();
-        let mut follow = |name: &str, sent: Result<(), BridgeError>| {
-            backlog.follow(name, publication, sent.as_ref().copied(), now);
-            failed.extend(sent.err().map(|error| (name.to_owned(), error)));
-        };
-        let mut is_gate = true;
-        for takeover in takeovers.iter_mut().filter(|takeover| takeover.need() == publication.need) {
-            // A need of the name of its own source has no other publisher beside that.
-            is_gate &= takeover.topic().trim_matches('/') != outlet.topic().trim_matches('/');
-            if only.is_none_or(|only| only == takeover.topic()) {
-                let sent = takeover.send(publication, stamp, outlet.provenance(), bridge);
-                follow(takeover.topic(), sent);
-            }
-        }
-        if !is_gate {
-            outlet.leave();
-        } else if only.is_none_or(|only| only == outlet.topic()) {
-            let sent = outlet.send(publication, stamp, bridge);
-            follow(outlet.topic(), sent);
-        }
-        failed
-    }
-
-    /// Whether something that was lost on its way is to be sent again now.
-    pub(super) fn has_backlog(&self, now: Time) -> bool {
-        self.backlog.due().is_some_and(|due| due <= now)
-    }
-
-    /// Sends again what was lost on its way, while it is not too old; what was not sent.
-    pub(super) fn send_again(
-        &mut self,
-        now: Time,
-        is_ours: impl Fn(&str) -> bool,
-        bridge: &mut dyn Bridge,
-    ) -> Vec<(String, BridgeError)> {
-        let mut failed = Vec::new();
-        while let Some((name, publication)) = self.backlog.next(now) {
-            let outlet = &self.outlets[publication.need];
-            if outlet.is_fresh(publication.time, now) && is_ours(outlet.topic()) {
-                failed.extend(self.send(&publication, Some(&name), bridge));
-            } else {
-                self.backlog.forget(&name);
-            }
-        }
-        failed
     }
 }
 

@@ -7,12 +7,14 @@
 //!                        |still lost: silencing again
 //! ```
 
+mod status;
+mod way_back;
+
 use super::action::{Job, Outcome, describe};
 use super::patterns::Patterns;
 use crate::run::likeness::Likeness;
 use anyhow::bail;
-use serde_json::{Value, json};
-use shsa_bridge::{Bridge, BridgeError, Clock, Link, Message, Outgoing, Provenance, Quality};
+use shsa_bridge::{Bridge, BridgeError, Link, Message, Outgoing, Provenance, Quality};
 use shsa_core::engine::Publication;
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId};
 use shsa_core::time::{Span, Time};
@@ -407,77 +409,6 @@ impl Takeover {
         }
     }
 
-    /// An operator gives the name back; whether it was taken.
-    pub(in super::super) fn order_back(&mut self) -> bool {
-        let is_taken = !matches!(self.stage, Stage::Watching | Stage::Waiting { .. });
-        self.is_ordered_back |= is_taken;
-        is_taken
-    }
-
-    fn reason_to_restore(&self, situation: &Situation<'_>) -> Option<&'static str> {
-        let Situation { now, is_bad, .. } = *situation;
-        let is_probed = self.settings.probe.is_some_and(|probe| now - self.since >= probe);
-        match () {
-            () if self.is_released || now < self.not_before => None,
-            () if self.is_ordered_back => Some("by order of the operator"),
-            () if !is_bad => Some("nothing speaks against it any more"),
-            () if is_probed => Some("it gets another chance"),
-            () => None,
-        }
-    }
-
-    /// Nothing takes the name any more, as the model has changed: lets the source back. Whether that is over.
-    pub(in super::super) fn leave(&mut self, now: Time, bridge: &mut dyn Bridge) -> bool {
-        // What is under way ends first.
-        if let Stage::Silencing(job) | Stage::Restoring(job) = &self.stage {
-            let Some(outcome) = job.outcome() else { return false };
-            match &self.stage {
-                Stage::Restoring(_) => self.restored(outcome, now),
-                _ => self.enter(Stage::Taken, now),
-            }
-        }
-        if self.is_silencing() && now >= self.not_before {
-            self.restore(
-                "the model has changed, and its name is not taken any more",
-                "it is not served",
-                now,
-                bridge,
-            );
-        }
-        !self.is_silencing()
-    }
-
-    fn restore(&mut self, why: &str, meanwhile: &str, now: Time, bridge: &mut dyn Bridge) {
-        let (signal, topic) = (&self.signal, self.topic());
-        let Some(action) = &self.settings.restore else {
-            let because = format!(
-                "{signal} may publish {topic} again ({why}), but there is no action `restore`: let it publish by hand"
-            );
-            self.is_released = true;
-            return self.tell("returning", because);
-        };
-        let because = format!(
-            "{signal} is let publish {topic} again by {} ({why}); until it is heard, {meanwhile}",
-            describe(action)
-        );
-        let job = Job::begin(action, bridge);
-        self.enter(Stage::Restoring(job), now);
-        self.tell("returning", because);
-    }
-
-    fn restored(&mut self, outcome: Outcome, now: Time) {
-        self.enter(Stage::Taken, now);
-        match outcome {
-            Ok(_) => (self.is_released, self.is_silenced) = (true, false),
-            Err(why) => {
-                self.counts.refused += 1;
-                self.not_before = now + self.settings.retry;
-                let because = format!("{} cannot be let publish again: {why}", self.signal);
-                self.tell("refused", because);
-            }
-        }
-    }
-
     /// When it has to be looked at again, unless something happens before: what was due already waits for that.
     pub(in super::super) fn due(&self, now: Time) -> Option<Time> {
         let due = match &self.stage {
@@ -527,44 +458,6 @@ impl Takeover {
         };
         self.unwritten = sent.as_ref().err().map(ToString::to_string);
         sent
-    }
-
-    /// How far who reads the name can trust what was published last, where `quality` is that of the need.
-    pub(in super::super) fn quality(&self, quality: Quality, is_bad: bool) -> Quality {
-        match &self.stage {
-            Stage::Taken | Stage::Restoring(_) if self.unwritten.is_none() => quality,
-            // Another instance's care.
-            Stage::Watching if !self.is_ours => quality,
-            // From the source itself.
-            Stage::Watching | Stage::Waiting { .. } if !is_bad && quality != Quality::Bad => Quality::Good,
-            _ => Quality::Bad,
-        }
-    }
-
-    /// How it stands, for who looks on.
-    pub(in super::super) fn json(&self, quality: Quality, clock: &Clock) -> Value {
-        let is_taken = matches!(self.stage, Stage::Taken | Stage::Restoring(_));
-        let since = if is_taken { self.taken } else { self.since };
-        let since = (!matches!(self.stage, Stage::Watching)).then(|| clock.by_wall(since).0);
-        let again = match &self.stage {
-            Stage::Waiting { until } => Some(clock.by_wall(*until).0),
-            _ => None,
-        };
-        json!({
-            "signal": self.signal,
-            "name": self.topic(),
-            "stage": self.stage(),
-            "quality": quality.name(),
-            "since_ns": since,
-            "again_ns": again,
-            "silenced_by": is_taken.then(|| describe(&self.settings.silence)),
-            "released": self.is_released && is_taken,
-            "last": self.last.as_ref().map(|note| note.kind),
-            "because": self.unwritten.as_ref().or(self.last.as_ref().map(|note| &note.because)),
-            "silenced": self.counts.silenced,
-            "refused": self.counts.refused,
-            "returned": self.counts.returned,
-        })
     }
 }
 
