@@ -3,12 +3,14 @@
 //! By a manual [`Clock`] whoever drives it says what time it is, so that a run repeats byte for byte. Messages
 //! reach every subscriber in the order of their publication.
 
-use crate::{Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, PublisherId};
-use crate::{Question, Server, payload};
+use crate::{Answer, Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, PublisherId};
+use crate::{Question, Server, Taker, payload};
 use bytes::Bytes;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 /// A bus; clones are the same bus.
 #[derive(Clone, Debug)]
@@ -94,6 +96,21 @@ impl MemoryBus {
         })
     }
 
+    /// Asks all who answer under a name but `from`; each answer is given to `take`.
+    fn ask(&self, from: usize, name: &str, words: &Bytes, take: impl Fn(Bytes) + Send + Clone + 'static) {
+        let members = self.lock();
+        let others = members.iter().enumerate().filter(|(member, _)| *member != from);
+        let servers = others.filter_map(|(_, member)| Some(member.served.get(name)?.1.clone()));
+        let servers: Vec<_> = servers.collect();
+        // Who answers may send messages.
+        drop(members);
+        for server in &servers {
+            let mut question = Question::new(words.clone(), take.clone());
+            question.is_addressed = true;
+            server(question);
+        }
+    }
+
     /// A member that panicked leaves whole messages behind: the others go on.
     fn lock(&self) -> MutexGuard<'_, Vec<Member>> {
         self.members.lock().unwrap_or_else(PoisonError::into_inner)
@@ -159,6 +176,33 @@ impl Bridge for MemoryBridge {
 
     fn serve(&mut self, name: &str, answers: &str, server: Server) -> Result<(), BridgeError> {
         self.bus.lock()[self.member].served.insert(name.into(), (answers.into(), server));
+        Ok(())
+    }
+
+    fn request(&mut self, to: &str, payload: Bytes, within: Duration) -> Result<Answer, BridgeError> {
+        let (sender, answers) = channel();
+        // Who has asked may have given up.
+        self.bus.ask(self.member, to, &payload, move |words| drop(sender.send(words)));
+        let name = to.to_owned();
+        Ok(Box::new(move || {
+            answers
+                .recv_timeout(within)
+                .map_err(|_| BridgeError::Lost(format!("nobody answers under `{name}`")))
+        }))
+    }
+
+    fn ask(&self, name: &str, longest: usize, take: Taker) -> Result<(), BridgeError> {
+        let (take, inbox) = (Arc::new(Mutex::new(Some(take))), self.inbox.clone());
+        self.bus.ask(self.member, name, &Bytes::new(), move |words| {
+            if words.len() > longest {
+                return;
+            }
+            let first = take.lock().unwrap_or_else(PoisonError::into_inner).take();
+            if let Some(take) = first {
+                take(words.into());
+                inbox.wake();
+            }
+        });
         Ok(())
     }
 }

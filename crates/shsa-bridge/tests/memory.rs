@@ -3,7 +3,7 @@
 #[macro_use]
 mod contract;
 
-use contract::Middleware;
+use contract::{Asking, Middleware};
 use shsa_bridge::memory::MemoryBus;
 use shsa_bridge::{Bridge, Clock, Inbox};
 
@@ -17,6 +17,10 @@ impl Middleware for MemoryBus {
     }
 
     fn mend_it(&mut self) {}
+
+    fn asking(&self) -> Asking {
+        Asking::Queries
+    }
 }
 
 contract!(memory, MemoryBus::new(Clock::running()));

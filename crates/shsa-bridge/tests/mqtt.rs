@@ -6,7 +6,7 @@ mod broker;
 mod real;
 
 use broker::{Broker, Cut};
-use contract::{Middleware, until};
+use contract::{Asking, Middleware, until};
 use real::{Script, python};
 use serde_json::json;
 use shsa_bridge::mqtt::{MqttBridge, Options, Presence, Version};
@@ -44,6 +44,14 @@ impl Middleware for Mosquitto {
 
     fn mend_it(&mut self) {
         self.broker.restart();
+    }
+
+    fn asking(&self) -> Asking {
+        Asking::Messages
+    }
+
+    fn knows_own(&self) -> bool {
+        self.version == Version::V5
     }
 }
 

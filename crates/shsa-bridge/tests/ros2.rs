@@ -4,12 +4,16 @@
 mod contract;
 mod real;
 
+use bytes::Bytes;
 use real::{Script, eventually, free_port, python};
 use serde_json::{Value, json};
 use shsa_bridge::cdr::{Types, type_hash};
 use shsa_bridge::payload::{Field, Reader, SIZE_LIMIT};
 use shsa_bridge::ros2::{Options, Ros2Bridge, Wire};
-use shsa_bridge::{Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, PublisherId, zenoh};
+use shsa_bridge::{
+    Answer, Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, PublisherId, Server, Taker,
+    zenoh,
+};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use std::path::Path;
@@ -286,6 +290,22 @@ impl Bridge for Texts {
         self.0.link()
     }
 
+    fn knows_own(&self) -> bool {
+        self.0.knows_own()
+    }
+
+    fn request(&mut self, to: &str, payload: Bytes, within: Duration) -> Result<Answer, BridgeError> {
+        self.0.request(to, payload, within)
+    }
+
+    fn serve(&mut self, name: &str, answers: &str, server: Server) -> Result<(), BridgeError> {
+        self.0.serve(name, answers, server)
+    }
+
+    fn ask(&self, name: &str, longest: usize, take: Taker) -> Result<(), BridgeError> {
+        self.0.ask(name, longest, take)
+    }
+
     fn receive(&mut self) -> Option<Message> {
         let message = self.0.receive()?;
         let Payload::Bytes(bytes) = &message.payload else { panic!("a message of ROS is bytes") };
@@ -317,6 +337,10 @@ impl contract::Middleware for Nodes {
     }
 
     fn mend_it(&mut self) {}
+
+    fn asking(&self) -> contract::Asking {
+        contract::Asking::Services
+    }
 }
 
 contract!(nodes, Nodes::default());

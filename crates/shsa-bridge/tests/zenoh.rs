@@ -76,6 +76,10 @@ impl contract::Middleware for Peers {
     }
 
     fn mend_it(&mut self) {}
+
+    fn asking(&self) -> contract::Asking {
+        contract::Asking::Queries
+    }
 }
 
 /// Clients of a router that is not ours.
@@ -105,6 +109,10 @@ impl contract::Middleware for Routed {
 
     fn mend_it(&mut self) {
         self.router = Some(patient_router(&self.python, self.port));
+    }
+
+    fn asking(&self) -> contract::Asking {
+        contract::Asking::Queries
     }
 }
 

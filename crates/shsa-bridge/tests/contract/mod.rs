@@ -1,8 +1,11 @@
 //! What every bridge promises, whatever is below it: order, reconnection, bursts, huge and garbage payloads, an end, no
-//! echo, no harm from a flood.
+//! echo, no harm from a flood, answers to who asks.
 
-use shsa_bridge::{Bridge, Clock, Inbox, Link, Message, Outgoing, Payload};
+use bytes::Bytes;
+use shsa_bridge::{Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, Question};
 use shsa_core::time::Time;
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// A middleware under test.
@@ -13,6 +16,26 @@ pub(crate) trait Middleware {
     fn break_it(&mut self) -> bool;
     /// Mends it again.
     fn mend_it(&mut self);
+    /// How its bridges ask each other.
+    fn asking(&self) -> Asking;
+    /// Whether its bridges are sure which messages are their own.
+    fn knows_own(&self) -> bool {
+        true
+    }
+}
+
+/// How bridges of a middleware ask each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Asking {
+    /// By `request` and by `ask`.
+    #[allow(dead_code, reason = "only some middlewares are so")]
+    Queries,
+    /// By `request` only; `ask` is silent.
+    #[allow(dead_code, reason = "only some middlewares are so")]
+    Messages,
+    /// By `ask` only; requests go to others than bridges.
+    #[allow(dead_code, reason = "only some middlewares are so")]
+    Services,
 }
 
 /// As long may anything take: much longer than it does, since machines are busy.
@@ -201,6 +224,97 @@ pub(crate) fn a_flood_of_one_topic_costs_no_other(mut middleware: impl Middlewar
     assert_eq!(calm, expected);
 }
 
+/// Answers questions under `a/q` with their own words and an exclamation mark; what was asked.
+fn echo(server: &mut dyn Bridge) -> Arc<Mutex<Vec<Bytes>>> {
+    let asked: Arc<Mutex<Vec<Bytes>>> = Arc::default();
+    let seen = asked.clone();
+    let answer = move |question: Question| {
+        seen.lock().unwrap().push(question.payload.clone());
+        let words = [&*question.payload, b"!"].concat();
+        question.answer(words.into());
+    };
+    server.serve("a/q", "a/q/response", Arc::new(answer)).unwrap();
+    asked
+}
+
+/// A request that is tried until somebody answers: not everybody knows at once that somebody does.
+#[track_caller]
+fn answer_to(asker: &mut dyn Bridge, words: &[u8]) -> Bytes {
+    let mut answer = None;
+    until("an answer", || {
+        let asked = asker.request("a/q", Bytes::copy_from_slice(words), Duration::from_millis(500));
+        answer = asked.and_then(|wait| wait()).ok();
+        answer.is_some()
+    });
+    answer.unwrap()
+}
+
+pub(crate) fn who_asks_gets_the_answer(mut middleware: impl Middleware) {
+    if middleware.asking() == Asking::Services {
+        return;
+    }
+    let (mut server, mut asker) = pair(&mut middleware, 64, "a/x");
+    let asked = echo(&mut *server);
+    assert_eq!(answer_to(&mut *asker, b"first"), "first!");
+    // Garbage and much of it are words as well.
+    let large: Vec<u8> = (0..100_000_u32).map(|at| (at.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    let answer = answer_to(&mut *asker, &large);
+    assert!(answer.strip_suffix(b"!") == Some(&large[..]));
+    assert!(asked.lock().unwrap().iter().all(|words| *words == "first" || *words == large));
+    // Several under way: each gets its own answer, in the order of asking.
+    let asked = ["1", "2", "3"].map(|words| {
+        let words = Bytes::from_static(words.as_bytes());
+        asker.request("a/q", words, PATIENCE).unwrap()
+    });
+    let answers: Vec<Bytes> = asked.into_iter().map(|wait| wait().unwrap()).collect();
+    assert_eq!(answers, ["1!", "2!", "3!"]);
+    // A question is no message to who answers it.
+    assert_eq!(server.receive(), None);
+}
+
+pub(crate) fn a_request_that_nobody_answers_ends_in_its_time(mut middleware: impl Middleware) {
+    let (_other, mut asker) = pair(&mut middleware, 64, "a/x");
+    let start = Instant::now();
+    let asked = asker.request("a/nobody", Bytes::from_static(b"?"), Duration::from_millis(300));
+    let answer = asked.and_then(|wait| wait());
+    assert!(matches!(answer, Err(BridgeError::Lost(_))), "{answer:?}");
+    assert!(start.elapsed() < PATIENCE / 2, "{:?}", start.elapsed());
+}
+
+/// Asks once under `a/q`; where the answer comes.
+fn ask(asker: &dyn Bridge, longest: usize) -> Receiver<Vec<u8>> {
+    let (sender, answers) = channel();
+    asker.ask("a/q", longest, Box::new(move |words| drop(sender.send(words)))).unwrap();
+    answers
+}
+
+pub(crate) fn who_asks_without_waiting_is_given_the_first_answer_that_fits(mut middleware: impl Middleware) {
+    let (mut server, asker) = pair(&mut middleware, 64, "a/x");
+    let text = |question: Question| question.answer(Bytes::from_static(b"17 bytes of words"));
+    server.serve("a/q", "a/q/response", Arc::new(text)).unwrap();
+    let short = |longest| ask(&*asker, longest).recv_timeout(Duration::from_millis(500)).ok();
+    if middleware.asking() == Asking::Messages {
+        assert_eq!(short(17), None);
+        return;
+    }
+    until("an answer", || short(17).as_deref() == Some(b"17 bytes of words"));
+    assert_eq!(short(16), None, "longer than was asked for");
+}
+
+pub(crate) fn what_others_say_in_the_same_words_is_theirs(mut middleware: impl Middleware) {
+    let (mut source, mut healer) = pair(&mut middleware, 64, "a/x");
+    assert_eq!(healer.knows_own(), middleware.knows_own());
+    if !healer.knows_own() {
+        return;
+    }
+    for number in 0..20 {
+        send(&mut *healer, "a/x", &number.to_string());
+        send(&mut *source, "a/x", &number.to_string());
+        assert_eq!(text(&next(&mut *healer)), number.to_string());
+    }
+    assert_eq!(healer.receive(), None);
+}
+
 pub(crate) fn it_comes_back_after_a_break(mut middleware: impl Middleware) {
     let (mut source, mut sink) = pair(&mut middleware, 1024, "a/x");
     if !middleware.break_it() {
@@ -244,6 +358,10 @@ macro_rules! contract {
                 garbage_is_delivered_as_it_is
                 own_messages_do_not_come_back
                 a_flood_of_one_topic_costs_no_other
+                who_asks_gets_the_answer
+                a_request_that_nobody_answers_ends_in_its_time
+                who_asks_without_waiting_is_given_the_first_answer_that_fits
+                what_others_say_in_the_same_words_is_theirs
                 it_comes_back_after_a_break
                 it_ends_when_it_is_dropped
             );

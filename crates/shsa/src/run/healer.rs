@@ -1,30 +1,32 @@
 //! One knowledge base at work on a bus: messages become observations, publications become messages.
 
+mod model;
+mod serving;
+mod status;
+mod taking_over;
+
+pub(super) use serving::Served;
+pub(super) use status::Standing;
+
 use super::execution::Execution;
+use super::fittings::{Carriers, Outgoings};
 use super::isolation::{Isolation, IsolationArguments, Wishes};
 use super::journal::{Bounds, Journal, Missing};
 use super::memory::Memory;
-use super::outlet::{Form, Outlet};
+use super::outlet::Outlet;
+use super::undelivered::Backlog;
 use super::wires::Wires;
-use super::wiring::{Note, Patterns, Situation, Takeover};
-use crate::show;
+use super::wiring::{Patterns, Takeover};
 use anyhow::Context;
-use serde_json::{Value, json};
-use shsa_bridge::{Bridge, BridgeError, Clock, Inbox, Message, Quality};
+use shsa_bridge::{Bridge, Clock, Inbox, Message};
 use shsa_core::diagnosis::Verdict;
-use shsa_core::engine::{
-    self, Engine, Event, EventKind, Input, NeedStatus, Order, Output, Publication, Subject,
-};
-use shsa_core::knowledge::{Draft, IdVec, KnowledgeBase, NeedId, SignalId};
-use shsa_core::monitor::Symptom;
+use shsa_core::engine::{self, Engine, Event, Input, Order, Output, Publication, Subject};
+use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
-use shsa_format::drive::{Era, Given};
-use shsa_format::model::live::{Live, Written};
-use shsa_format::model::write;
-use shsa_format::wiring::Wiring;
-use std::collections::{BTreeMap, VecDeque};
-use std::fs;
+use shsa_format::drive::Given;
+use shsa_format::model::live::Live;
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -36,15 +38,6 @@ pub(super) enum Deed {
     Served(Publication),
     /// Something has happened to a process of its: a kind and the reason.
     Noted(&'static str, String),
-}
-
-/// How needs go out.
-#[derive(Clone, Debug)]
-pub(super) struct Outgoings {
-    /// Where nothing else is said.
-    pub(super) form: Form,
-    /// What is said for single needs.
-    pub(super) wiring: Wiring,
 }
 
 /// One knowledge base at work.
@@ -65,6 +58,8 @@ pub(super) struct Healer {
     /// Whether something was decided that is not remembered yet.
     has_decided: bool,
     outlets: IdVec<NeedId, Outlet>,
+    /// Values that were lost on their way.
+    backlog: Backlog,
     /// How long it took to compute each need's values.
     executions: IdVec<NeedId, Execution>,
     /// How long the engine took for the latest input.
@@ -72,8 +67,12 @@ pub(super) struct Healer {
     isolation: Option<Isolation>,
     notes: VecDeque<(&'static str, String)>,
     /// The signal that serves a need when nothing is wrong, by the names of both.
-    carriers: BTreeMap<String, String>,
+    carriers: Carriers,
     takeovers: Vec<Takeover>,
+    /// Those whose needs have gone with the model before, until their sources are let back.
+    leaving: Vec<Takeover>,
+    /// Whether the bus is sure which messages are ours.
+    knows_own: bool,
     /// Of the last message, the signals of which it was a value; only where messages are copied.
     heard: Vec<SignalId>,
 }
@@ -105,16 +104,21 @@ impl Healer {
             patterns: None,
             has_decided: false,
             outlets: IdVec::new(),
+            backlog: Backlog::default(),
             executions: IdVec::new(),
             work: Duration::ZERO,
             isolation: None,
             notes: VecDeque::new(),
-            carriers: BTreeMap::new(),
+            carriers: Carriers::new(),
             takeovers: Vec::new(),
+            leaving: Vec::new(),
             heard: Vec::new(),
+            knows_own: bridge.knows_own(),
         };
-        healer.connect(bridge)?;
-        Ok(healer)
+        match healer.connect(bridge)?.pop() {
+            Some((topic, error)) => Err(error).with_context(|| format!("subscribing to {topic}")),
+            None => Ok(healer),
+        }
     }
 
     /// Lets processes of their own compute the substitutes of needs that ask for it.
@@ -151,49 +155,6 @@ impl Healer {
         Ok(())
     }
 
-    fn connect(&mut self, bridge: &mut dyn Bridge) -> anyhow::Result<()> {
-        let knowledge = self.engine.knowledge();
-        self.wires = Wires::new(knowledge)?;
-        for topic in self.wires.topics() {
-            bridge.subscribe(topic, None).with_context(|| format!("subscribing to {topic}"))?;
-        }
-        let before = std::mem::take(&mut self.outlets);
-        let mut taken = std::mem::take(&mut self.takeovers);
-        for id in knowledge.needs().ids() {
-            let need = &knowledge.needs()[id];
-            let own = own(knowledge, id, self.carriers.get(&need.signal), &self.engine);
-            let name = |signal: SignalId| knowledge.signals()[signal].name.clone();
-            self.carriers.extend(own.map(|own| (need.signal.clone(), name(own))));
-            let Outgoings { form, wiring } = &self.outgoings;
-            let wiring = wiring.of(&knowledge.variables()[need.variable].name, &need.signal);
-            let form = wiring.and_then(|wiring| wiring.form).map_or(*form, Form::from);
-            let outlet = Outlet::new(knowledge, id, form, own)?;
-            let same = before.iter().find(|before| before.topic() == outlet.topic());
-            self.outlets.push(same.map_or(outlet.clone(), |before| outlet.succeeding(before)));
-            let Some(settings) = wiring.and_then(|wiring| wiring.takeover.as_ref()) else { continue };
-            if !bridge.knows_own() {
-                return Err(BridgeError::Configuration(NO_IDENTITY.to_owned()).into());
-            }
-            let named = settings.signal.as_ref().map(|name| knowledge.signal(name));
-            let signal =
-                named.unwrap_or(own).with_context(|| format!("takeover for {}: no signal", need.signal))?;
-            let takeover = Takeover::new(knowledge, id, signal, settings)?;
-            let same = taken.iter().position(|before| takeover.is_same(before)).map(|at| taken.remove(at));
-            self.takeovers.push(match same {
-                Some(before) => takeover.succeeding(before),
-                None => takeover,
-            });
-        }
-        self.executions.clear();
-        for _ in knowledge.needs() {
-            self.executions.push(Execution::new()?);
-        }
-        if let Some(isolation) = &mut self.isolation {
-            isolation.renew(knowledge)?;
-        }
-        Ok(())
-    }
-
     /// What it is called: its file without folders and extension.
     pub(super) fn name(&self) -> &str {
         &self.name
@@ -202,46 +163,6 @@ impl Healer {
     /// Every need with the way it goes out.
     pub(super) fn outlets(&self) -> impl Iterator<Item = (NeedId, &Outlet)> + Clone {
         self.outlets.enumerate()
-    }
-
-    /// How everything stands.
-    pub(super) fn state(&self, now: Time, clock: &Clock) -> Value {
-        let needs = self.outlets().map(|(id, outlet)| {
-            let NeedStatus { published, longest_gap, .. } = self.engine.need_status(id);
-            let mut status = outlet.status(now, clock);
-            if let Some(status) = status.as_object_mut() {
-                status.insert("published".to_owned(), json!(published));
-                status.insert("longest_gap_s".to_owned(), json!(longest_gap.seconds()));
-                status.insert("execution_us".to_owned(), self.executions[id].json());
-                let isolation = self.isolation.as_ref().and_then(|isolation| isolation.state(id));
-                status.extend(isolation.map(|state| ("isolation".to_owned(), state)));
-            }
-            let takeover = self.takeovers.iter().find(|takeover| takeover.need() == id);
-            if let (Some(status), Some(takeover)) = (status.as_object_mut(), takeover) {
-                status.insert("takeover".to_owned(), takeover.json(self.quality_of(takeover, now), clock));
-            }
-            (outlet.variable().to_owned(), status)
-        });
-        let signals = self.engine.knowledge().signals().enumerate();
-        let signals = signals.map(|(id, signal)| (signal.name.clone(), self.signal(id)));
-        json!({ "needs": Value::Object(needs.collect()), "signals": Value::Object(signals.collect()) })
-    }
-
-    fn signal(&self, id: SignalId) -> Value {
-        let counts = self.engine.monitor().ports()[id].counts();
-        json!({
-            "verdict": show::verdict(self.engine.absence(id), self.engine.verdict(id)),
-            "symptom": self.engine.fault(id).map(Symptom::name),
-            "accepted": counts.accepted,
-            "dropped": counts.dropped + counts.duplicates,
-            "late": counts.late,
-            "out_of_order": counts.out_of_order,
-            "invalid": counts.invalid,
-            "out_of_range": counts.out_of_range,
-            "too_fast": counts.too_fast,
-            "unreadable": self.wires.unreadable(id).0,
-            "unreadable_because": self.wires.unreadable(id).1,
-        })
     }
 
     pub(super) fn engine(&self) -> &Engine {
@@ -271,56 +192,6 @@ impl Healer {
                 likeness.learn(message);
             }
         }
-    }
-
-    /// Whether messages under this name may be somebody else's substitutes.
-    pub(super) fn takes(&self, topic: &str) -> bool {
-        self.takeovers.iter().any(|takeover| takeover.topic() == topic)
-    }
-
-    /// Goes on with what it takes over, and tells what has come of it.
-    pub(super) fn take_over(
-        &mut self,
-        now: Time,
-        is_ours: impl Fn(&str) -> bool,
-        bridge: &mut dyn Bridge,
-    ) -> Vec<Note> {
-        let mut takeovers = std::mem::take(&mut self.takeovers);
-        let mut notes = Vec::new();
-        for takeover in &mut takeovers {
-            let outlet = &self.outlets[takeover.need()];
-            let situation = Situation {
-                now,
-                is_bad: self.is_bad(takeover),
-                is_served: outlet.is_served_without(takeover.signal()),
-                is_ours: is_ours(outlet.topic()),
-                source: &outlet.provenance().source,
-            };
-            takeover.step(&situation, bridge, self.patterns.as_mut());
-            notes.extend(std::iter::from_fn(|| takeover.note()));
-        }
-        self.takeovers = takeovers;
-        notes
-    }
-
-    /// Whether the source of a takeover is not trusted.
-    fn is_bad(&self, takeover: &Takeover) -> bool {
-        let (engine, signal) = (&self.engine, takeover.signal_id());
-        let forbidden = || Order::Forbid(Subject::Signal(takeover.signal().to_owned()));
-        engine.verdict(signal) == Verdict::Failed
-            || engine.absence(signal).is_some()
-            // What serves the need is not forbidden.
-            || self.outlets[takeover.need()].is_served_without(takeover.signal())
-                && engine.standing_orders().contains(&forbidden())
-    }
-
-    fn quality_of(&self, takeover: &Takeover, now: Time) -> Quality {
-        takeover.quality(self.outlets[takeover.need()].quality(now), self.is_bad(takeover))
-    }
-
-    /// The takeovers, each with how far who reads its name can trust that.
-    pub(super) fn takeovers(&self, now: Time) -> impl Iterator<Item = (&Takeover, Quality)> {
-        self.takeovers.iter().map(move |takeover| (takeover, self.quality_of(takeover, now)))
     }
 
     /// Lets time pass, and takes together what has come.
@@ -353,7 +224,7 @@ impl Healer {
     /// When something is due without any message.
     pub(super) fn due(&self) -> Option<Time> {
         let isolation = self.isolation.as_ref().and_then(Isolation::due);
-        self.engine.next_deadline().into_iter().chain(isolation).min()
+        self.engine.next_deadline().into_iter().chain(isolation).chain(self.backlog.due()).min()
     }
 
     /// How long it took to compute a need's values: in the engine, nanoseconds.
@@ -390,13 +261,6 @@ impl Healer {
         Ok(())
     }
 
-    /// Whether an operator vouches for a source whose name is taken.
-    fn order_back(&mut self, order: &Order) -> bool {
-        let Order::Clear(Subject::Signal(signal)) = order else { return false };
-        let takeover = self.takeovers.iter_mut().find(|takeover| takeover.signal() == signal);
-        takeover.is_some_and(Takeover::order_back)
-    }
-
     /// Saves what must outlast the process, if that has changed, or could not be saved.
     pub(super) fn remember(&mut self) {
         if let Some(memory) = self.memory.as_mut().filter(|memory| self.has_decided || memory.is_due()) {
@@ -418,74 +282,10 @@ impl Healer {
         }
     }
 
-    /// Lets the model that its file holds now take over.
-    ///
-    /// # Errors
-    /// What is wrong with it; nothing has changed then.
-    pub(super) fn reload(&mut self, now: Time) -> Result<(), String> {
-        let text = fs::read_to_string(&self.path);
-        let text = text.map_err(|error| format!("{}: {error}", self.path.display()))?;
-        self.change(&self.path.display().to_string(), &text, now)
-    }
-
-    /// Lets a change of the model, or a whole new one, take over.
-    ///
-    /// # Errors
-    /// What is wrong with it; nothing has changed then.
-    pub(super) fn change(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
-        let mut own = self.own.clone();
-        if let Some(own) = &mut own {
-            own.change(Written { name, text }).map_err(|report| report.render(false))?;
-        }
-        self.adopt(name, text, now)?;
-        self.own = own;
-        Ok(())
-    }
-
-    /// What it knows without the parts of others.
-    pub(super) fn own(&self) -> &Draft {
-        self.own.as_ref().unwrap_or(&self.live).draft()
-    }
-
-    /// Another one whenever what it knows of its own is.
-    pub(super) fn version(&self) -> u64 {
-        self.own.as_ref().unwrap_or(&self.live).knowledge().version()
-    }
-
-    /// Lets its own knowledge with parts of others take over.
-    ///
-    /// # Errors
-    /// What is wrong with it; nothing has changed then.
-    pub(super) fn join(&mut self, whole: &Draft, now: Time) -> Result<(), String> {
-        let text = write::yaml(whole);
-        if text == write::yaml(self.live.draft()) {
-            return Ok(());
-        }
-        let own = self.own.clone().unwrap_or_else(|| self.live.clone());
-        self.adopt("parts", &text, now)?;
-        self.own = (text != write::yaml(own.draft())).then_some(own);
-        Ok(())
-    }
-
-    /// Works with another model from now on.
-    fn adopt(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
-        let mut live = self.live.clone();
-        live.change(Written { name, text }).map_err(|report| report.render(false))?;
-        Wires::new(live.knowledge()).map_err(|error| format!("{error:#}"))?;
-        let change = Some((name.to_owned(), text.to_owned()));
-        let era = Era { from: now, knowledge: live.knowledge().clone(), change, inputs: Vec::new() };
-        if let Some(journal) = &mut self.journal {
-            journal.record(Given::Era(&era)).map_err(|error| error.to_string())?;
-        }
-        self.engine.reload(era.knowledge, now);
-        self.live = live;
-        Ok(())
-    }
-
     /// What it has done, one by one.
     ///
     /// # Errors
-    /// When the bus refuses a topic of a model that has just taken over.
+    /// When a model that has just taken over does not fit a bus, which was looked at before.
     pub(super) fn poll(&mut self, bridge: &mut dyn Bridge) -> anyhow::Result<Option<Deed>> {
         if let Some((kind, because)) = self.notes.pop_front() {
             return Ok(Some(Deed::Noted(kind, because)));
@@ -510,7 +310,10 @@ impl Healer {
                 }
                 Output::Reloaded(_) => {
                     self.told = self.engine.knowledge().clone();
-                    self.connect(bridge)?;
+                    for (topic, error) in self.connect(bridge)? {
+                        self.notes.push_back(("trouble", format!("subscribing to {topic}: {error}")));
+                    }
+                    return self.poll(bridge);
                 }
             }
         }
@@ -525,64 +328,6 @@ impl Healer {
             self.outlets[id].follow(event.kind, status.source);
         }
     }
-
-    /// Sends a value of a need, where that is ours to serve. Whether the need is served better or worse by it than before.
-    ///
-    /// # Errors
-    /// Those of the bus.
-    pub(super) fn serve(
-        &mut self,
-        publication: &Publication,
-        is_ours: impl Fn(&str) -> bool,
-        bridge: &mut dyn Bridge,
-    ) -> anyhow::Result<bool> {
-        let quality = match publication.quality {
-            engine::Quality::Good => Quality::Good,
-            engine::Quality::Substitute => Quality::Substitute,
-        };
-        let outlet = &mut self.outlets[publication.need];
-        if !outlet.has_source() {
-            outlet.follow(EventKind::Restored, self.engine.need_status(publication.need).source);
-        }
-        let is_isolated = self.isolation.as_ref().is_some_and(|isolation| isolation.is_isolated(publication));
-        outlet.place(match (publication.delegated, is_isolated) {
-            (true, _) => ", in a process of its own",
-            (false, true) => ", in the engine for now",
-            (false, false) => "",
-        });
-        let is_news = outlet.note(publication, quality);
-        if !is_ours(outlet.topic()) {
-            return Ok(is_news);
-        }
-        let stamp = Outlet::stamp(publication, bridge.inbox().clock());
-        let mut is_gate = true;
-        for takeover in self.takeovers.iter_mut().filter(|takeover| takeover.need() == publication.need) {
-            takeover.send(publication, stamp, outlet.provenance(), bridge)?;
-            // A need of the name of its own source has no other publisher beside that.
-            is_gate &= takeover.topic().trim_matches('/') != outlet.topic().trim_matches('/');
-        }
-        if is_gate {
-            outlet.send(publication, stamp, bridge)?;
-        }
-        Ok(is_news)
-    }
-}
-
-/// Messages of others cannot be told from our own.
-const NO_IDENTITY: &str = "a takeover needs MQTT 5: in 3.1.1 nobody can tell our messages from those of the source that must be silent";
-
-/// The signal that serves a need when nothing is wrong, as it was found out before, or else now; else the first one.
-fn own(
-    knowledge: &KnowledgeBase,
-    need: NeedId,
-    before: Option<&String>,
-    engine: &Engine,
-) -> Option<SignalId> {
-    let variable = knowledge.needs()[need].variable;
-    let of_variable = |signal: &SignalId| knowledge.signals()[*signal].variable == variable;
-    let serving = || engine.need_status(need).source.and_then(|source| knowledge.signal(&source));
-    let found = before.and_then(|name| knowledge.signal(name)).or_else(serving).filter(of_variable);
-    found.or_else(|| knowledge.signals().ids().find(of_variable))
 }
 
 /// Gives an input to the engine, and to the journal before; how long the engine took.

@@ -1,13 +1,16 @@
 //! Who is told what was decided: the terminal, the bus, whoever listens over HTTP; and the last decisions, for who asks later.
+//! Nobody of them can delay what is decided next.
 
+use super::terminal::Terminal;
+use super::undelivered::Undelivered;
 use crate::tell;
 use serde_json::{Value, json};
-use shsa_bridge::{Bridge, Outgoing, Payload};
+use shsa_bridge::{Bridge, BridgeError, Outgoing, Payload};
 use shsa_core::engine::Event;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::Time;
 use std::collections::VecDeque;
-use std::io::{Write, stdout};
+use std::io::{self, stdout};
 use tokio::sync::broadcast;
 
 /// Decisions that are kept for who asks later.
@@ -43,13 +46,20 @@ pub(super) struct Herald {
     next: u64,
     kept: VecDeque<(u64, Value)>,
     listeners: broadcast::Sender<String>,
+    undelivered: Undelivered,
+    terminal: Option<Terminal>,
 }
 
 impl Herald {
     /// On the bus, decisions go out under `topic`; times on the terminal count from `began`.
-    pub(super) fn new(topic: String, style: Style, began: Time) -> Herald {
+    ///
+    /// # Errors
+    /// When there is no thread for the terminal.
+    pub(super) fn new(topic: String, style: Style, began: Time) -> io::Result<Herald> {
         let (listeners, _) = broadcast::channel(WAITING);
-        Herald { topic, style, began, next: 0, kept: VecDeque::with_capacity(KEPT), listeners }
+        let (kept, undelivered) = (VecDeque::with_capacity(KEPT), Undelivered::default());
+        let terminal = (style != Style::Silent).then(|| Terminal::new(stdout())).transpose()?;
+        Ok(Herald { topic, style, began, next: 0, kept, listeners, undelivered, terminal })
     }
 
     /// For who wants to hear every decision from now on, as JSON.
@@ -73,19 +83,33 @@ impl Herald {
     }
 
     /// Tells what has happened to the run itself: a lost connection, messages that had to make room, an order.
-    ///
-    /// # Errors
-    /// When standard output is closed.
-    pub(super) fn noted(
-        &mut self,
-        now: Time,
-        kind: &str,
-        because: &str,
-        bridge: &mut dyn Bridge,
-    ) -> anyhow::Result<()> {
+    pub(super) fn noted(&mut self, now: Time, kind: &str, because: &str, bridge: &mut dyn Bridge) {
         let text = (self.style == Style::Text)
             .then(|| format!("{}  {kind:<11} {because}", self.since_beginning(now)));
-        self.tell(Tale { time: now, fields: json!({ "kind": kind, "because": because }), text }, bridge)
+        self.tell(Tale { time: now, fields: json!({ "kind": kind, "because": because }), text }, bridge);
+    }
+
+    /// The bus has not taken a message of this name: counted, and told where that is worth it.
+    pub(super) fn undelivered(&mut self, name: &str, error: &BridgeError, bridge: &mut dyn Bridge) {
+        let now = bridge.inbox().clock().now();
+        if let Some(told) = self.undelivered.count(name, error, now) {
+            self.noted(now, "undelivered", &told, bridge);
+        }
+    }
+
+    /// What is to be told of the terminal itself.
+    pub(super) fn troubles(&mut self, now: Time) -> Option<String> {
+        self.terminal.as_mut().and_then(|terminal| terminal.news(now))
+    }
+
+    /// How many lines the terminal has not taken.
+    pub(super) fn unwritten(&self) -> u64 {
+        self.terminal.as_ref().map_or(0, Terminal::lost)
+    }
+
+    /// What the bus has not taken so far.
+    pub(super) fn not_taken(&self) -> &Undelivered {
+        &self.undelivered
     }
 
     fn since_beginning(&self, time: Time) -> String {
@@ -93,10 +117,7 @@ impl Herald {
     }
 
     /// Tells everyone.
-    ///
-    /// # Errors
-    /// When standard output is closed.
-    pub(super) fn tell(&mut self, tale: Tale, bridge: &mut dyn Bridge) -> anyhow::Result<()> {
+    pub(super) fn tell(&mut self, tale: Tale, bridge: &mut dyn Bridge) {
         let Tale { time, fields, text } = tale;
         let stamp = bridge.inbox().clock().by_wall(time);
         let mut event = json!({ "number": self.next, "time_ns": stamp.0 });
@@ -104,12 +125,11 @@ impl Herald {
             event.extend(fields);
         }
         let line = event.to_string();
-        if self.style != Style::Silent {
-            writeln!(stdout().lock(), "{}", text.as_deref().unwrap_or(&line))?;
+        if let Some(terminal) = &self.terminal {
+            terminal.write(text.unwrap_or_else(|| line.clone()));
         }
         let payload = Payload::Bytes(line.clone().into());
-        // The decision stands whether or not the bus can be told now.
-        let _ = bridge.publish(Outgoing::new(&self.topic, stamp, payload));
+        let sent = bridge.publish(Outgoing::new(&self.topic, stamp, payload));
         // Nobody may be listening.
         let _ = self.listeners.send(line);
         if self.kept.len() == KEPT {
@@ -117,6 +137,11 @@ impl Herald {
         }
         self.kept.push_back((self.next, event));
         self.next += 1;
-        Ok(())
+        // The decision stands whether or not the bus can be told now. What is told of that may not be sent either: then it is
+        // one of many, which is not told.
+        if let Err(error) = sent {
+            let name = self.topic.clone();
+            self.undelivered(&name, &error, bridge);
+        }
     }
 }

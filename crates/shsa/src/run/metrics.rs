@@ -3,6 +3,7 @@
 use super::control::bus::Tally;
 use super::figures::Figures;
 use super::healer::Healer;
+use super::herald::Herald;
 use crate::show;
 use prometheus_client::encoding::text::encode;
 use prometheus_client::metrics::counter::Counter;
@@ -25,6 +26,7 @@ type Gauges = Family<Labels, Gauge<f64, AtomicU64>>;
 pub(super) fn text(
     figures: &Figures,
     tally: &Tally,
+    herald: &Herald,
     healers: &[Healer],
     bridge: &dyn Bridge,
     now: Time,
@@ -32,6 +34,7 @@ pub(super) fn text(
     let mut registry = Registry::with_prefix("shsa");
     of_run(&mut registry, figures, bridge);
     of_requests(&mut registry, tally);
+    of_telling(&mut registry, herald);
     of_signals(&mut registry, healers);
     of_needs(&mut registry, healers, now);
     of_services(&mut registry, healers);
@@ -79,6 +82,18 @@ fn of_requests(registry: &mut Registry, tally: &Tally) {
         requests.get_or_create(&vec![("outcome", outcome.to_owned())]).inc_by(number);
     }
     registry.register("bus_requests", "Requests over the bus", requests);
+}
+
+fn of_telling(registry: &mut Registry, herald: &Herald) {
+    let messages = Counters::default();
+    for (name, cause, count) in herald.not_taken().counts() {
+        let labels = vec![("name", name.to_owned()), ("cause", cause.to_owned())];
+        messages.get_or_create(&labels).inc_by(count);
+    }
+    registry.register("undelivered", "Messages that the bus has not taken", messages);
+    let lines: Counter = Counter::default();
+    lines.inc_by(herald.unwritten());
+    registry.register("unwritten_lines", "Lines that standard output has not taken", lines);
 }
 
 fn of_signals(registry: &mut Registry, healers: &[Healer]) {

@@ -6,11 +6,13 @@
 //!                 control             herald -> terminal, bus, HTTP
 //! ```
 //!
-//! One thread does everything that decides; the bus and HTTP have threads of their own that only hand things in.
+//! One thread does everything that decides; the bus and HTTP have threads of their own that only hand things in, and the
+//! terminal one that writes what it is handed.
 
 mod control;
 mod execution;
 mod figures;
+mod fittings;
 mod healer;
 mod herald;
 pub(crate) mod isolation;
@@ -22,6 +24,10 @@ mod outlet;
 mod parts;
 mod session;
 mod shares;
+mod terminal;
+#[cfg(test)]
+mod tests;
+mod undelivered;
 pub(crate) mod wires;
 mod wiring;
 
@@ -34,7 +40,8 @@ use crate::{demo, show};
 use anyhow::Context;
 use control::{Desk, Guard, Reply, Request, Token, bus, http};
 use figures::Figures;
-use healer::{Healer, Outgoings};
+use fittings::Outgoings;
+use healer::Healer;
 use herald::{Herald, Style};
 use isolation::IsolationArguments;
 use journal::Bounds;
@@ -59,6 +66,10 @@ use std::thread;
 
 /// The model of the embedded simulator.
 const ROVER: (&str, &str) = ("models/rover.yaml", include_str!("../../../../models/rover.yaml"));
+
+/// Why `--join` is refused.
+const NO_JOIN: &str = "--join is not possible on this bus, which does not tell what instances are there: use --bus zenoh://HOST:PORT or \
+ros2://HOST:PORT, or put the models together before, by shsa join A.yaml B.yaml -o ALL.yaml";
 
 /// Arguments of `shsa run`.
 #[derive(clap::Args)]
@@ -135,8 +146,10 @@ fn http_address(text: &str) -> Result<HttpAddress, String> {
 /// Runs until it is interrupted, or its time is over.
 ///
 /// # Errors
-/// When a model is wrong, the bus or the address for HTTP cannot be had, or standard output is closed.
+/// When a model is wrong, or the bus or the address for HTTP cannot be had.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let is_told = matches!(arguments.bus.bus, Address::Zenoh(_) | Address::Ros2(_));
+    anyhow::ensure!(is_told || !arguments.join, NO_JOIN);
     let models = models(&arguments.models)?;
     let token = Token::find(arguments.token_file.as_deref())?;
     let clock = Clock::running();
@@ -160,7 +173,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
 
     let style = if arguments.json { Style::Json } else { Style::Text };
-    let herald = Herald::new(format!("shsa/{}/events", arguments.name), style, clock.now());
+    let herald = Herald::new(format!("shsa/{}/events", arguments.name), style, clock.now())?;
     let (desk, requests) = Desk::new(inbox.clone());
     if token.is_some() && !arguments.bus.is_private() {
         show::tell(
@@ -181,9 +194,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let until = arguments.duration.map(|duration| clock.now() + duration);
     let shares = Shares::new(&arguments.name, bridge.as_ref())?;
     let parts = if arguments.join { Parts::new(&arguments.name, &healers, bridge.as_mut())? } else { None };
-    if arguments.join && parts.is_none() {
-        show::tell("this bus does not tell who is there: no part is announced, and none is joined");
-    }
     let session = Session {
         shares,
         parts,
@@ -220,19 +230,34 @@ fn outgoings(arguments: &Arguments, models: &[(PathBuf, Live)]) -> anyhow::Resul
 pub(crate) fn within(
     name: &str,
     live: Live,
-    mut bridge: Box<dyn Bridge>,
+    bridge: Box<dyn Bridge>,
     stop: Arc<AtomicBool>,
 ) -> anyhow::Result<(impl FnOnce() -> anyhow::Result<Outcome> + Send, impl Fn() -> Option<Value>)> {
-    let (path, options) = (Path::new(name), Options::default());
     let outgoings = Outgoings { form: Form::Plain, wiring: Wiring::default() };
-    let healer = Healer::new(path, live, options, outgoings, bridge.as_mut())?;
+    let (session, desk) = session(name, live, outgoings, bridge, stop)?;
+    let state = move || match desk.ask(Request::State)? {
+        Reply::Json(state) => Some(state),
+        Reply::Text(_) | Reply::Refused(_) => None,
+    };
+    Ok((move || session.run(), state))
+}
+
+/// The same as parts: what runs, and where it is asked.
+fn session(
+    name: &str,
+    live: Live,
+    outgoings: Outgoings,
+    mut bridge: Box<dyn Bridge>,
+    stop: Arc<AtomicBool>,
+) -> anyhow::Result<(Session, Desk)> {
+    let healer = Healer::new(Path::new(name), live, Options::default(), outgoings, bridge.as_mut())?;
     let inbox = bridge.inbox().clone();
     let (desk, requests) = Desk::new(inbox.clone());
     let session = Session {
         shares: Shares::new(name, bridge.as_ref())?,
         name: name.to_owned(),
         healers: vec![healer],
-        herald: Herald::new(format!("shsa/{name}/events"), Style::Silent, inbox.clock().now()),
+        herald: Herald::new(format!("shsa/{name}/events"), Style::Silent, inbox.clock().now())?,
         figures: Figures::new()?,
         requests,
         tally: Arc::default(),
@@ -242,11 +267,7 @@ pub(crate) fn within(
         house: House::new(),
         bridge,
     };
-    let state = move || match desk.ask(Request::State)? {
-        Reply::Json(state) => Some(state),
-        Reply::Text(_) | Reply::Refused(_) => None,
-    };
-    Ok((move || session.run(), state))
+    Ok((session, desk))
 }
 
 /// Loads the models, or the one of the simulated robot.

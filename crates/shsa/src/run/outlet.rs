@@ -3,7 +3,7 @@
 use super::likeness::{Likeness, raw};
 use serde_json::{Value, json};
 use shsa_bridge::payload::{self, SIZE_LIMIT, Writer};
-use shsa_bridge::{Bridge, Clock, Outgoing, Payload, Provenance, Quality};
+use shsa_bridge::{Bridge, BridgeError, Clock, Outgoing, Payload, Provenance, Quality};
 use shsa_core::engine::{EventKind, Publication};
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId};
 use shsa_core::time::{Span, Time};
@@ -53,9 +53,11 @@ pub(super) struct Outlet {
     shape: Shape,
     /// Whether somebody serves it.
     served: bool,
+    /// When there was a value last, whoever has sent it.
+    known: Option<Time>,
     /// When the last value went out.
     last: Option<Time>,
-    /// Why the last value could not be written.
+    /// Why the last value could not be written or sent.
     unwritten: Option<String>,
 }
 
@@ -92,6 +94,7 @@ impl Outlet {
             place: "",
             shape,
             served: true,
+            known: None,
             last: None,
             unwritten: None,
         })
@@ -103,6 +106,7 @@ impl Outlet {
             provenance: before.provenance.clone(),
             place: before.place,
             served: before.served,
+            known: before.known,
             last: before.last,
             ..self.clone()
         }
@@ -140,18 +144,28 @@ impl Outlet {
         }
     }
 
-    /// There is a value, whoever sends it. Whether the need is served better or worse by it than before.
-    pub(super) fn note(&mut self, publication: &Publication, quality: Quality) -> bool {
-        let before = self.quality(publication.time);
+    /// There is a value of this quality, whoever sends it.
+    pub(super) fn note(&mut self, publication: &Publication, quality: Quality) {
         self.provenance.quality = quality;
-        self.last = Some(publication.time);
-        self.quality(publication.time) != before
+        self.known = Some(publication.time);
     }
 
-    /// Until when its quality stays as it is if nothing comes and nothing is decided.
+    /// The value that is there goes out without us: from another instance, or from the source itself.
+    pub(super) fn leave(&mut self) {
+        self.last = self.known;
+    }
+
+    /// Whether there are values to serve it with, be they sent or not.
+    pub(super) fn is_able(&self, now: Time) -> bool {
+        let is_sound = matches!(self.provenance.quality, Quality::Good | Quality::Substitute);
+        self.served && is_sound && self.known.is_some_and(|known| self.is_fresh(known, now))
+    }
+
+    /// Until when its quality and ability stay as they are if nothing comes and nothing is decided.
     pub(super) fn lasts_until(&self, now: Time) -> Time {
-        let fresh = self.last.filter(|last| now - *last <= self.max_age);
-        fresh.map_or(Time::MAX, |last| last + self.max_age)
+        let fresh = |last: &Time| self.is_fresh(*last, now);
+        let ends = self.last.into_iter().chain(self.known).filter(fresh).map(|last| last + self.max_age);
+        ends.fold(Time::MAX, Time::min)
     }
 
     /// When a value was true, by the wall clock.
@@ -159,35 +173,50 @@ impl Outlet {
         clock.by_wall(Time(publication.validity.from.0.midpoint(publication.validity.to.0)))
     }
 
-    /// Sends a value; nothing where the messages that it shall be like are not known yet.
+    /// Sends a value; nothing where the messages that it shall be like are not known yet, or it cannot be written.
     ///
     /// # Errors
-    /// Those of the bus.
+    /// Those of the bus; the need is not served by this value then.
     pub(super) fn send(
         &mut self,
         publication: &Publication,
         stamp: Time,
         bridge: &mut dyn Bridge,
-    ) -> anyhow::Result<()> {
-        let (topic, value, provenance) = (&self.topic, &publication.value, &self.provenance);
-        let payload = match &mut self.shape {
-            Shape::Value => Some(Payload::Value(raw(value, self.unit.as_ref()))),
-            Shape::Envelope(writer) => {
-                writer.write(Some(&raw(value, self.unit.as_ref())), stamp, provenance)?.map(Payload::Bytes)
+    ) -> Result<(), BridgeError> {
+        let sent = match self.payload(publication, stamp, bridge) {
+            Ok(Some(payload)) => {
+                let message = Outgoing::new(&self.topic, stamp, payload);
+                bridge.publish(Outgoing { provenance: Some(&self.provenance), ..message })
             }
-            Shape::Like(likeness) if !likeness.is_known() => None,
-            Shape::Like(likeness) => match likeness.message(topic, value, stamp, provenance, bridge) {
-                Ok(payload) => payload,
-                Err(why) => {
-                    self.unwritten = Some(why);
-                    return Ok(());
-                }
-            },
+            Ok(None) => return Ok(()),
+            Err(why) => {
+                self.unwritten = Some(why);
+                return Ok(());
+            }
         };
-        let Some(payload) = payload else { return Ok(()) };
-        self.unwritten = None;
-        Ok(bridge
-            .publish(Outgoing { provenance: Some(provenance), ..Outgoing::new(topic, stamp, payload) })?)
+        match &sent {
+            Ok(()) => (self.last, self.unwritten) = (Some(publication.time), None),
+            Err(error) => self.unwritten = Some(error.to_string()),
+        }
+        sent
+    }
+
+    fn payload(
+        &mut self,
+        publication: &Publication,
+        stamp: Time,
+        bridge: &mut dyn Bridge,
+    ) -> Result<Option<Payload>, String> {
+        let (topic, value, provenance) = (&self.topic, &publication.value, &self.provenance);
+        match &mut self.shape {
+            Shape::Value => Ok(Some(Payload::Value(raw(value, self.unit.as_ref())))),
+            Shape::Envelope(writer) => {
+                let written = writer.write(Some(&raw(value, self.unit.as_ref())), stamp, provenance);
+                Ok(written.map_err(|why| why.to_string())?.map(Payload::Bytes))
+            }
+            Shape::Like(likeness) if !likeness.is_known() => Ok(None),
+            Shape::Like(likeness) => likeness.message(topic, value, stamp, provenance, bridge),
+        }
     }
 
     /// The messages that its values are like.
@@ -208,11 +237,16 @@ impl Outlet {
         self.served && self.has_source() && self.provenance.source != signal
     }
 
+    /// Whether a value of then may still be used.
+    pub(super) fn is_fresh(&self, then: Time, now: Time) -> bool {
+        now - then <= self.max_age
+    }
+
     /// How far what was published last can be trusted now.
     pub(super) fn quality(&self, now: Time) -> Quality {
         match self.last {
-            Some(last) if now - last <= self.max_age && self.served => self.provenance.quality,
-            Some(last) if now - last <= self.max_age => Quality::LastUsable,
+            Some(last) if self.is_fresh(last, now) && self.served => self.provenance.quality,
+            Some(last) if self.is_fresh(last, now) => Quality::LastUsable,
             _ => Quality::Bad,
         }
     }

@@ -3,7 +3,7 @@
 use super::control::bus::Tally;
 use super::control::{Call, Order, Reply, Request};
 use super::figures::Figures;
-use super::healer::{Deed, Healer};
+use super::healer::{Deed, Healer, Served, Standing};
 use super::herald::Herald;
 use super::metrics;
 use super::parts::Parts;
@@ -53,8 +53,8 @@ pub(super) struct House {
     losses: BTreeMap<Arc<str>, u64>,
     /// Inputs that are not in the journals, and states that were not saved.
     missing: u64,
-    /// The quality of each need that was told on the bus last, model by model.
-    qualities: Vec<Vec<Quality>>,
+    /// How each need stood when that was told on the bus last, model by model.
+    standings: Vec<Vec<Standing>>,
     /// From when on a quality may be another one; until then nobody has to look at all needs in every turn.
     doubt: Time,
 }
@@ -62,7 +62,7 @@ pub(super) struct House {
 impl House {
     pub(super) fn new() -> House {
         let (next, doubt) = (Time::MIN, Time::MIN);
-        House { next, link: Link::Up, losses: BTreeMap::new(), missing: 0, qualities: Vec::new(), doubt }
+        House { next, link: Link::Up, losses: BTreeMap::new(), missing: 0, standings: Vec::new(), doubt }
     }
 }
 
@@ -70,19 +70,10 @@ impl Session {
     /// Goes on until it is stopped; the answer is no when a need is unserved then.
     ///
     /// # Errors
-    /// When standard output is closed, or the bus cannot be used any more.
+    /// When the bus refuses a model that has just taken over.
     pub(super) fn run(mut self) -> anyhow::Result<Outcome> {
         while !self.is_over() {
-            self.follow_clock()?;
-            self.hear()?;
-            self.pass()?;
-            self.answer()?;
-            self.healers.iter_mut().for_each(Healer::remember);
-            let now = self.now();
-            self.share(now)?;
-            self.take_over(now)?;
-            self.join(now)?;
-            self.keep_house(now)?;
+            self.turn()?;
             self.rest();
         }
         self.healers.iter_mut().for_each(Healer::remember_all);
@@ -91,6 +82,25 @@ impl Session {
         let all_served =
             outlets.map(|(_, outlet)| outlet.quality(now)).all(|quality| quality != Quality::Bad);
         Ok(if all_served { Outcome::Done } else { Outcome::No })
+    }
+
+    /// Looks once at everything that may have to be done, and does it.
+    ///
+    /// # Errors
+    /// As [`Session::run`].
+    pub(super) fn turn(&mut self) -> anyhow::Result<()> {
+        self.follow_clock();
+        self.hear()?;
+        self.pass()?;
+        self.send_again();
+        self.answer()?;
+        self.healers.iter_mut().for_each(Healer::remember);
+        let now = self.now();
+        self.share(now);
+        self.take_over(now);
+        self.join(now)?;
+        self.keep_house(now);
+        Ok(())
     }
 
     fn is_over(&self) -> bool {
@@ -140,8 +150,7 @@ impl Session {
         self.deliver()
     }
 
-    /// Publishes and tells what the healers have done: a substitute does not wait until it is told why it is one, as
-    /// telling goes to a terminal, which may be slow.
+    /// Publishes and tells what the healers have done: a substitute does not wait until it is told why it is one.
     fn deliver(&mut self) -> anyhow::Result<()> {
         let Session { bridge, healers, herald, figures, shares, house, .. } = self;
         let mut tales = Vec::new();
@@ -155,19 +164,39 @@ impl Session {
                     }
                     Deed::Noted(kind, because) => {
                         let now = bridge.inbox().clock().now();
-                        herald.noted(now, kind, &because, bridge.as_mut())?;
+                        herald.noted(now, kind, &because, bridge.as_mut());
                     }
                     Deed::Served(publication) => {
                         let is_ours = |need: &str| shares.as_ref().is_none_or(|shares| shares.is_ours(need));
-                        if healer.serve(&publication, is_ours, bridge.as_mut())? {
+                        let Served { is_news, failed } = healer.serve(&publication, is_ours, bridge.as_mut());
+                        if is_news {
                             house.doubt = Time::MIN;
                         }
-                        figures.served(bridge.inbox().clock().now() - publication.time);
+                        if failed.is_empty() {
+                            figures.served(bridge.inbox().clock().now() - publication.time);
+                        }
+                        for (name, error) in failed {
+                            herald.undelivered(&name, &error, bridge.as_mut());
+                        }
                     }
                 }
             }
         }
-        tales.into_iter().try_for_each(|tale| herald.tell(tale, bridge.as_mut()))
+        tales.into_iter().for_each(|tale| herald.tell(tale, bridge.as_mut()));
+        Ok(())
+    }
+
+    /// Sends again what was lost on its way.
+    fn send_again(&mut self) {
+        let now = self.now();
+        let Session { bridge, healers, herald, shares, house, .. } = self;
+        for healer in healers.iter_mut().filter(|healer| healer.has_backlog(now)) {
+            let is_ours = |need: &str| shares.as_ref().is_none_or(|shares| shares.is_ours(need));
+            house.doubt = Time::MIN;
+            for (name, error) in healer.send_again(now, is_ours, bridge.as_mut()) {
+                herald.undelivered(&name, &error, bridge.as_mut());
+            }
+        }
     }
 
     fn answer(&mut self) -> anyhow::Result<()> {
@@ -184,7 +213,8 @@ impl Session {
     }
 
     fn metrics(&self) -> anyhow::Result<String> {
-        metrics::text(&self.figures, &self.tally, &self.healers, self.bridge.as_ref(), self.now())
+        let now = self.now();
+        metrics::text(&self.figures, &self.tally, &self.herald, &self.healers, self.bridge.as_ref(), now)
     }
 
     /// Carries an order out and tells it, or says why not.
@@ -200,7 +230,7 @@ impl Session {
         };
         let reply = match done {
             Ok(done) => {
-                self.herald.noted(now, "ordered", &done, self.bridge.as_mut())?;
+                self.herald.noted(now, "ordered", &done, self.bridge.as_mut());
                 Reply::Json(json!({ "done": done }))
             }
             Err(why) => Reply::Refused(why),
@@ -225,14 +255,13 @@ impl Session {
     }
 
     /// Tells other instances what we can serve, and hears what they can.
-    fn share(&mut self, now: Time) -> anyhow::Result<()> {
-        let Session { shares: Some(shares), healers, bridge, herald, house, .. } = self else {
-            return Ok(());
-        };
+    fn share(&mut self, now: Time) {
+        let Session { shares: Some(shares), healers, bridge, herald, house, .. } = self else { return };
         if now >= house.doubt {
             for (_, outlet) in healers.iter().flat_map(Healer::outlets) {
-                let is_able = matches!(outlet.quality(now), Quality::Good | Quality::Substitute);
-                shares.tell(outlet.topic(), is_able, bridge.as_ref())?;
+                if let Err(error) = shares.tell(outlet.topic(), outlet.is_able(now), bridge.as_ref()) {
+                    herald.undelivered(outlet.topic(), &error, bridge.as_mut());
+                }
             }
         }
         for handover in shares.follow() {
@@ -242,64 +271,75 @@ impl Session {
                 }
                 Handover::Given { need, to } => ("released", format!("{need} is served by {to} from now on")),
             };
-            herald.noted(now, kind, &because, bridge.as_mut())?;
+            herald.noted(now, kind, &because, bridge.as_mut());
         }
-        Ok(())
     }
 
     /// Takes the names of failed sources over where that is set, and tells what comes of it.
-    fn take_over(&mut self, now: Time) -> anyhow::Result<()> {
-        let Session { shares, healers, bridge, herald, .. } = self;
+    fn take_over(&mut self, now: Time) {
+        let Session { shares, healers, bridge, herald, house, .. } = self;
         let is_ours = |need: &str| shares.as_ref().is_none_or(|shares| shares.is_ours(need));
         for healer in healers {
-            for Note { kind, because } in healer.take_over(now, is_ours, bridge.as_mut()) {
-                herald.noted(now, kind, &because, bridge.as_mut())?;
+            let (is_news, notes) = healer.take_over(now, is_ours, bridge.as_mut());
+            if is_news {
+                house.doubt = Time::MIN;
+            }
+            for Note { kind, because } in notes {
+                herald.noted(now, kind, &because, bridge.as_mut());
             }
         }
-        Ok(())
     }
 
     /// Announces what we know, and joins what others do.
     fn join(&mut self, now: Time) -> anyhow::Result<()> {
         let Session { parts: Some(parts), healers, bridge, herald, .. } = self else { return Ok(()) };
-        for (kind, because) in parts.follow(now, healers, bridge.as_ref())? {
-            herald.noted(now, kind, &because, bridge.as_mut())?;
+        let notes = match parts.follow(now, healers, bridge.as_ref()) {
+            Ok(notes) => notes,
+            Err(error) => {
+                herald.undelivered("shsa/parts", &error, bridge.as_mut());
+                return Ok(());
+            }
+        };
+        for (kind, because) in notes {
+            herald.noted(now, kind, &because, bridge.as_mut());
         }
         self.deliver()
     }
 
-    fn keep_house(&mut self, now: Time) -> anyhow::Result<()> {
+    fn keep_house(&mut self, now: Time) {
         if now >= self.house.doubt {
-            self.tell_qualities(now)?;
+            self.tell_standings(now);
         }
         if now < self.house.next {
-            return Ok(());
+            return;
         }
         self.house.next = now + HOUSEKEEPING;
-        self.tell_link(now)?;
+        self.tell_link(now);
         for trouble in self.bridge.troubles() {
-            self.herald.noted(now, "trouble", &trouble.to_string(), self.bridge.as_mut())?;
+            self.herald.noted(now, "trouble", &trouble.to_string(), self.bridge.as_mut());
         }
-        self.tell_losses(now)?;
-        self.tell_missing(now)?;
-        self.house.qualities.clear();
+        self.tell_losses(now);
+        self.tell_missing(now);
+        if let Some(told) = self.herald.troubles(now) {
+            self.herald.noted(now, "terminal", &told, self.bridge.as_mut());
+        }
+        self.house.standings.clear();
         self.house.doubt = Time::MIN;
-        Ok(())
     }
 
     /// Looked at in every turn: a stamp that is read by the clock of before a step is wrong by all of it.
-    fn follow_clock(&mut self) -> anyhow::Result<()> {
-        let Some(step) = self.clock().follow() else { return Ok(()) };
+    fn follow_clock(&mut self) {
+        let Some(step) = self.clock().follow() else { return };
         let now = self.now();
         let because =
             format!("the wall clock was stepped by {:.3} s; stamps are corrected", step as f64 / 1e9);
-        self.herald.noted(now, "clock", &because, self.bridge.as_mut())
+        self.herald.noted(now, "clock", &because, self.bridge.as_mut());
     }
 
-    fn tell_link(&mut self, now: Time) -> anyhow::Result<()> {
+    fn tell_link(&mut self, now: Time) {
         let link = self.bridge.link();
         if link == self.house.link {
-            return Ok(());
+            return;
         }
         let (kind, because) = match &link {
             Link::Up => ("connected", "the bus is there again".to_owned()),
@@ -309,68 +349,68 @@ impl Session {
             }
         };
         self.house.link = link;
-        self.herald.noted(now, kind, &because, self.bridge.as_mut())
+        self.herald.noted(now, kind, &because, self.bridge.as_mut());
     }
 
-    fn tell_losses(&mut self, now: Time) -> anyhow::Result<()> {
+    fn tell_losses(&mut self, now: Time) {
         for Losses { topic, dropped } in self.bridge.inbox().losses() {
             let told = self.house.losses.insert(topic.clone(), dropped).unwrap_or(0);
             if dropped > told {
                 let lost = dropped - told;
                 let because =
                     format!("{topic} comes faster than it is read: {lost} messages made room for newer ones");
-                self.herald.noted(now, "overload", &because, self.bridge.as_mut())?;
+                self.herald.noted(now, "overload", &because, self.bridge.as_mut());
             }
         }
-        Ok(())
     }
 
-    fn tell_missing(&mut self, now: Time) -> anyhow::Result<()> {
+    fn tell_missing(&mut self, now: Time) {
         let missing = self.healers.iter().flat_map(Healer::missing);
         let (inputs, because) = missing.fold((0, String::new()), |(inputs, because), missing| {
             (inputs + missing.inputs, if missing.inputs > 0 { missing.because } else { because })
         });
         let told = std::mem::replace(&mut self.house.missing, inputs);
         if inputs == told {
-            return Ok(());
+            return;
         }
         let because = format!("{} could not be written: {because}", inputs - told);
-        self.herald.noted(now, "disk", &because, self.bridge.as_mut())
+        self.herald.noted(now, "disk", &because, self.bridge.as_mut());
     }
 
     /// Tells on the bus how each need is served, when that has changed, and now and then although it has not.
-    fn tell_qualities(&mut self, now: Time) -> anyhow::Result<()> {
-        let Session { name, bridge, healers, house, shares, .. } = self;
+    fn tell_standings(&mut self, now: Time) {
+        let Session { name, bridge, healers, house, shares, herald, .. } = self;
         let clock = bridge.inbox().clock().clone();
-        house.qualities.resize(healers.len(), Vec::new());
-        for (healer, told) in healers.iter().zip(&mut house.qualities) {
-            let qualities = healer.outlets().map(|(_, outlet)| outlet.quality(now));
-            if qualities.clone().eq(told.iter().copied()) {
+        house.standings.resize(healers.len(), Vec::new());
+        for (healer, told) in healers.iter().zip(&mut house.standings) {
+            let standings = healer.standings(now);
+            if standings.clone().eq(told.iter().copied()) {
                 continue;
             }
-            for (at, (_, outlet)) in healer.outlets().enumerate() {
+            for (at, ((id, outlet), standing)) in healer.outlets().zip(standings.clone()).enumerate() {
                 let is_ours = shares.as_ref().is_none_or(|shares| shares.is_ours(outlet.topic()));
-                if told.get(at) == Some(&outlet.quality(now)) || !is_ours {
+                if told.get(at) == Some(&standing) || !is_ours {
                     continue;
                 }
                 let topic = format!("shsa/{name}/need/{}", outlet.variable());
-                let payload = Payload::Bytes(outlet.status(now, &clock).to_string().into());
+                let payload = Payload::Bytes(healer.status(id, now, &clock).to_string().into());
                 let message = Outgoing { retain: true, ..Outgoing::new(&topic, clock.by_wall(now), payload) };
-                bridge.publish(message)?;
+                if let Err(error) = bridge.publish(message) {
+                    // The next one is due in a second.
+                    herald.undelivered(&topic, &error, bridge.as_mut());
+                }
             }
-            *told = qualities.collect();
+            *told = standings.collect();
         }
         let last = healers.iter().flat_map(Healer::outlets).map(|(_, outlet)| outlet.lasts_until(now));
         house.doubt = last.fold(Time::MAX, Time::min);
-        Ok(())
     }
 
     /// Sleeps until something arrives or is due.
     fn rest(&self) {
         let now = self.now();
         let dues = self.healers.iter().filter_map(Healer::due);
-        let takeovers = self.healers.iter().flat_map(|healer| healer.takeovers(now));
-        let dues = dues.chain(takeovers.filter_map(|(takeover, _)| takeover.due(now)));
+        let dues = dues.chain(self.healers.iter().filter_map(|healer| healer.take_over_due(now)));
         let due = dues.chain(self.until).fold(self.house.next, Time::min);
         let left = u64::try_from((due - self.now()).0).unwrap_or(0);
         self.bridge.inbox().wait(Duration::from_nanos(left));
@@ -414,6 +454,8 @@ impl Session {
             "instances": self.shares.as_ref().map(able),
             "parts": self.parts.as_ref().map(Parts::state),
             "dropped": Value::Object(losses.collect()),
+            "unwritten_lines": self.herald.unwritten(),
+            "undelivered": self.herald.not_taken().json(),
             "requests": self.tally.counts().into_iter().collect::<BTreeMap<_, _>>(),
             "figures": self.figures.json(),
         })

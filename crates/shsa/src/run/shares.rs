@@ -5,7 +5,7 @@
 //! again, those who served the same need meanwhile see each other's tokens, and all but one stop.
 
 use anyhow::Context;
-use shsa_bridge::{Attendance, Bridge, Presence, PublisherId};
+use shsa_bridge::{Attendance, Bridge, BridgeError, Presence, PublisherId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What all tokens begin with; then come the instance and the need's name on the bus.
@@ -73,7 +73,7 @@ impl Shares {
     ///
     /// # Errors
     /// When the need's name cannot be part of a token's.
-    pub(super) fn tell(&mut self, need: &str, is_able: bool, bridge: &dyn Bridge) -> anyhow::Result<()> {
+    pub(super) fn tell(&mut self, need: &str, is_able: bool, bridge: &dyn Bridge) -> Result<(), BridgeError> {
         let need = key(need);
         if !is_able {
             self.tokens.remove(need);
@@ -155,7 +155,7 @@ pub(super) fn hash(bytes: impl Iterator<Item = u8>) -> u64 {
 mod tests {
     use super::*;
     use shsa_bridge::memory::MemoryBus;
-    use shsa_bridge::{BridgeError, Clock, Inbox, Link, Outgoing};
+    use shsa_bridge::{Clock, Inbox, Link, Outgoing};
     use std::sync::{Arc, Mutex};
 
     /// A network that tells who is there.

@@ -3,6 +3,7 @@
 use crate::running::{Folder, Running, TOKEN};
 use serde_json::Value;
 use std::process::Command;
+use std::time::{Duration, Instant};
 
 /// Starts the embedded default, and waits until every signal has come and the need is served by its own source.
 fn settled(arguments: &[&str]) -> Running {
@@ -28,6 +29,33 @@ fn it_always_starts_and_serves_the_need() {
     assert!(metrics.as_str().unwrap().contains(quality), "{metrics}");
     assert_eq!(run.get("/nothing").0, 404);
     assert_eq!(run.stop().code(), Some(0));
+}
+
+#[test]
+fn a_terminal_that_nobody_reads_delays_nothing() {
+    let run = Running::start_unread([]);
+    let served = |state: &Value| {
+        let need = &state["models"]["rover"]["needs"]["v_dmin"];
+        (need["source"].clone(), need["published"].as_u64().unwrap_or(0))
+    };
+    run.until("it is served by the lidar", |state| served(state).0 == "/lidar/scan by nearest");
+    // Much more than a pipe takes: 64 KiB.
+    let begun = Instant::now();
+    for _ in 0..250 {
+        for order in ["forbid", "allow"] {
+            let order = format!(r#"{{"order": "{order}", "signal": "/lidar/scan"}}"#);
+            assert_eq!(run.order(Some(TOKEN), &order).0, 200);
+        }
+    }
+    let (_, events) = run.get("/events");
+    assert!(events.to_string().len() > 100_000, "{}", events.to_string().len());
+    let (source, before) = served(&run.get("/state").1);
+    assert_eq!(source, "/lidar/scan by nearest");
+    run.until("it goes on", |state| served(state).1 > before + 10);
+    assert!(begun.elapsed() < Duration::from_secs(60));
+    let ending = Instant::now();
+    assert_eq!(run.stop().code(), Some(0));
+    assert!(ending.elapsed() < Duration::from_secs(10));
 }
 
 #[test]

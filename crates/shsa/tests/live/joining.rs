@@ -6,6 +6,7 @@ use crate::running::{Folder, Running};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -123,4 +124,17 @@ fn a_need_is_served_from_what_another_instance_knows_while_that_is_there() {
     front.until("the receiver serves the speed again", |state| need(state).0 == "UncertainSubstituteValue");
     IS_OVER.store(true, Ordering::Release);
     driver.join().unwrap();
+}
+
+#[test]
+fn joining_is_refused_where_the_bus_does_not_tell_who_is_there() {
+    for bus in ["memory", "mqtt://127.0.0.1:9"] {
+        let run = Command::new(env!("CARGO_BIN_EXE_shsa"))
+            .args(["run", "--http", "off", "--for", "1 s", "--join", "--bus", bus])
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&run.stderr);
+        assert!(!run.status.success() && said.contains("--join is not possible on this bus"), "{said}");
+        assert!(said.contains("zenoh://") && said.contains("shsa join"), "{said}");
+    }
 }

@@ -4,7 +4,7 @@ use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
@@ -46,6 +46,8 @@ pub(crate) struct Running {
     child: Child,
     address: String,
     decisions: Receiver<String>,
+    /// Standard output, where nobody reads it.
+    _unread: Option<ChildStdout>,
 }
 
 impl Running {
@@ -56,6 +58,16 @@ impl Running {
 
     /// As [`Running::start`], by a command that runs the rest of its line, as `env NAME=VALUE`.
     pub(crate) fn start_under<'a>(under: &[&str], arguments: impl IntoIterator<Item = &'a str>) -> Running {
+        Running::begin(under, arguments, true)
+    }
+
+    /// As [`Running::start`]; its standard output is a pipe that nobody reads.
+    #[allow(dead_code, reason = "not every test uses all of it")]
+    pub(crate) fn start_unread<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Running {
+        Running::begin(&[], arguments, false)
+    }
+
+    fn begin<'a>(under: &[&str], arguments: impl IntoIterator<Item = &'a str>, is_read: bool) -> Running {
         let mut command = match under {
             [] => Command::new(PROGRAM),
             [first, rest @ ..] => {
@@ -73,7 +85,8 @@ impl Running {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        let decisions = lines(child.stdout.take().unwrap());
+        let output = child.stdout.take().unwrap();
+        let (decisions, unread) = if is_read { (lines(output), None) } else { (channel().1, Some(output)) };
         let notes = lines(child.stderr.take().unwrap());
         let mut said = Vec::new();
         let address = loop {
@@ -83,7 +96,7 @@ impl Running {
                 None => said.push(note),
             }
         };
-        Running { child, address, decisions }
+        Running { child, address, decisions, _unread: unread }
     }
 
     /// The next decision of this kind; those before it are passed over.

@@ -7,12 +7,14 @@
 //!                        |still lost: silencing again
 //! ```
 
+mod status;
+mod way_back;
+
 use super::action::{Job, Outcome, describe};
 use super::patterns::Patterns;
 use crate::run::likeness::Likeness;
 use anyhow::bail;
-use serde_json::{Value, json};
-use shsa_bridge::{Bridge, Clock, Link, Message, Outgoing, Provenance, Quality};
+use shsa_bridge::{Bridge, BridgeError, Link, Message, Outgoing, Provenance, Quality};
 use shsa_core::engine::Publication;
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId};
 use shsa_core::time::{Span, Time};
@@ -73,6 +75,8 @@ pub(in super::super) struct Takeover {
     is_ours: bool,
     /// What the action has said that silenced the source.
     said: String,
+    /// Whether an action has begun to silence the source, which has neither been heard nor let back since.
+    is_silenced: bool,
     /// The source may publish again; until it does, its name is served.
     is_released: bool,
     is_ordered_back: bool,
@@ -82,7 +86,7 @@ pub(in super::super) struct Takeover {
     last: Option<Note>,
     notes: VecDeque<Note>,
     counts: Counts,
-    /// Why the last value could not be written.
+    /// Why the last value could not be written or sent.
     unwritten: Option<String>,
 }
 
@@ -162,6 +166,7 @@ impl Takeover {
             failures: 0,
             is_ours: true,
             said: String::new(),
+            is_silenced: false,
             is_released: false,
             is_ordered_back: false,
             not_before: Time::MIN,
@@ -185,6 +190,16 @@ impl Takeover {
             None => likeness,
         };
         Takeover { need, check, likeness, ..before }
+    }
+
+    /// Whether the source may be silent because of us.
+    pub(in super::super) fn is_silencing(&self) -> bool {
+        self.is_silenced && !self.is_released
+    }
+
+    /// Whether an action is under way.
+    pub(in super::super) fn is_acting(&self) -> bool {
+        matches!(self.stage, Stage::Silencing(_) | Stage::Restoring(_))
     }
 
     pub(in super::super) fn need(&self) -> NeedId {
@@ -231,18 +246,21 @@ impl Takeover {
             return;
         }
         match &mut self.stage {
+            Stage::Silencing(_) => {}
             Stage::Checking { heard, count } if message.received > self.since => {
                 *heard = Some(message.received);
                 *count += 1;
             }
+            Stage::Checking { .. } => {}
             Stage::Taken | Stage::Restoring(_) => self.step_back(message.received),
-            _ => {}
+            Stage::Watching | Stage::Waiting { .. } => self.is_silenced = false,
         }
     }
 
     /// The source is back: at once it is alone again.
     fn step_back(&mut self, now: Time) {
         self.counts.returned += 1;
+        self.is_silenced = false;
         let pause = self.pause();
         let because = format!(
             "{} publishes {} again, so its name is left to it at once; if it is still not trusted in {}, it is silenced again",
@@ -265,6 +283,8 @@ impl Takeover {
         let is_lost = is_bad && is_served;
         self.is_ours = is_ours;
         if !is_ours {
+            // Whoever is responsible now silences the source again, and lets it back.
+            self.is_silenced = false;
             return if !matches!(self.stage, Stage::Watching) {
                 self.enter(Stage::Watching, now)
             };
@@ -284,7 +304,7 @@ impl Takeover {
             Stage::Checking { heard, count } => self.look(*heard, *count, now, source),
             Stage::Taken => {
                 if let Some(why) = self.reason_to_restore(situation) {
-                    self.restore(why, now, bridge);
+                    self.restore(why, "its name is served", now, bridge);
                 }
             }
             Stage::Restoring(job) => {
@@ -353,6 +373,7 @@ impl Takeover {
             let _ = patterns.keep(&self.signal, &message);
         }
         let job = Job::begin(&self.settings.silence, bridge);
+        self.is_silenced = true;
         self.enter(Stage::Silencing(job), now);
     }
 
@@ -388,56 +409,6 @@ impl Takeover {
         }
     }
 
-    /// An operator gives the name back; whether it was taken.
-    pub(in super::super) fn order_back(&mut self) -> bool {
-        let is_taken = !matches!(self.stage, Stage::Watching | Stage::Waiting { .. });
-        self.is_ordered_back |= is_taken;
-        is_taken
-    }
-
-    fn reason_to_restore(&self, situation: &Situation<'_>) -> Option<&'static str> {
-        let Situation { now, is_bad, .. } = *situation;
-        let is_probed = self.settings.probe.is_some_and(|probe| now - self.since >= probe);
-        match () {
-            () if self.is_released || now < self.not_before => None,
-            () if self.is_ordered_back => Some("by order of the operator"),
-            () if !is_bad => Some("nothing speaks against it any more"),
-            () if is_probed => Some("it gets another chance"),
-            () => None,
-        }
-    }
-
-    fn restore(&mut self, why: &str, now: Time, bridge: &mut dyn Bridge) {
-        let (signal, topic) = (&self.signal, self.topic());
-        let Some(action) = &self.settings.restore else {
-            let because = format!(
-                "{signal} may publish {topic} again ({why}), but there is no action `restore`: let it publish by hand"
-            );
-            self.is_released = true;
-            return self.tell("returning", because);
-        };
-        let because = format!(
-            "{signal} is let publish {topic} again by {} ({why}); until it is heard, its name is served",
-            describe(action)
-        );
-        let job = Job::begin(action, bridge);
-        self.enter(Stage::Restoring(job), now);
-        self.tell("returning", because);
-    }
-
-    fn restored(&mut self, outcome: Outcome, now: Time) {
-        self.enter(Stage::Taken, now);
-        match outcome {
-            Ok(_) => self.is_released = true,
-            Err(why) => {
-                self.counts.refused += 1;
-                self.not_before = now + self.settings.retry;
-                let because = format!("{} cannot be let publish again: {why}", self.signal);
-                self.tell("refused", because);
-            }
-        }
-    }
-
     /// When it has to be looked at again, unless something happens before: what was due already waits for that.
     pub(in super::super) fn due(&self, now: Time) -> Option<Time> {
         let due = match &self.stage {
@@ -458,7 +429,7 @@ impl Takeover {
         due.filter(|due| *due > now)
     }
 
-    /// Sends a value under the name, where it is ours.
+    /// Sends a value under the name, where it is ours and the value can be written.
     ///
     /// # Errors
     /// Those of the bus.
@@ -468,62 +439,25 @@ impl Takeover {
         stamp: Time,
         provenance: &Provenance,
         bridge: &mut dyn Bridge,
-    ) -> anyhow::Result<()> {
+    ) -> Result<(), BridgeError> {
         let is_ours = matches!(self.stage, Stage::Taken | Stage::Restoring(_));
         if !is_ours || provenance.source == self.signal {
             return Ok(());
         }
         let topic = self.likeness.topic().clone();
-        match self.likeness.message(&topic, &publication.value, stamp, provenance, bridge) {
+        let sent = match self.likeness.message(&topic, &publication.value, stamp, provenance, bridge) {
             Ok(Some(payload)) => {
-                self.unwritten = None;
                 let message = Outgoing::new(&topic, stamp, payload);
-                Ok(bridge.publish(Outgoing { provenance: Some(provenance), ..message })?)
+                bridge.publish(Outgoing { provenance: Some(provenance), ..message })
             }
-            Ok(None) => Ok(()),
+            Ok(None) => return Ok(()),
             Err(why) => {
                 self.unwritten = Some(why);
-                Ok(())
+                return Ok(());
             }
-        }
-    }
-
-    /// How far who reads the name can trust what was published last, where `quality` is that of the need.
-    pub(in super::super) fn quality(&self, quality: Quality, is_bad: bool) -> Quality {
-        match &self.stage {
-            Stage::Taken | Stage::Restoring(_) if self.unwritten.is_none() => quality,
-            // Another instance's care.
-            Stage::Watching if !self.is_ours => quality,
-            // From the source itself.
-            Stage::Watching | Stage::Waiting { .. } if !is_bad && quality != Quality::Bad => Quality::Good,
-            _ => Quality::Bad,
-        }
-    }
-
-    /// How it stands, for who looks on.
-    pub(in super::super) fn json(&self, quality: Quality, clock: &Clock) -> Value {
-        let is_taken = matches!(self.stage, Stage::Taken | Stage::Restoring(_));
-        let since = if is_taken { self.taken } else { self.since };
-        let since = (!matches!(self.stage, Stage::Watching)).then(|| clock.by_wall(since).0);
-        let again = match &self.stage {
-            Stage::Waiting { until } => Some(clock.by_wall(*until).0),
-            _ => None,
         };
-        json!({
-            "signal": self.signal,
-            "name": self.topic(),
-            "stage": self.stage(),
-            "quality": quality.name(),
-            "since_ns": since,
-            "again_ns": again,
-            "silenced_by": is_taken.then(|| describe(&self.settings.silence)),
-            "released": self.is_released && is_taken,
-            "last": self.last.as_ref().map(|note| note.kind),
-            "because": self.unwritten.as_ref().or(self.last.as_ref().map(|note| &note.because)),
-            "silenced": self.counts.silenced,
-            "refused": self.counts.refused,
-            "returned": self.counts.returned,
-        })
+        self.unwritten = sent.as_ref().err().map(ToString::to_string);
+        sent
     }
 }
 

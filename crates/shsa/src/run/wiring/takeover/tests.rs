@@ -2,7 +2,7 @@
 
 use super::*;
 use shsa_bridge::memory::{MemoryBridge, MemoryBus};
-use shsa_bridge::{Payload, Quality};
+use shsa_bridge::{Clock, Payload, Quality};
 use shsa_core::engine::PublishedValue;
 use shsa_core::interval::Interval;
 use shsa_core::observation::RawValue;
