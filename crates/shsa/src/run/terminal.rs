@@ -4,7 +4,7 @@ use super::undelivered::Swell;
 use shsa_core::time::Time;
 use std::io::Write;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, channel, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::Duration;
@@ -51,7 +51,7 @@ impl Terminal {
     /// Writes a line when its turn comes; does not wait, and does not write what finds no room.
     pub(super) fn write(&self, line: String) {
         let Some(lines) = &self.lines else { return };
-        if let Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) = lines.try_send(line) {
+        if lines.try_send(line).is_err() {
             self.shared.lost.fetch_add(1, Ordering::Relaxed);
         }
     }

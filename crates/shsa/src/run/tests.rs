@@ -15,7 +15,8 @@ use shsa_format::model::live::{Live, Written};
 use shsa_format::wiring::Wiring;
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::slice::from_ref;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::{JoinHandle, sleep, spawn};
@@ -266,7 +267,7 @@ impl Diary {
         let write = |word: &str| format!("[sh, -c, 'echo {word} >> {}']", self.0.display());
         let back = format!(
             "[sh, -c, 'echo on >> {path}; test $(grep -c on {path}) -gt 1']",
-            path = Path::new(&self.0).display()
+            path = self.0.display()
         );
         format!(
             "{{ silence: {{ command: {} }}, restore: {{ command: {back} }}, check: 100 ms, retry: 200 ms }}",
@@ -387,7 +388,7 @@ fn an_observation_allocates_nothing_on_its_way_through_the_run() {
     let json = |text: &'static str| Payload::Bytes(text.into());
     let height = ("robot/baro", number(7.0));
     let check = |model: &str, says: &[(&str, Payload)]| {
-        let (counted, consumed) = allocations(model, &[says, &[height.clone()]].concat(), "healed/speed");
+        let (counted, consumed) = allocations(model, &[says, from_ref(&height)].concat(), "healed/speed");
         assert_eq!(counted, 0);
         assert!(consumed >= 2_900, "{consumed}");
     };

@@ -41,14 +41,14 @@ fn a_terminal_that_nobody_reads_delays_nothing() {
     run.until("it is served by the lidar", |state| served(state).0 == "/lidar/scan by nearest");
     // Much more than a pipe takes: 64 KiB.
     let begun = Instant::now();
-    for _ in 0..250 {
+    for _ in 0..450 {
         for order in ["forbid", "allow"] {
             let order = format!(r#"{{"order": "{order}", "signal": "/lidar/scan"}}"#);
             assert_eq!(run.order(Some(TOKEN), &order).0, 200);
         }
     }
     let (_, events) = run.get("/events");
-    assert!(events.to_string().len() > 100_000, "{}", events.to_string().len());
+    assert!(events.to_string().len() > 75_000, "{}", events.to_string().len());
     let (source, before) = served(&run.get("/state").1);
     assert_eq!(source, "/lidar/scan by nearest");
     run.until("it goes on", |state| served(state).1 > before + 10);
