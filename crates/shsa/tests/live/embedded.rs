@@ -49,8 +49,7 @@ fn a_terminal_that_nobody_reads_delays_nothing() {
     }
     let (_, events) = run.get("/events");
     assert!(events.to_string().len() > 75_000, "{}", events.to_string().len());
-    let (source, before) = served(&run.get("/state").1);
-    assert_eq!(source, "/lidar/scan by nearest");
+    let (_, before) = served(&run.get("/state").1);
     run.until("it goes on", |state| served(state).1 > before + 10);
     assert!(begun.elapsed() < Duration::from_secs(60));
     let ending = Instant::now();
