@@ -1,4 +1,7 @@
 //! What has arrived and not yet been read: bounded for each topic, the newest wins, losses are counted.
+//!
+//! To wake a reader that sleeps takes longer than to read. Both sides may spare that: a reader that waits may drive the connection itself
+//! ([`Driver`]), and a thread that brings a message may read in the place of the reader ([`Deputy`]).
 
 use crate::{Clock, Message};
 use std::cmp::Reverse;
@@ -21,6 +24,14 @@ struct Shared {
     queues: Mutex<Queues>,
     arrival: Condvar,
     driver: OnceLock<Weak<dyn Driver>>,
+    deputy: OnceLock<Weak<dyn Deputy>>,
+}
+
+/// What reads in the place of a reader that sleeps, in the thread that has brought a message.
+pub trait Deputy: Send + Sync {
+    /// Reads what waits. The answer is no when there is something left to do for the reader, who is woken then. Must not block for
+    /// long: the thread is the middleware's.
+    fn read(&self) -> bool;
 }
 
 /// A connection which the inbox's reader can drive while it waits.
@@ -86,7 +97,8 @@ impl Inbox {
             sleepers: 0,
             drivers: 0,
         };
-        let shared = Shared { queues: Mutex::new(queues), arrival: Condvar::new(), driver: OnceLock::new() };
+        let (driver, deputy) = (OnceLock::new(), OnceLock::new());
+        let shared = Shared { queues: Mutex::new(queues), arrival: Condvar::new(), driver, deputy };
         Inbox { shared: Arc::new(shared), clock }
     }
 
@@ -99,6 +111,23 @@ impl Inbox {
     /// Whoever waits for messages drives this connection meanwhile; of several the first, the others see to themselves.
     pub(crate) fn driven_by(&self, driver: &Arc<dyn Driver>) {
         let _first = self.shared.driver.set(Arc::downgrade(driver));
+    }
+
+    /// Where a bridge's threads may read, this does for a reader that sleeps; of several the first.
+    pub fn read_by(&self, deputy: Weak<dyn Deputy>) {
+        let _first = self.shared.deputy.set(deputy);
+    }
+
+    /// Appends a message as [`Inbox::push`], from a thread that may read in the place of a sleeping reader.
+    pub(crate) fn hand(&self, message: Message) {
+        let deputy = self.shared.deputy.get().and_then(Weak::upgrade);
+        let mut queues = self.lock();
+        let is_asleep = queues.sleepers > 0 && queues.is_idle();
+        queues.push(message);
+        drop(queues);
+        if is_asleep && !deputy.is_some_and(|deputy| deputy.read()) {
+            self.shared.arrival.notify_one();
+        }
     }
 
     /// Appends a message; when its topic's queue is full, the oldest makes room and is counted as dropped.
@@ -311,5 +340,54 @@ mod tests {
         inbox.wake();
         inbox.wait(far);
         assert!(start.elapsed() < far);
+    }
+
+    /// Reads everything, or refuses.
+    struct Reads {
+        inbox: Inbox,
+        refuses: bool,
+        has_read: Mutex<String>,
+    }
+
+    impl Deputy for Reads {
+        fn read(&self) -> bool {
+            if !self.refuses {
+                self.has_read.lock().unwrap().push_str(&read(&self.inbox));
+            }
+            !self.refuses
+        }
+    }
+
+    #[test]
+    fn a_deputy_reads_while_the_reader_sleeps_and_wakes_it_where_it_does_not() {
+        for refuses in [false, true] {
+            let inbox = Inbox::new(2, Clock::manual());
+            let deputy = Arc::new(Reads { inbox: inbox.clone(), refuses, has_read: Mutex::default() });
+            let weak: Weak<dyn Deputy> = Arc::<Reads>::downgrade(&deputy);
+            inbox.read_by(weak);
+            inbox.hand(message("a", 1.0));
+            assert_eq!(read(&inbox), "a=1", "nobody sleeps");
+            let (start, sleeper) = (Instant::now(), inbox.clone());
+            let sleeper = std::thread::spawn(move || sleeper.wait(Duration::from_secs(60)));
+            while inbox.lock().sleepers == 0 && start.elapsed() < Duration::from_secs(30) {
+                std::thread::yield_now();
+            }
+            inbox.hand(message("a", 2.0));
+            inbox.hand(message("a", 3.0));
+            let mine = deputy.has_read.lock().unwrap().clone();
+            if !refuses {
+                assert_eq!(inbox.lock().sleepers, 1, "it is not woken");
+                inbox.wake();
+            }
+            sleeper.join().unwrap();
+            assert_eq!(
+                (mine, read(&inbox)),
+                match refuses {
+                    false => ("a=2a=3".to_owned(), String::new()),
+                    true => (String::new(), "a=2 a=3".to_owned()),
+                }
+            );
+            assert!(start.elapsed() < Duration::from_secs(60));
+        }
     }
 }

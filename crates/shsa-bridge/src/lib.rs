@@ -25,7 +25,7 @@ pub mod ros2;
 
 pub use clock::Clock;
 pub use error::BridgeError;
-pub use inbox::{Inbox, Losses};
+pub use inbox::{Deputy, Inbox, Losses};
 pub use provenance::{Provenance, Quality};
 pub use question::{Question, Server, Taker};
 
@@ -196,6 +196,9 @@ pub trait Bridge: Send {
     /// # Errors
     /// When the middleware refuses the message, or it could neither be sent nor kept for sending.
     fn publish(&mut self, message: Outgoing<'_>) -> Result<(), BridgeError>;
+
+    /// Sends what was published now, where it would wait until somebody waits for messages. Does not block.
+    fn flush(&mut self) {}
 
     /// Whether it is connected.
     fn link(&self) -> Link;

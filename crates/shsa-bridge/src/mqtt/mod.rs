@@ -44,6 +44,8 @@ pub struct MqttBridge {
     version: Version,
     /// What was published under each topic.
     said: BTreeMap<Arc<str>, Option<Arc<Provenance>>>,
+    /// Whether something may wait for whoever drives the connection.
+    has_published: bool,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -68,7 +70,7 @@ impl MqttBridge {
         let thread = Turns::keep(&turns, connection)
             .map_err(|error| BridgeError::Lost(format!("no thread: {error}")))?;
         let (version, said) = (options.version, BTreeMap::new());
-        let bridge = MqttBridge { shared, turns, version, said, thread: Some(thread) };
+        let bridge = MqttBridge { shared, turns, version, said, has_published: false, thread: Some(thread) };
         match bridge.shared.first_attempt(options.first_attempt) {
             Some(Err(refused @ BridgeError::Refused(_))) => Err(refused),
             _ => Ok(bridge),
@@ -127,6 +129,7 @@ impl Bridge for MqttBridge {
             Payload::Value(value) => Bytes::from(payload::plain(&value)),
         };
         let (topic, provenance) = self.names(message.topic, message.provenance);
+        self.has_published = true;
         self.shared.publish(Publication {
             topic,
             payload,
@@ -152,6 +155,13 @@ impl Bridge for MqttBridge {
         };
         self.shared.serve(name, Served::new(answers, server, publish));
         Ok(())
+    }
+
+    fn flush(&mut self) {
+        if std::mem::take(&mut self.has_published) {
+            // Where another thread drives, it sends already.
+            self.turns.drive(false, Duration::ZERO);
+        }
     }
 
     fn link(&self) -> Link {

@@ -48,7 +48,7 @@ impl Hearing {
         topics.get(topic).map(|known| (known.wire_type.clone(), known.message_type.clone()))
     }
 
-    /// Runs in Zenoh's threads: nothing is decoded here but the key and the attachment. `name` gives the name of a topic
+    /// Runs in Zenoh's threads: nothing is decoded here but the key and the attachment, unless the reader sleeps. `name` gives the name of a topic
     /// from the one without the leading slash, or `None` where nobody wants it; `told` is the type where no key tells.
     pub(super) fn deliver(
         &self,
@@ -64,7 +64,7 @@ impl Hearing {
         };
         let Some(topic) = name(topic).filter(|_| sample.kind() == SampleKind::Put) else { return };
         let beside = sample.attachment().and_then(|bytes| Attachment::read(&bytes.to_bytes()));
-        self.inbox.push(Message {
+        self.inbox.hand(Message {
             stamp: beside.map(|beside| beside.stamp).or_else(|| stamp_of(sample)),
             publisher: beside.map(|beside| beside.publisher),
             message_type,

@@ -198,13 +198,13 @@ pub(crate) fn declare_publisher(
     publisher.map_err(lost)
 }
 
-/// Runs in Zenoh's threads: nothing is decoded here but what goes beside the payload.
+/// Runs in Zenoh's threads: nothing is decoded here but what goes beside the payload, unless the reader sleeps.
 fn deliver(inbox: &Inbox, topic: Arc<str>, sample: &Sample) {
     if sample.kind() != SampleKind::Put {
         return;
     }
     let beside = sample.attachment().map(|bytes| attachment::read(&bytes.to_bytes())).unwrap_or_default();
-    inbox.push(Message {
+    inbox.hand(Message {
         stamp: beside.stamp.or_else(|| stamp_of(sample)),
         publisher: beside.publisher,
         message_type: type_of(sample),

@@ -6,14 +6,15 @@
 //!                 control             herald -> terminal, bus, HTTP
 //! ```
 //!
-//! One thread does everything that decides; the bus and HTTP have threads of their own that only hand things in, and the
-//! terminal one that writes what it is handed.
+//! One thread at a time does everything that decides ([`helm`]): the run's own, or while that sleeps a thread of the bus that brings a
+//! message. HTTP has threads of its own that only hand things in, and the terminal one that writes what it is handed.
 
 mod control;
 mod execution;
 mod figures;
 mod fittings;
 mod healer;
+mod helm;
 mod herald;
 pub(crate) mod isolation;
 mod journal;
@@ -42,6 +43,7 @@ use control::{Desk, Guard, Reply, Request, Token, bus, http};
 use figures::Figures;
 use fittings::Outgoings;
 use healer::Healer;
+use helm::Helm;
 use herald::{Herald, Style};
 use isolation::IsolationArguments;
 use journal::Bounds;
@@ -53,7 +55,7 @@ use shares::Shares;
 use shsa_bridge::memory::MemoryBus;
 use shsa_bridge::{Bridge, Clock, Inbox};
 use shsa_core::engine::Options;
-use shsa_core::time::Span;
+use shsa_core::time::{Span, Time};
 use shsa_format::model::live::{Live, Written};
 use shsa_format::wiring::Wiring;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -205,10 +207,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         requests,
         stop,
         until,
+        rests_until: Time::MIN,
         house: House::new(),
         tally,
     };
-    session.run()
+    Helm::take(session)
 }
 
 /// How needs go out, by the arguments and the operator's file.
@@ -239,7 +242,7 @@ pub(crate) fn within(
         Reply::Json(state) => Some(state),
         Reply::Text(_) | Reply::Refused(_) => None,
     };
-    Ok((move || session.run(), state))
+    Ok((move || Helm::take(session), state))
 }
 
 /// The same as parts: what runs, and where it is asked.
@@ -264,6 +267,7 @@ fn session(
         parts: None,
         stop,
         until: None,
+        rests_until: Time::MIN,
         house: House::new(),
         bridge,
     };

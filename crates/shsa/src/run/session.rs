@@ -1,4 +1,4 @@
-//! The one loop of a run: messages in, values and decisions out, requests answered in between.
+//! What a run does in its turns: messages in, values and decisions out, requests answered in between.
 
 use super::control::bus::Tally;
 use super::control::{Call, Order, Reply, Request};
@@ -35,6 +35,8 @@ pub(super) struct Session {
     pub(super) stop: Arc<AtomicBool>,
     /// When it ends by itself.
     pub(super) until: Option<Time>,
+    /// When something is due though nothing arrives.
+    pub(super) rests_until: Time,
     /// Who else serves needs; `None` where the bus does not tell, and then all needs are ours.
     pub(super) shares: Option<Shares>,
     /// What others know; `None`: nobody is asked.
@@ -67,31 +69,12 @@ impl House {
 }
 
 impl Session {
-    /// Goes on until it is stopped; the answer is no when a need is unserved then.
+    /// Looks once at everything that may have to be done, and does it; the answer is how long nothing more is due.
     ///
     /// # Errors
     /// When the bus refuses a model that has just taken over.
-    pub(super) fn run(mut self) -> anyhow::Result<Outcome> {
-        while !self.is_over() {
-            self.turn()?;
-            self.rest();
-        }
-        self.healers.iter_mut().for_each(Healer::remember_all);
-        let now = self.now();
-        let outlets = self.healers.iter().flat_map(Healer::outlets);
-        let all_served =
-            outlets.map(|(_, outlet)| outlet.quality(now)).all(|quality| quality != Quality::Bad);
-        Ok(if all_served { Outcome::Done } else { Outcome::No })
-    }
-
-    /// Looks once at everything that may have to be done, and does it.
-    ///
-    /// # Errors
-    /// As [`Session::run`].
-    pub(super) fn turn(&mut self) -> anyhow::Result<()> {
-        self.follow_clock();
-        self.hear()?;
-        self.pass()?;
+    pub(super) fn turn(&mut self) -> anyhow::Result<Duration> {
+        self.heed()?;
         self.send_again();
         self.answer()?;
         self.healers.iter_mut().for_each(Healer::remember);
@@ -100,10 +83,43 @@ impl Session {
         self.take_over(now);
         self.join(now)?;
         self.keep_house(now);
+        let now = self.now();
+        self.rests_until = self.due(now);
+        Ok(Duration::from_nanos(u64::try_from((self.rests_until - now).0).unwrap_or(0)))
+    }
+
+    /// What cannot wait: hears what has come, and serves what comes of it.
+    ///
+    /// # Errors
+    /// As [`Session::turn`].
+    pub(super) fn heed(&mut self) -> anyhow::Result<()> {
+        self.follow_clock();
+        self.hear()?;
+        self.pass()?;
+        self.bridge.flush();
         Ok(())
     }
 
-    fn is_over(&self) -> bool {
+    /// Whether there is nothing to be done before its rest is over: nothing new to tell, to remember, or to take over, and nothing that is
+    /// due earlier.
+    pub(super) fn may_rest(&self) -> bool {
+        let now = self.now();
+        let has_rest = |healer: &Healer| !healer.has_decided() && !healer.takes_over();
+        let is_quiet = self.bridge.inbox().is_empty() && now < self.house.doubt;
+        is_quiet && self.healers.iter().all(has_rest) && self.rests_until <= self.due(now)
+    }
+
+    /// Ends the run; the answer is no when a need is unserved.
+    pub(super) fn finish(mut self) -> Outcome {
+        self.healers.iter_mut().for_each(Healer::remember_all);
+        let now = self.now();
+        let outlets = self.healers.iter().flat_map(Healer::outlets);
+        let all_served =
+            outlets.map(|(_, outlet)| outlet.quality(now)).all(|quality| quality != Quality::Bad);
+        if all_served { Outcome::Done } else { Outcome::No }
+    }
+
+    pub(super) fn is_over(&self) -> bool {
         self.stop.load(Ordering::Acquire) || self.until.is_some_and(|until| self.now() >= until)
     }
 
@@ -406,14 +422,11 @@ impl Session {
         house.doubt = last.fold(Time::MAX, Time::min);
     }
 
-    /// Sleeps until something arrives or is due.
-    fn rest(&self) {
-        let now = self.now();
+    /// When something is due though nothing arrives.
+    fn due(&self, now: Time) -> Time {
         let dues = self.healers.iter().filter_map(Healer::due);
         let dues = dues.chain(self.healers.iter().filter_map(|healer| healer.take_over_due(now)));
-        let due = dues.chain(self.until).fold(self.house.next, Time::min);
-        let left = u64::try_from((due - self.now()).0).unwrap_or(0);
-        self.bridge.inbox().wait(Duration::from_nanos(left));
+        dues.chain(self.until).fold(self.house.next, Time::min)
     }
 
     fn health(&self) -> Value {

@@ -2,6 +2,7 @@
 
 use super::control::{Desk, Order, Reply, Request};
 use super::fittings::Outgoings;
+use super::helm::Helm;
 use super::outlet::Form;
 use super::session;
 use serde_json::Value;
@@ -101,7 +102,7 @@ impl Bench {
             .unwrap_or_else(|report| panic!("{}", report.render(false)));
         let outgoings = Outgoings { form: Form::Plain, wiring };
         let (run, desk) = session("model", live, outgoings, Box::new(faulty), stop.clone()).unwrap();
-        let run = Some(spawn(move || run.run().is_ok()));
+        let run = Some(spawn(move || Helm::take(run).is_ok()));
         Bench { refusals, sensors, listener, desk, stop, run }
     }
 
