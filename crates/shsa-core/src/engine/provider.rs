@@ -496,7 +496,7 @@ impl Provider {
     /// Tells when the need has not been served for longer than a value may be old.
     fn check_age(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let age = now - self.last_served()?;
-        if age <= self.max_age {
+        if age <= self.max_age || self.unserved {
             return None;
         }
         let limits = format!("limits: age {}, width {}", explain::span(self.max_age), self.max_width);

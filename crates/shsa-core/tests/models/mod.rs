@@ -21,6 +21,15 @@ pub(crate) struct System {
 
 /// Four wheels at 83 Hz and a receiver at 10 Hz know one speed.
 pub(crate) fn car() -> System {
+    let truth = |signal, seconds: f64| {
+        let seconds = if signal == 4 { seconds - 0.17 } else { seconds };
+        RawValue::Number(14.0 + 6.0 * (seconds / 8.0).sin() + 0.1 * (signal as f64 - 2.0))
+    };
+    System { knowledge: built(&car_draft()), truth }
+}
+
+/// What is known about that.
+pub(crate) fn car_draft() -> Draft {
     let mut draft =
         Draft { variables: vec![variable("speed", "m/s", "scalar", "6 m/s^2")], ..Draft::default() };
     draft.signals = sensors(&[
@@ -31,11 +40,7 @@ pub(crate) fn car() -> System {
         ("gnss", "speed", "10 Hz", "0.2 + 0.5 %", "170 ms"),
     ]);
     draft.needs = vec![need("speed", "200 ms")];
-    let truth = |signal, seconds: f64| {
-        let seconds = if signal == 4 { seconds - 0.17 } else { seconds };
-        RawValue::Number(14.0 + 6.0 * (seconds / 8.0).sin() + 0.1 * (signal as f64 - 2.0))
-    };
-    System { knowledge: built(&draft), truth }
+    draft
 }
 
 /// A height, a climb and their relation by a derivative, a filter that goes on from its last value.

@@ -10,7 +10,6 @@ use crate::monitor::{Figures, Monitor};
 use crate::time::Time;
 use alloc::format;
 use alloc::string::String;
-use alloc::vec::Vec;
 use core::cmp::{Ordering, Reverse};
 
 /// What a share of comparisons counts as while nothing is known of it: better than what was wrong more often than right.
@@ -28,6 +27,7 @@ pub(super) struct Ranked {
     pub(super) utility: f64,
     figures: Figures,
     goes_on: bool,
+    standing: Standing,
 }
 
 impl Provider {
@@ -37,26 +37,38 @@ impl Provider {
     /// Complexity: O(n²) for the at most 32 sources, whatever the model holds.
     pub(super) fn rank(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Option<Time>) {
         let rates_ways = knowledge.utility().rates_ways();
+        let prefers_proven = self.prefers_proven;
         let ranked = |(at, source): (usize, &Source)| {
             let watched = now.and_then(|now| Some(monitor.figures(monitor.find(&source.way)?, now)));
-            let figures = watched.filter(|_| self.prefers_proven || rates_ways).unwrap_or_default();
+            let figures = watched.filter(|_| prefers_proven || rates_ways).unwrap_or_default();
             let rating = knowledge.utility().of_way(|figure| figures.get(figure));
             let utility = match rates_ways {
                 true => knowledge.utility().aggregate().with(source.utility, rating),
                 false => source.utility,
             };
             let goes_on = source.way.substitution.continues_itself(knowledge);
-            Ranked { at, utility, figures, goes_on }
+            Ranked { at, utility, figures, goes_on, standing: Standing::NONE }
         };
-        let unsorted: Vec<Ranked> = self.sources.iter().enumerate().map(ranked).collect();
-        let mut sorted: Vec<(Standing, Ranked)> =
-            unsorted.iter().map(|ranked| (Standing::among(&unsorted, ranked), *ranked)).collect();
-        let prefers_proven = self.prefers_proven;
-        sorted.sort_by(|(a, one), (b, other)| {
+        // In the place of the last ones: where nothing serves the need, this is done with every value.
+        self.ranked.clear();
+        self.ranked.extend(self.sources.iter().enumerate().map(ranked));
+        if prefers_proven {
+            self.compare();
+        }
+        self.ranked.sort_unstable_by(|one, other| {
             let by_utility = one.goes_on.cmp(&other.goes_on).then(other.utility.total_cmp(&one.utility));
-            by_utility.then(if prefers_proven { a.cmp(b) } else { Ordering::Equal })
+            by_utility.then(one.standing.cmp(&other.standing)).then(one.at.cmp(&other.at))
         });
-        self.ranked = sorted.into_iter().map(|(_, ranked)| ranked).collect();
+    }
+
+    /// Sees how well each source is proven among the others.
+    fn compare(&mut self) {
+        for at in 0..self.ranked.len() {
+            let standing = self.ranked.get(at).map(|ranked| Standing::among(&self.ranked, ranked));
+            if let (Some(ranked), Some(standing)) = (self.ranked.get_mut(at), standing) {
+                ranked.standing = standing;
+            }
+        }
     }
 
     /// The sources as they were last ranked, best first.
@@ -98,6 +110,9 @@ struct Standing {
 }
 
 impl Standing {
+    /// That of all where proof does not count.
+    const NONE: Standing = Standing { share: Reverse(0), distance: 0 };
+
     fn among(all: &[Ranked], ranked: &Ranked) -> Standing {
         let equals = || {
             let is_equal = |other: &&Ranked| other.utility.total_cmp(&ranked.utility) == Ordering::Equal;
@@ -123,11 +138,12 @@ impl Standing {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alloc::vec::Vec;
     use proptest::prelude::*;
 
     fn ranked(agreement: Option<f64>, error: Option<f64>, availability: Option<f64>) -> Ranked {
         let figures = Figures { agreement, error, width: error.map(|_| 1.0), availability };
-        Ranked { at: 0, utility: 1.0, figures, goes_on: false }
+        Ranked { at: 0, utility: 1.0, figures, goes_on: false, standing: Standing::NONE }
     }
 
     /// Each of the list is better than the next.
