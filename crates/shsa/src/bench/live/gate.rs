@@ -33,6 +33,8 @@ pub(super) struct Gate {
     pub(super) sent: u64,
     /// Transport alone, one hop; with a plain relay, two hops; with the gate, two hops.
     pub(super) paths: [Path; 3],
+    /// What the instance itself measures: from the reception of a message until the value that comes of it is handed to the client library.
+    pub(super) inside: Quantiles,
 }
 
 /// One path.
@@ -69,6 +71,7 @@ impl Gate {
             "direct": path(0),
             "relay": path(1),
             "gate": path(2),
+            "inside": self.inside.to_json(),
             "beyond_relay": gate.beyond(relay).to_json(),
             "beyond_relay_best_turns": best_gate.beyond(best_relay).to_json(),
             "lost": self.lost(),
@@ -94,7 +97,7 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64) -> anyhow::Result<G
     let plan = Plan::calm(1, 3);
     let at_most = Duration::from_secs_f64(seconds * 2.0 + 60.0);
     let manner = Manner { at_most_once: false, on_one_core: false, at_most };
-    let _subject = Subject::start(middleware, &plan, manner)?;
+    let subject = Subject::start(middleware, &plan, manner)?;
     let ends = ends();
     let _relay = Relay::start(middleware, &ends[1])?;
     let turns = Turns::new(ends.clone().map(|(_, to)| to))?;
@@ -122,8 +125,9 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64) -> anyhow::Result<G
         count += u64::from(TURN - SETTLING);
     }
     thread::sleep(Duration::from_millis(500));
+    let inside = Quantiles::told(&subject.state()?["figures"]["latency_us"]);
     let turns = ear.end()?;
-    Ok(Gate { kind: middleware.kind, sent: count, paths: turns.paths(begin)? })
+    Ok(Gate { kind: middleware.kind, sent: count, paths: turns.paths(begin)?, inside })
 }
 
 /// Says the next message of a path; the instance's other signals speak now and then, whatever path it is.

@@ -19,7 +19,8 @@ const RATE_GOAL: f64 = 50_000.0;
 /// In how many seconds 99 of 100 substitutes must be on the wire, in memory and else.
 const REACTION_GOALS: (f64, f64) = (1e-3, 5e-3);
 
-const GATE_HEAD: [&str; 7] = ["bus", "direct", "relay", "gate", "beyond the relay", "best turns", "lost"];
+const GATE_HEAD: [&str; 8] =
+    ["bus", "direct", "relay", "gate", "beyond the relay", "best turns", "inside", "lost"];
 const REACTION_HEAD: [&str; 8] =
     ["bus", "fault", "faults", "unhealed", "wrong values seen", "reaction p50", "p99 (goal)", "worst"];
 const RATE_HEAD: [&str; 7] = [
@@ -50,6 +51,7 @@ fn gate_row(gate: &Gate) -> Vec<String> {
         both(through),
         both(through.beyond(relay)),
         both(best_through.beyond(best_relay)),
+        both(gate.inside),
         gate.lost().to_string(),
     ]
 }
@@ -188,7 +190,8 @@ Median / 99th percentile of a message at 1 kHz, and two other signals at 100 Hz 
 - *direct*: publisher to consumer. *relay*: through a process that subscribes and publishes again by the same client library,
   and does nothing else: the transport's own two hops. *gate*: through `shsa run`, the same two hops.
 - *beyond the relay*: gate less relay; wanted: below {} / {}. *best turns*: the same of the best turns of {} messages of each
-  path; other work on the machine only adds.
+  path; other work on the machine only adds. *inside*: from the reception of a message until the value that comes of it is handed to the
+  client library, as `shsa run` tells by itself (`/state`, `/metrics`).
 
 ",
         markdown(&GATE_HEAD, &gate_rows(found)),

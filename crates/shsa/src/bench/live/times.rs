@@ -52,6 +52,12 @@ impl Quantiles {
         json!({ "p50_s": self.p50, "p99_s": self.p99, "worst_s": self.worst })
     }
 
+    /// Those of a state that is told in microseconds.
+    pub(super) fn told(state: &Value) -> Quantiles {
+        let at = |name: &str| state[name].as_f64().map_or(f64::NAN, |microseconds| microseconds / 1e6);
+        Quantiles { p50: at("p50"), p99: at("p99"), worst: at("worst") }
+    }
+
     /// The smaller of each.
     pub(super) fn least(self, other: Quantiles) -> Quantiles {
         Quantiles {
