@@ -29,6 +29,8 @@ const PATHS: [&str; 3] = ["direct", "relay", "gate"];
 /// What one transport costs with and without.
 pub(super) struct Gate {
     pub(super) kind: Kind,
+    /// Whether the processors were kept awake.
+    pub(super) is_awake: bool,
     /// One message a path and turn.
     pub(super) sent: u64,
     /// Transport alone, one hop; with a plain relay, two hops; with the gate, two hops.
@@ -68,6 +70,7 @@ impl Gate {
         json!({
             "part": "gate",
             "bus": self.kind.name(),
+            "awake": self.is_awake,
             "direct": path(0),
             "relay": path(1),
             "gate": path(2),
@@ -88,11 +91,11 @@ fn ends() -> [(String, String); 3] {
     ]
 }
 
-/// Measures for so many seconds.
+/// Measures for so many seconds; `is_awake`: the caller keeps the processors awake.
 ///
 /// # Errors
 /// When the middleware or a process does not work.
-pub(super) fn measure(middleware: &Middleware, seconds: f64) -> anyhow::Result<Gate> {
+pub(super) fn measure(middleware: &Middleware, seconds: f64, is_awake: bool) -> anyhow::Result<Gate> {
     let rounds = (seconds / (3.0 * f64::from(TURN) * PERIOD.as_secs_f64())).ceil().max(1.0) as u32;
     let plan = Plan::calm(1, 3);
     let at_most = Duration::from_secs_f64(seconds * 2.0 + 60.0);
@@ -127,7 +130,7 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64) -> anyhow::Result<G
     thread::sleep(Duration::from_millis(500));
     let inside = Quantiles::told(&subject.state()?["figures"]["latency_us"]);
     let turns = ear.end()?;
-    Ok(Gate { kind: middleware.kind, sent: count, paths: turns.paths(begin)?, inside })
+    Ok(Gate { kind: middleware.kind, is_awake, sent: count, paths: turns.paths(begin)?, inside })
 }
 
 /// Says the next message of a path; the instance's other signals speak now and then, whatever path it is.

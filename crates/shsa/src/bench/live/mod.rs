@@ -1,5 +1,6 @@
 //! `shsa bench live`: what healing costs on the wire, measured with real parts.
 
+mod awake;
 mod model;
 mod times;
 mod middleware;
@@ -14,6 +15,7 @@ mod report;
 
 use crate::outcome::Outcome;
 use crate::show;
+use awake::Awake;
 use gate::Gate;
 use middleware::{Kind, Middleware};
 use reaction::Reaction;
@@ -44,7 +46,8 @@ pub(crate) struct Arguments {
     /// What to measure.
     #[arg(long, value_name = "PART", value_delimiter = ',', value_enum, default_values = ["gate", "reaction", "throughput"])]
     part: Vec<Part>,
-    /// How many seconds the gate is measured on each middleware, and a tenth of that each rate.
+    /// How many seconds the gate is measured on each middleware, and again with the processors kept awake; a tenth of that
+    /// each rate.
     #[arg(long, value_name = "SECONDS", default_value_t = 45.0, value_parser = turn)]
     seconds: f64,
     /// How many faults of each kind are made.
@@ -127,9 +130,17 @@ impl Found {
         };
         match part {
             Part::Gate => {
-                let gate = gate::measure(&middleware, arguments.seconds)?;
-                told(gate.to_json())?;
-                self.gates.push(gate);
+                self.gates.push(gate::measure(&middleware, arguments.seconds, false)?);
+                match Awake::keep() {
+                    Ok(_awake) => self.gates.push(gate::measure(&middleware, arguments.seconds, true)?),
+                    Err(why) => {
+                        show::tell(&format!("processors may not be kept awake ({why}): not measured"))
+                    }
+                }
+                self.gates
+                    .iter()
+                    .filter(|gate| gate.kind == kind)
+                    .try_for_each(|gate| told(gate.to_json()))?;
             }
             Part::Reaction => {
                 for reaction in reaction::measure(&middleware, arguments.faults as usize)? {

@@ -45,7 +45,7 @@ fn gate_row(gate: &Gate) -> Vec<String> {
     let [_, best_relay, best_through] = gate.best();
     let both = |Quantiles { p50, p99, .. }: Quantiles| format!("{} / {}", signed(p50), signed(p99));
     vec![
-        gate.kind.name().to_owned(),
+        gate.kind.name().to_owned() + if gate.is_awake { ", awake" } else { "" },
         both(direct),
         both(relay),
         both(through),
@@ -192,6 +192,8 @@ Median / 99th percentile of a message at 1 kHz, and two other signals at 100 Hz 
 - *beyond the relay*: gate less relay; wanted: below {} / {}. *best turns*: the same of the best turns of {} messages of each
   path; other work on the machine only adds. *inside*: from the reception of a message until the value that comes of it is handed to the
   client library, as `shsa run` tells by itself (`/state`, `/metrics`).
+- *awake*: the processors were kept from sleeping between two messages (`/dev/cpu_dma_latency`, as `cyclictest` does). Whoever is woken
+  one after the other waits for the machine else, a virtual one above all.
 
 ",
         markdown(&GATE_HEAD, &gate_rows(found)),
