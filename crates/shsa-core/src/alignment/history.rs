@@ -238,20 +238,27 @@ impl History {
         (nearest.gap, nearest.value)
     }
 
-    /// The mean over a stretch of time, as the mean of the samples in it; `None` with fewer than two of them.
+    /// The mean over a stretch of time, each sample in it for the time to which its middle is the nearest; `None` with fewer
+    /// than two of them.
     ///
-    /// A difference quotient over a window is the mean of the derivative over it, so this is what it compares with.
+    /// A difference quotient over a window is the mean of the derivative over it, so this is what it compares with. Were
+    /// all samples worth the same, those that lie at the ends, or have not come yet, would move the mean while it changes.
+    /// Complexity: O(samples since the stretch began).
     #[must_use]
     pub fn mean_over(&self, stretch: Validity) -> Option<Interval> {
-        let inside = || {
-            let within = |sample: &&Sample| sample.validity.intersection(stretch).is_some();
-            self.newest_first().take_while(|sample| sample.validity.to >= stretch.from).filter(within)
-        };
-        let count = inside().count();
-        let share = 1.0 / count as f64;
-        let mean =
-            |bound: fn(Interval) -> f64| inside().map(|sample| bound(sample.value) * share).sum::<f64>();
-        (count >= 2).then(|| Interval::new(mean(Interval::lo), mean(Interval::hi)))
+        let mut mean = Weighted { from: stretch.from, until: stretch.to, lo: 0.0, hi: 0.0 };
+        let recent = self.newest_first().take_while(|sample| sample.validity.to >= stretch.from);
+        let mut inside = recent.filter(|sample| sample.validity.intersection(stretch).is_some());
+        let mut later = inside.next()?;
+        let mut count = 1;
+        for sample in inside {
+            mean.take(later.value, middle(later.validity, sample.validity));
+            later = sample;
+            count += 1;
+        }
+        mean.take(later.value, stretch.from);
+        let length = stretch.length().seconds();
+        (count >= 2 && length > 0.0).then(|| Interval::new(mean.lo / length, mean.hi / length))
     }
 
     /// All samples whose validity overlaps `moment`, newest first.
@@ -289,6 +296,32 @@ impl History {
             self.samples.swap(one, other);
         }
     }
+}
+
+/// The integral over a stretch of time, from its end backwards.
+struct Weighted {
+    from: Time,
+    /// What comes after this is in the sums.
+    until: Time,
+    lo: f64,
+    hi: f64,
+}
+
+impl Weighted {
+    /// Adds a value that counts since a moment.
+    fn take(&mut self, value: Interval, since: Time) {
+        let since = since.max(self.from).min(self.until);
+        let length = (self.until - since).seconds();
+        self.lo += value.lo() * length;
+        self.hi += value.hi() * length;
+        self.until = since;
+    }
+}
+
+/// Halfway between the middles of two validities.
+fn middle(one: Validity, other: Validity) -> Time {
+    let halfway = |from: Time, to: Time| from + Span((to - from).0 / 2);
+    halfway(halfway(one.from, one.to), halfway(other.from, other.to))
 }
 
 /// The hull of the samples that are nearest to a moment so far.
@@ -355,7 +388,46 @@ mod tests {
         assert_eq!(history.push(nothing), Acceptance::Dropped);
     }
 
+    #[test]
+    fn in_a_mean_each_sample_counts_for_the_time_around_it() {
+        let mut history = History::new(8);
+        [0, 10, 20, 60, 70].into_iter().for_each(|time| {
+            history.push(sample(time, time, time as f64));
+        });
+        let mean = |from, to| history.mean_over(Validity { from: Time(from), to: Time(to) });
+        // 0 for 5, 10 for 10, 20 for 25, 60 for 25, 70 for 5.
+        let expected = (100.0 + 500.0 + 1500.0 + 350.0) / 70.0;
+        assert!((mean(0, 70).unwrap().lo() - expected).abs() < 1e-9);
+        // The last one stands for what has not come yet.
+        let expected = (60.0 * 5.0 + 70.0 * 35.0) / 40.0;
+        assert!((mean(60, 100).unwrap().hi() - expected).abs() < 1e-9);
+        assert_eq!(mean(15, 25), None);
+        assert_eq!(mean(20, 20), None);
+    }
+
     proptest! {
+        /// A mean lies within what its samples say, and that of what never changes is exact but for rounding.
+        #[test]
+        fn means_lie_within_their_samples(
+            samples in proptest::collection::vec((0i64..40, 0i64..12, -3i32..3), 1..8), from in -5i64..60, length in 1i64..40,
+        ) {
+            let mut history = History::new(6);
+            for (from, length, value) in samples {
+                history.push(sample(from, from + length, f64::from(value)));
+            }
+            let stretch = Validity { from: Time(from), to: Time(from + length) };
+            let inside: std::vec::Vec<f64> = history.overlapping(stretch).map(|sample| sample.value.lo()).collect();
+            let mean = history.mean_over(stretch);
+            prop_assert_eq!(mean.is_some(), inside.len() >= 2);
+            if let Some(mean) = mean {
+                let (lo, hi) = (
+                    inside.iter().copied().fold(f64::INFINITY, f64::min),
+                    inside.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+                );
+                prop_assert!(lo - 1e-9 <= mean.lo() && mean.lo() <= mean.hi() && mean.hi() <= hi + 1e-9);
+            }
+        }
+
         /// Reading the newest sample alone is reading all.
         #[test]
         fn what_is_read_at_a_glance_is_what_a_look_at_all_says(

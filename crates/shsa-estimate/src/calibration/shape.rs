@@ -6,6 +6,7 @@
 use super::edit::Trial;
 use super::{PairFit, Parameter, Problem, Work};
 use crate::comparison::Watched;
+use crate::widening::Demand;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::time::Span;
 
@@ -16,14 +17,27 @@ const PERIODS: [f64; 2] = [0.5, 1.0];
 /// Shares of the value that are tried, in percent.
 const PERCENT: [f64; 4] = [0.5, 1.0, 2.0, 5.0];
 
-/// A growing error is believed when a bias that is smaller by this is seen, on average over the pairs that it touches.
+/// A growing error is believed when a bias that is smaller by this is seen, on average over the ways that it touches.
 const WORTH: f64 = 0.9;
 
 /// With a bias that is larger by this, larger errors are no longer tried.
 const HARMFUL: f64 = 1.25;
 
-/// No pair may see worse than by this.
+/// No way may be seen worse than by this, both alone and with the errors that all need together: errors that are shared
+/// otherwise are no harm, nor is what a pair loses alone while another makes it blunt.
 const NO_WORSE: f64 = 1.05;
+
+/// A way whose smallest bias changes by less, as a share, is not touched.
+const TOUCHED: f64 = 1e-3;
+
+/// The smallest bias that is seen of a way, through the pair that sees it best.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    /// With no more than that pair needs.
+    alone: f64,
+    /// With the errors that all pairs need.
+    together: f64,
+}
 
 impl Work<'_> {
     /// Gives signals errors of time, and errors shares, where smaller biases are seen with them before the split.
@@ -37,7 +51,8 @@ impl Work<'_> {
         watched: Watched,
     ) -> Result<(Trial, Watched), Problem> {
         let mut best = trial;
-        let mut fits = self.fits(&self.watch(&best, self.early)?);
+        let gains = self.gains(&best, knowledge)?;
+        let mut seen = self.seen(&self.watch(&best, self.early)?, &gains);
         let compared =
             |signal: SignalId| watched.monitor.pairs().iter().any(|pair| pair.signals.contains(signal));
         let plain = best.clone();
@@ -51,7 +66,7 @@ impl Work<'_> {
                 tried
             });
             let times = times.collect();
-            self.keep_best(&mut best, &mut fits, times)?;
+            self.keep_best(&mut best, &mut seen, &gains, times)?;
         }
         for number in 0..self.parameters.len() {
             let is_alone = match self.parameters[number] {
@@ -65,7 +80,7 @@ impl Work<'_> {
                     tried
                 });
                 let shares = shares.collect();
-                self.keep_best(&mut best, &mut fits, shares)?;
+                self.keep_best(&mut best, &mut seen, &gains, shares)?;
             }
         }
         if best.time_errors == plain.time_errors && best.shares == plain.shares {
@@ -76,29 +91,91 @@ impl Work<'_> {
     }
 
     /// Goes over to the one of these with which the smallest biases are seen, when it is worth it.
-    fn keep_best(&self, best: &mut Trial, fits: &mut Vec<PairFit>, all: Vec<Trial>) -> Result<(), Problem> {
+    fn keep_best(
+        &self,
+        best: &mut Trial,
+        seen: &mut Vec<Option<Seen>>,
+        gains: &[Vec<(usize, f64)>],
+        all: Vec<Trial>,
+    ) -> Result<(), Problem> {
         let mut smallest = WORTH.ln();
-        let before = fits.clone();
+        let before = seen.clone();
         for tried in all {
-            let now = self.fits(&self.watch(&tried, self.early)?);
+            let now = self.seen(&self.watch(&tried, self.early)?, gains);
             // More of what harms does not help.
             let Some(change) = change(&before, &now).filter(|change| *change < HARMFUL.ln()) else { break };
             if change < smallest {
                 smallest = change;
                 *best = tried;
-                *fits = now;
+                *seen = now;
             }
         }
         Ok(())
     }
+
+    /// What is seen of each way. A pair that needs much makes the others of its signals blunt, and one that sees little decides
+    /// nothing.
+    ///
+    /// What a pair gains by an error is taken as it is without growing errors.
+    fn seen(&self, watched: &Watched, gains: &[Vec<(usize, f64)>]) -> Vec<Option<Seen>> {
+        let fits = self.fits(watched);
+        let demand =
+            |(fit, gains): (&PairFit, &Vec<(usize, f64)>)| Demand { gains: gains.clone(), least: fit.needed };
+        let demands: Vec<Demand> = fits.iter().zip(gains).map(demand).collect();
+        let errors = self.solve(&demands);
+        let mut seen: Vec<Option<Seen>> = vec![None; watched.monitor.ways().len()];
+        let pairs = watched.monitor.pairs().iter().zip(fits.iter().zip(&demands));
+        for (pair, (fit, demand)) in pairs.filter(|(_, (fit, _))| fit.shows > 0.0) {
+            let together = fit.shows - fit.needed + demand.reached(&errors).max(fit.needed);
+            for way in [pair.way, pair.other] {
+                let best = seen[way.0 as usize].get_or_insert(Seen { alone: fit.shows, together });
+                best.alone = best.alone.min(fit.shows);
+                best.together = best.together.min(together);
+            }
+        }
+        seen
+    }
 }
 
-/// The mean logarithm of how much larger the smallest biases are than before, over the pairs for which they are others;
+/// The mean logarithm of how much larger the smallest biases are than before, over the ways for which they are others;
 /// `None` when there is none, or one of them is worse off.
-fn change(before: &[PairFit], now: &[PairFit]) -> Option<f64> {
-    let ratios = before.iter().zip(now).filter(|(before, now)| before.shows > 0.0 && now.shows > 0.0);
-    let ratios: Vec<f64> = ratios.map(|(before, now)| now.shows / before.shows).collect();
-    let touched: Vec<f64> = ratios.into_iter().filter(|ratio| (ratio - 1.0).abs() > 1e-9).collect();
-    let is_fine = !touched.is_empty() && touched.iter().all(|ratio| *ratio <= NO_WORSE);
+fn change(before: &[Option<Seen>], now: &[Option<Seen>]) -> Option<f64> {
+    let both = || before.iter().zip(now).filter_map(|(before, now)| Some(((*before)?, (*now)?)));
+    let is_worse = |(before, now): (Seen, Seen)| {
+        now.alone > NO_WORSE * before.alone && now.together > NO_WORSE * before.together
+    };
+    let ratios = both().map(|(before, now)| now.together / before.together);
+    let touched: Vec<f64> = ratios.filter(|ratio| (ratio - 1.0).abs() > TOUCHED).collect();
+    let is_fine = !touched.is_empty() && !both().any(is_worse);
     is_fine.then(|| touched.iter().map(|ratio| ratio.ln()).sum::<f64>() / touched.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(now: [(f64, f64); 2], expected: Option<f64>) {
+        let seen = |(alone, together): (f64, f64)| Some(Seen { alone, together });
+        let found = change(
+            &[seen((1.0, 1.0)), seen((1.0, 2.0)), None],
+            &[seen(now[0]), seen(now[1]), seen((1.0, 1.0))],
+        );
+        let is_right = match (found.map(f64::exp), expected) {
+            (Some(found), Some(expected)) => (found - expected).abs() < 1e-9,
+            (found, expected) => found == expected,
+        };
+        assert!(is_right, "{found:?} is not {expected:?}");
+    }
+
+    #[test]
+    fn ways_that_are_touched_decide_and_none_may_be_worse_off() {
+        check([(1.0, 0.25), (1.0, 2.0001)], Some(0.25));
+        check([(1.0, 0.25), (1.0, 0.5)], Some(0.25));
+        check([(1.0, 0.25), (1.2, 2.2)], None);
+        check([(1.0, 1.0), (1.0, 2.0)], None);
+        // Worse only alone, or only because errors are shared otherwise.
+        check([(4.0, 0.25), (1.0, 2.0)], Some(0.25));
+        check([(1.0, 0.5), (1.0, 4.0)], Some(1.0));
+    }
 }
