@@ -108,11 +108,14 @@ impl Input {
     }
 
     /// The value of a number.
+    #[inline]
     fn scalar_at(&self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Option<Interval> {
         let port = &ports[self.signal];
-        if let Some(value) = port.scalar_alone_at(moment) {
-            return Some(value);
-        }
+        port.scalar_alone_at(moment).or_else(|| self.scalar_near(port, moment))
+    }
+
+    #[inline(never)]
+    fn scalar_near(&self, port: &Port, moment: Validity) -> Option<Interval> {
         let reach = Reach { max_rate: self.max_rate, max_gap: self.max_gap(port) };
         port.scalar_at(moment, reach).map(|reading| reading.value)
     }
@@ -355,6 +358,7 @@ impl Computation {
     }
 
     /// Evaluates a way of knowing a number, without its last value.
+    #[inline]
     pub fn evaluate_scalar(&mut self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Option<Sample> {
         if let Body::Direct(input) = &self.body
             && input.shape == Shape::Scalar
@@ -363,6 +367,11 @@ impl Computation {
             let value = input.scalar_at(ports, moment)?;
             return value.is_bounded().then_some(Sample { validity: moment, value });
         }
+        self.evaluate_any(ports, moment)
+    }
+
+    #[inline(never)]
+    fn evaluate_any(&mut self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Option<Sample> {
         match self.evaluate(ports, moment, None)? {
             (Computed::Scalar(value), validity) => Some(Sample { validity, value }),
             (Computed::Vector(_), _) => None,

@@ -35,6 +35,7 @@ impl Gate {
     }
 
     /// A later moment has come.
+    #[inline]
     pub(super) fn turn(&mut self) {
         if self.max_rate.is_none() {
             return;
@@ -72,7 +73,12 @@ impl Gate {
     }
 }
 
+#[inline]
 fn jump(anchor: Sample, sample: Sample, max_rate: f64) -> Option<Jump> {
+    // As most often: what overlaps needs no time in between.
+    if anchor.value.overlaps(sample.value) {
+        return None;
+    }
     let (one, other) = (anchor.validity, sample.validity);
     let within = (other.to - one.from).max(one.to - other.from);
     let reach = anchor.value.widened((max_rate * within.seconds()).next_up());

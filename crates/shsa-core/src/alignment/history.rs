@@ -97,14 +97,23 @@ pub struct History {
     capacity: usize,
     /// Where the oldest sample stands once the ring is full.
     start: usize,
+    /// The newest sample once more and the end of the one before it, even if that has given way, as these are what is read;
+    /// where there is none, nothing at the earliest time.
+    top: Sample,
+    before: Time,
 }
+
+/// In the place of the newest sample where there is none.
+const NOTHING: Sample =
+    Sample { validity: Validity { from: Time::MIN, to: Time::MIN }, value: Interval::EMPTY };
 
 impl History {
     /// Room for `capacity` samples (at least one), allocated now.
     #[must_use]
     pub fn new(capacity: usize) -> History {
         let capacity = capacity.max(1);
-        History { samples: Vec::with_capacity(capacity), capacity, start: 0 }
+        let samples = Vec::with_capacity(capacity);
+        History { samples, capacity, start: 0, top: NOTHING, before: Time::MIN }
     }
 
     /// How many samples are kept.
@@ -123,6 +132,7 @@ impl History {
     pub fn clear(&mut self) {
         self.samples.clear();
         self.start = 0;
+        self.look_at_top();
     }
 
     /// Makes room for at least `capacity` samples and keeps those that are there. Complexity: O(samples).
@@ -146,8 +156,22 @@ impl History {
     #[inline]
     #[must_use]
     pub fn newest(&self, back: usize) -> Option<&Sample> {
-        let from_oldest = self.samples.len().checked_sub(back + 1)?;
+        if back == 0 {
+            return (!self.samples.is_empty()).then_some(&self.top);
+        }
+        self.kept(back)
+    }
+
+    /// The same out of the ring.
+    fn kept(&self, back: usize) -> Option<&Sample> {
+        let from_oldest = self.samples.len().checked_sub(back.checked_add(1)?)?;
         self.samples.get(self.place(from_oldest))
+    }
+
+    /// Finds the newest sample and the one before it again.
+    fn look_at_top(&mut self) {
+        self.top = self.kept(0).copied().unwrap_or(NOTHING);
+        self.before = self.kept(1).map_or(Time::MIN, |before| before.validity.to);
     }
 
     /// All samples, newest first.
@@ -164,8 +188,9 @@ impl History {
         if sample.value.is_empty() {
             return Acceptance::Dropped;
         }
-        if self.latest().is_none_or(|latest| latest < sample.validity.to) {
+        if self.top.validity.to < sample.validity.to {
             self.append(sample);
+            (self.before, self.top) = (self.top.validity.to, sample);
             return Acceptance::Newest;
         }
         self.insert(sample)
@@ -183,6 +208,7 @@ impl History {
         }
         self.append(sample);
         self.sink_newest(later);
+        self.look_at_top();
         if later == 0 { Acceptance::Newest } else { Acceptance::Reordered }
     }
 
@@ -205,26 +231,15 @@ impl History {
         Some(Reading { value, gap })
     }
 
-    /// The newest value, if it is the only one that overlaps a moment: as it is most often, where there is one.
+    /// The newest value, if it is the only one that overlaps a moment: as it is most often, where there is one. At the earliest
+    /// time that there is, it is not seen that it is the only one.
     #[inline]
     #[must_use]
     pub fn alone_at(&self, moment: Validity) -> Option<Interval> {
-        let (newest, before) = match self.samples.get(..self.end())? {
-            [.., before, newest] => (newest, Some(before)),
-            [newest] if self.start > 0 => (newest, self.samples.last()),
-            [newest] => (newest, None),
-            [] => return None,
-        };
+        let newest = &self.top;
         let is_at_it = newest.validity.from <= moment.to && moment.from <= newest.validity.to;
         // All others end no later than that before it.
-        let others_are_over = before.is_none_or(|before| before.validity.to < moment.from);
-        (is_at_it && others_are_over).then_some(newest.value)
-    }
-
-    /// Behind the newest sample.
-    #[inline]
-    fn end(&self) -> usize {
-        if self.start > 0 { self.start } else { self.samples.len() }
+        (is_at_it && self.before < moment.from).then_some(newest.value)
     }
 
     /// The least time between a moment and a sample, and the hull of all samples that are so near.
@@ -269,7 +284,7 @@ impl History {
     /// The end of the newest validity.
     #[must_use]
     pub fn latest(&self) -> Option<Time> {
-        self.samples.get(..self.end())?.last().map(|sample| sample.validity.to)
+        self.newest(0).map(|newest| newest.validity.to)
     }
 
     fn place(&self, from_oldest: usize) -> usize {
@@ -432,8 +447,9 @@ mod tests {
         #[test]
         fn what_is_read_at_a_glance_is_what_a_look_at_all_says(
             samples in proptest::collection::vec((0i64..40, 0i64..12), 1..8), from in -5i64..60, length in 0i64..12,
+            capacity in 1usize..5,
         ) {
-            let mut history = History::new(4);
+            let mut history = History::new(capacity);
             for (at, (from, length)) in samples.into_iter().enumerate() {
                 history.push(sample(from, from + length, at as f64));
             }
