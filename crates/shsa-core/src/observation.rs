@@ -3,6 +3,7 @@
 use crate::interval::Interval;
 use crate::knowledge::{Signal, SignalId};
 use crate::time::{Time, Validity};
+use crate::unit::Unit;
 use alloc::vec::Vec;
 
 /// A value as it comes from outside, in the unit of its signal.
@@ -49,12 +50,11 @@ impl Signal {
     #[inline]
     #[must_use]
     pub fn enclose_bounds(&self, lo: f64, hi: f64) -> Interval {
-        if !(lo.is_finite() && hi.is_finite() && lo <= hi) {
+        if !(lo > f64::NEG_INFINITY && lo <= hi && hi < f64::INFINITY) {
             return Interval::EMPTY;
         }
         let error = self.value_error;
-        let unit = self.unit.as_ref().filter(|unit| !unit.is_si());
-        if unit.is_none() && error.relative == 0.0 {
+        if error.relative == 0.0 && self.unit.as_ref().is_none_or(Unit::is_si) {
             return Interval::new(lo + error.lo, hi + error.hi);
         }
         self.enclose_shares(lo, hi)
@@ -87,7 +87,6 @@ mod tests {
     use super::*;
     use crate::knowledge::{Id, Properties, ReadingLimits, ValueError, VariableId};
     use crate::time::Span;
-    use crate::unit::Unit;
     use alloc::string::String;
     use proptest::prelude::*;
 

@@ -58,7 +58,7 @@ impl Watched {
     }
 
     fn note(&mut self, compares: &[Vec<usize>], now: Time) {
-        for &(WayIndex(way), sample) in self.monitor.fresh() {
+        for (WayIndex(way), sample) in self.monitor.fresh() {
             self.outputs[way as usize].push((sample.validity, sample.value.midpoint()));
             for &number in &compares[way as usize] {
                 let (slow, other) = self.sides(&self.monitor.pairs()[number]);

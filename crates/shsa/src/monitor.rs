@@ -264,12 +264,12 @@ impl<'a> Watching<'a> {
         if changed || self.judge.next_review().is_some_and(|due| due <= now) {
             self.judge.review(&self.monitor, now);
         }
-        let output = |&(WayIndex(way), sample): &(WayIndex, shsa_core::alignment::Sample)| Output {
+        let output = |(WayIndex(way), sample): (WayIndex, shsa_core::alignment::Sample)| Output {
             way: way as usize,
             value: sample.value,
             validity: Some(sample.validity),
         };
-        self.outputs.extend(self.monitor.fresh().iter().map(output));
+        self.outputs.extend(self.monitor.fresh().map(output));
     }
 
     fn verdicts(&self, time: Time) -> Vec<(SignalId, Verdict)> {

@@ -136,9 +136,9 @@ impl Engine {
     /// Takes one input. Time never goes back: an input of an earlier moment counts as one of the present.
     pub fn handle(&mut self, input: Input) {
         match input {
-            Input::Observation(observation) => {
+            Input::Observation(ref observation) => {
                 self.advance(observation.received);
-                self.observe(&observation);
+                self.observe(observation);
             }
             Input::Tick(time) => {
                 self.advance(time);
@@ -164,12 +164,17 @@ impl Engine {
         if self.waiting {
             return Some(now);
         }
-        let needs = self.providers.iter().filter_map(|provider| provider.next_deadline(now));
-        let returns = self.returning.iter().map(|(_, since)| *since + self.probation);
+        self.deadlines(now).min()
+    }
+
+    /// When a timeout may run out.
+    #[inline]
+    fn deadlines(&self, now: Time) -> impl Iterator<Item = Time> + '_ {
         let stages = self.monitor.watch().next_deadline().into_iter().chain(self.judge.next_review());
+        let returns = self.returning.iter().map(|(_, since)| *since + self.probation);
+        let needs = self.providers.iter().filter_map(move |provider| provider.next_deadline(now));
         // What was due until now has been done: a driver that obeys never waits in vain.
-        let lies_ahead = |due: &Time| self.now.is_none_or(|now| *due > now) && *due < Time::MAX;
-        needs.chain(returns).chain(stages).filter(lies_ahead).min()
+        stages.chain(returns).chain(needs).filter(move |due| *due > now && *due < Time::MAX)
     }
 
     /// The knowledge base that it works with.
@@ -237,13 +242,14 @@ impl Engine {
         self.settle();
     }
 
+    #[inline]
     fn advance(&mut self, time: Time) {
         match self.now {
             Some(now) if time <= now => return,
             Some(_) if self.waiting => self.settle(),
             _ => {}
         }
-        let is_due = self.next_deadline().is_some_and(|due| due <= time);
+        let is_due = self.now.is_some_and(|now| self.deadlines(now).any(|due| due <= time));
         self.now = Some(time);
         let changes = &mut self.changes;
         self.monitor.pass(time, |change| changes.push(change));
@@ -258,18 +264,28 @@ impl Engine {
             return;
         }
         let observed = self.monitor.observe(&self.knowledge, observation, now);
-        self.changes.extend(observed.change);
-        for provider in self.providers.iter_mut().filter(|_| observed.kept) {
-            provider.observe(&self.knowledge, observation);
-        }
-        if observed.kept && !self.unheard.is_empty() {
-            let witness = self.knowledge.witness(observation.signal);
-            let is_first = self.unheard.iter().position(|signal| *signal == witness);
-            if is_first.map(|at| self.unheard.swap_remove(at)).is_some() {
-                self.judge.look_again(now);
-            }
+        if let Some(change) = observed.change {
+            self.changes.push(change);
         }
         self.waiting = true;
+        if !observed.kept {
+            return;
+        }
+        for provider in self.providers.iter_mut() {
+            provider.observe(&self.knowledge, observation);
+        }
+        if !self.unheard.is_empty() {
+            self.hear_first(observation.signal, now);
+        }
+    }
+
+    /// A signal has given a value while some that were accused before a restart have not.
+    fn hear_first(&mut self, signal: SignalId, now: Time) {
+        let witness = self.knowledge.witness(signal);
+        let is_first = self.unheard.iter().position(|signal| *signal == witness);
+        if is_first.map(|at| self.unheard.swap_remove(at)).is_some() {
+            self.judge.look_again(now);
+        }
     }
 
     /// Takes together what has come at this moment.

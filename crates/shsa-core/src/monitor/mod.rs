@@ -79,18 +79,21 @@ impl WatchedWay {
     }
 
     /// The outputs brought to a moment: within two periods, grown by the variable's rate of change.
+    #[inline]
     #[must_use]
     pub fn at(&self, moment: Validity) -> Option<Interval> {
         self.outputs.alone_at(moment).or_else(|| self.near(moment))
     }
 
     /// The same with its middle and width, which are not found again for each way that compares with it.
+    #[inline]
     fn measured_at(&self, moment: Validity) -> Option<Measured> {
         let value = self.at(moment)?;
         let known = self.measured.filter(|last| last.value == value);
         Some(known.unwrap_or_else(|| Measured::of(value)))
     }
 
+    #[inline(never)]
     fn near(&self, moment: Validity) -> Option<Interval> {
         let max_gap = match (self.reach.max_gap, self.outputs.newest(0), self.outputs.newest(1)) {
             (Span::MAX, Some(newest), Some(before)) => (newest.validity.to - before.validity.to).times(2),
@@ -117,7 +120,15 @@ pub struct Monitor {
     /// Observations of this moment that complete a way.
     pending: Vec<(WayIndex, Validity)>,
     /// Outputs of this moment.
-    fresh: Vec<(WayIndex, Sample)>,
+    fresh: Vec<Fresh>,
+}
+
+/// An output of this moment.
+#[derive(Clone, Copy, Debug)]
+struct Fresh {
+    way: WayIndex,
+    validity: Validity,
+    measured: Measured,
 }
 
 impl Monitor {
@@ -125,7 +136,8 @@ impl Monitor {
     pub fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation, now: Time) -> Observed {
         let signal = observation.signal;
         let description = &knowledge.signals()[signal];
-        let reception = self.ports[signal].accept(description, observation, now);
+        let port = &mut self.ports[signal];
+        let reception = port.accept(description, observation, now);
         self.detectors.observe(signal, &reception, now);
         let wrong = match reception.acceptance {
             Acceptance::Invalid(_) => Some(Absence::Invalid),
@@ -135,10 +147,12 @@ impl Monitor {
         let change = self.watch.hear(signal, wrong, now);
         let kept = reception.acceptance.is_kept();
         if kept {
-            if let Some(newest) = self.ports[signal].newest() {
+            if let Some(newest) = port.newest() {
                 self.stillness[signal].record(newest.value, now);
             }
-            self.pending.extend(self.completes[signal].iter().map(|&way| (way, reception.validity)));
+            for &way in &self.completes[signal] {
+                self.pending.push((way, reception.validity));
+            }
         }
         Observed { kept, change }
     }
@@ -160,57 +174,34 @@ impl Monitor {
         self.panel.begin(now);
         self.evaluate();
         let mut changed = false;
-        let fresh = core::mem::take(&mut self.fresh);
-        for &(way, sample) in &fresh {
-            changed |= self.compare(way, sample, now);
+        let Monitor { fresh, ways, pairs, panel, index, .. } = self;
+        for fresh in fresh.iter() {
+            changed |= compare((ways, pairs), (panel, index), fresh, now);
         }
-        self.fresh = fresh;
         changed
     }
 
     fn evaluate(&mut self) {
-        self.fresh.clear();
-        while let Some((index, validity)) = self.pending.pop() {
-            let Some(way) = self.ways.get_mut(index.0 as usize) else { continue };
-            let Some(sample) = way.computation.evaluate_scalar(&self.ports, validity) else { continue };
+        let Monitor { pending, fresh, ways, ports, .. } = self;
+        fresh.clear();
+        // Observations of one moment may have come in any order; comparisons go by file order, as these mostly did.
+        let is_in_order = pending.is_sorted_by(|one, other| one.0 < other.0);
+        if !is_in_order {
+            pending.reverse();
+        }
+        for &(index, validity) in pending.iter() {
+            let Some(way) = ways.get_mut(index.0 as usize) else { continue };
+            let Some(sample) = way.computation.evaluate_scalar(ports, validity) else { continue };
             if way.outputs.push(sample).is_kept() {
-                way.measured = Some(Measured::of(sample.value));
-                self.fresh.push((index, sample));
+                let measured = Measured::of(sample.value);
+                way.measured = Some(measured);
+                fresh.push(Fresh { way: index, validity: sample.validity, measured });
             }
         }
-        // Observations of one moment may have come in any order; comparisons go by file order.
-        let order = |(index, sample): &(WayIndex, Sample)| (*index, sample.validity.to);
-        if self.fresh.len() > 1 {
-            if self.fresh.is_sorted_by(|one, other| order(one) > order(other)) {
-                // In file order: the last one was taken first.
-                self.fresh.reverse();
-            } else {
-                self.fresh.sort_unstable_by_key(order);
-            }
+        pending.clear();
+        if !is_in_order {
+            fresh.sort_unstable_by_key(|fresh| (fresh.way, fresh.validity.to));
         }
-    }
-
-    fn compare(&mut self, index: WayIndex, sample: Sample, now: Time) -> bool {
-        let Some(way) = self.ways.get(index.0 as usize) else { return false };
-        let value = way.measured.filter(|last| last.value == sample.value);
-        let value = value.unwrap_or_else(|| Measured::of(sample.value));
-        let mut changed = false;
-        for &number in &way.triggers {
-            let Some(pair) = self.pairs.get_mut(number as usize) else { continue };
-            let Some(other) = self.ways.get(pair.other.0 as usize) else { continue };
-            let mean =
-                if way.computation.is_mean() { other.outputs.mean_over(sample.validity) } else { None };
-            let known = mean.map(Measured::of).or_else(|| other.measured_at(sample.validity));
-            let Some(known) = known else { continue };
-            self.panel.hear(number as usize, known);
-            let (before, was_restless) = (pair.relationship(now), pair.is_restless());
-            changed |= before != pair.record(&value, &known, sample.validity, now);
-            if was_restless != pair.is_restless() {
-                self.index.note(number, !was_restless);
-            }
-        }
-        self.panel.settle(index, value, now);
-        changed
     }
 
     /// How a signal misbehaves that comparisons speak against: what most of those in conflict look like.
@@ -289,9 +280,9 @@ impl Monitor {
     }
 
     /// The outputs of this moment, by way.
-    #[must_use]
-    pub fn fresh(&self) -> &[(WayIndex, Sample)] {
-        &self.fresh
+    pub fn fresh(&self) -> impl Iterator<Item = (WayIndex, Sample)> + '_ {
+        let sample = |fresh: &Fresh| Sample { validity: fresh.validity, value: fresh.measured.value };
+        self.fresh.iter().map(move |fresh| (fresh.way, sample(fresh)))
     }
 
     /// The ports of all signals.
@@ -342,6 +333,40 @@ impl Monitor {
         }
         votes
     }
+}
+
+/// Compares an output with all that its way is compared with; whether a relationship has changed.
+#[inline]
+fn compare(
+    (ways, pairs): (&[WatchedWay], &mut [Pair]),
+    (panel, index): (&mut Panel, &mut Index),
+    fresh: &Fresh,
+    now: Time,
+) -> bool {
+    let Fresh { way, validity, ref measured } = *fresh;
+    let Some(watched) = ways.get(way.0 as usize) else { return false };
+    let is_mean = watched.computation.is_mean();
+    let mut changed = false;
+    for &number in &watched.triggers {
+        let Some(pair) = pairs.get_mut(number as usize) else { continue };
+        let Some(other) = ways.get(pair.other.0 as usize) else { continue };
+        let mean = if is_mean { other.outputs.mean_over(validity) } else { None };
+        let known = match mean {
+            Some(mean) => Measured::of(mean),
+            None => match other.measured_at(validity) {
+                Some(known) => known,
+                None => continue,
+            },
+        };
+        panel.hear(number as usize, &known);
+        let recorded = pair.record(measured, &known, validity, now);
+        changed |= recorded.changed;
+        if let Some(restless) = recorded.restless {
+            index.note(number, restless);
+        }
+    }
+    panel.settle(way, measured, now);
+    changed
 }
 
 /// What became of an observation.

@@ -64,6 +64,8 @@ pub struct Window {
     period: Span,
     declared: bool,
     span: Span,
+    /// How long a comparison counts as evidence: by the period and the span.
+    lifetime: Span,
     /// How long after an event the slower way tells all of it.
     lag: Span,
 }
@@ -77,6 +79,7 @@ impl Window {
     #[must_use]
     pub fn new(debounce: Debounce, period: Option<Span>, lag: Span) -> Window {
         let (n, k) = debounce.window(period.unwrap_or(debounce.span));
+        let lifetime = lifetime(period.unwrap_or(debounce.span), debounce.span);
         Window {
             bits: 0,
             compared: 0,
@@ -87,6 +90,7 @@ impl Window {
             period: period.unwrap_or(debounce.span),
             declared: period.is_some(),
             span: debounce.span,
+            lifetime,
             lag,
         }
     }
@@ -103,12 +107,22 @@ impl Window {
         is_same
     }
 
-    /// Takes a comparison in.
-    pub fn record(&mut self, disagrees: bool, now: Time) {
-        match self.last {
-            Some(last) if self.declared && now - last > self.lifetime() => self.forget(),
-            Some(last) if !self.declared => self.period = (now - last).max(Span(1)),
-            _ => {}
+    /// Takes a comparison in; what the window said before, now.
+    #[inline]
+    pub fn record(&mut self, disagrees: bool, now: Time) -> Relationship {
+        let mut before = Relationship::Unknown;
+        if let Some(last) = self.last {
+            let since = now - last;
+            let is_stale = since > self.lifetime;
+            if !is_stale {
+                before = self.said();
+            }
+            if !self.declared {
+                self.period = since.max(Span(1));
+                self.lifetime = lifetime(self.period, self.span);
+            } else if is_stale {
+                self.forget();
+            }
         }
         if disagrees && self.bits == 0 {
             self.onset = now;
@@ -117,6 +131,7 @@ impl Window {
         self.bits = (self.bits << 1 | u64::from(disagrees)) & mask;
         self.compared = (self.compared + 1).min(self.n);
         self.last = Some(now);
+        before
     }
 
     /// Forgets all comparisons.
@@ -131,7 +146,7 @@ impl Window {
     pub fn relationship(&self, now: Time) -> Relationship {
         match self.last {
             None => Relationship::Unknown,
-            Some(last) if now - last > self.lifetime() => Relationship::Unknown,
+            Some(last) if now - last > self.lifetime => Relationship::Unknown,
             Some(_) => self.said(),
         }
     }
@@ -161,13 +176,13 @@ impl Window {
     /// How long a comparison counts as evidence.
     #[must_use]
     pub fn lifetime(&self) -> Span {
-        self.period.times(STALE_PERIODS).max(self.span)
+        self.lifetime
     }
 
     /// When the last comparison stops to count as evidence.
     #[must_use]
     pub fn stale_at(&self) -> Option<Time> {
-        self.last.map(|last| last + self.lifetime() + Span(1))
+        self.last.map(|last| last + self.lifetime + Span(1))
     }
 
     /// How long a conflict takes to show after a fault has begun.
@@ -181,6 +196,10 @@ impl Window {
     pub fn confirmed_since(&self, moment: Time) -> bool {
         self.last.is_some_and(|last| last - moment >= self.period.times(i64::from(self.k) - 1) + self.lag)
     }
+}
+
+fn lifetime(period: Span, span: Span) -> Span {
+    period.times(STALE_PERIODS).max(span)
 }
 
 /// Which way of knowing: an index into the monitor's ways.
@@ -218,17 +237,28 @@ pub struct Pair {
     pub disagreement: Option<Disagreement>,
 }
 
+/// What a comparison has changed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Recorded {
+    /// Whether the relationship is another one.
+    pub(super) changed: bool,
+    /// Whether the pair [is restless](Pair::is_restless) now, where it was the other way before.
+    pub(super) restless: Option<bool>,
+}
+
 impl Pair {
-    /// Takes a comparison in; what its comparisons say now.
+    /// Takes a comparison in.
+    #[inline]
     pub(super) fn record(
         &mut self,
         value: &Measured,
         other: &Measured,
         validity: Validity,
         now: Time,
-    ) -> Relationship {
+    ) -> Recorded {
         let disagrees = !value.value.overlaps(other.value);
-        self.window.record(disagrees, now);
+        let (was_restless, tendency) = (self.is_restless(), self.trend.tendency());
+        let before = together(self.window.record(disagrees, now), tendency);
         if disagrees {
             self.disagreement = Some(Disagreement { time: now, value: value.value, other: other.value });
         }
@@ -238,21 +268,17 @@ impl Pair {
             state => self.trend.engage(state == Relationship::Conflict),
         }
         self.trend.record(value, other, validity, now);
-        self.together(single)
+        let is_restless = self.is_restless();
+        Recorded {
+            changed: before != together(single, self.trend.tendency()),
+            restless: (was_restless != is_restless).then_some(is_restless),
+        }
     }
 
     /// What its comparisons say now, each on its own and together.
     #[must_use]
     pub fn relationship(&self, now: Time) -> Relationship {
-        self.together(self.window.relationship(now))
-    }
-
-    fn together(&self, single: Relationship) -> Relationship {
-        match (single, self.trend.tendency()) {
-            (Relationship::Unknown, _) => Relationship::Unknown,
-            (_, Tendency::Drift | Tendency::Noise | Tendency::Skew) => Relationship::Conflict,
-            (single, Tendency::Calm | Tendency::Building) => single,
-        }
+        together(self.window.relationship(now), self.trend.tendency())
     }
 
     /// Whether one of its recent comparisons disagrees, or something comes together over many: without that it is neither
@@ -287,5 +313,15 @@ impl Pair {
             Tendency::Building => self.trend.latency(self.window.period).max(self.window.latency()),
             _ => self.window.latency(),
         }
+    }
+}
+
+/// What single comparisons say, and what comes together over many.
+#[inline]
+fn together(single: Relationship, tendency: Tendency) -> Relationship {
+    match (single, tendency) {
+        (Relationship::Unknown, _) => Relationship::Unknown,
+        (_, Tendency::Drift | Tendency::Noise | Tendency::Skew) => Relationship::Conflict,
+        (single, Tendency::Calm | Tendency::Building) => single,
     }
 }

@@ -24,8 +24,8 @@ const OFTEN: i64 = 20;
 #[derive(Clone, Copy, Debug)]
 struct Seat {
     way: WayIndex,
-    /// Its vote, when it has one.
-    vote: Option<u32>,
+    /// Its vote, as a bit; 0 when it has none.
+    vote: u64,
     /// The votes of ways that share no signal with it, as bits: without one of them it is not compared.
     independent: u64,
     /// Whether there are moments, often enough, at which three votes or more are compared with it.
@@ -54,7 +54,7 @@ impl Panel {
     /// Before the first value. Complexity: O(pairs times the ways that each way is compared with).
     pub(super) fn new(ways: &[WatchedWay], pairs: &[Pair], memory: Memory) -> Panel {
         let record = |way: &WatchedWay| Record::new(way.computation.timing().period, memory);
-        let nobody = Seat { way: WayIndex(u32::MAX), vote: None, independent: 0, has_majorities: false };
+        let nobody = Seat { way: WayIndex(u32::MAX), vote: 0, independent: 0, has_majorities: false };
         let mut others = alloc::vec![None; pairs.len()];
         let mut own = Vec::with_capacity(ways.len());
         let mut has_majorities = alloc::vec![false; ways.len()];
@@ -66,7 +66,7 @@ impl Panel {
             let seats = seats(ways, &members);
             let is_often =
                 way.computation.timing().period.is_none_or(|period| period.times(OFTEN) <= memory.0);
-            if is_often && seats.iter().filter(|seat| seat.vote.is_some()).count() > 2 {
+            if is_often && seats.iter().filter(|seat| seat.vote != 0).count() > 2 {
                 for way in &members {
                     has_majorities.get_mut(way.0 as usize).into_iter().for_each(|has| *has = true);
                 }
@@ -106,52 +106,59 @@ impl Panel {
     }
 
     /// The value of the other way of a pair whose way delivers.
-    pub(super) fn hear(&mut self, pair: usize, known: Measured) {
-        if let Some(seat) = self.others.get(pair).copied().flatten().filter(|_| known.value.is_bounded()) {
+    #[inline]
+    pub(super) fn hear(&mut self, pair: usize, known: &Measured) {
+        if let Some(&Some(seat)) = self.others.get(pair)
+            && known.value.is_bounded()
+        {
             self.take(seat, known);
         }
     }
 
-    fn take(&mut self, seat: Seat, measured: Measured) {
-        if let Some(vote) = seat.vote {
-            self.present |= 1_u64 << vote;
-            self.lows.push(measured.value.lo());
-            self.highs.push(measured.value.hi());
-        }
-        self.heard.push((seat, measured));
+    #[inline]
+    fn take(&mut self, seat: Seat, measured: &Measured) {
+        self.present |= seat.vote;
+        self.heard.push((seat, *measured));
     }
 
     /// A way has delivered, and all that it is compared with has been heard. O(k log k) for k of them.
-    pub(super) fn settle(&mut self, way: WayIndex, value: Measured, now: Time) {
+    #[inline]
+    pub(super) fn settle(&mut self, way: WayIndex, value: &Measured, now: Time) {
         if let Some(record) = self.records.get_mut(way.0 as usize) {
             record.deliver(now);
         }
-        if self.heard.is_empty() {
-            return;
+        if !self.heard.is_empty() {
+            self.settle_heard(way, value, now);
         }
+    }
+
+    fn settle_heard(&mut self, way: WayIndex, value: &Measured, now: Time) {
         if let Some(&seat) = self.own.get(way.0 as usize).filter(|_| value.value.is_bounded()) {
             self.take(seat, value);
             self.rate(now);
         }
         self.heard.clear();
         self.present = 0;
-        self.lows.clear();
-        self.highs.clear();
     }
 
     /// Compares all that was heard with its consensus.
     fn rate(&mut self, now: Time) {
         let Panel { heard, present, lows, highs, records, .. } = self;
-        let is_told = lows.len() > 2;
+        let is_told = present.count_ones() > 2;
         let counts = |seat: &Seat| seat.independent & *present != 0 && (is_told || !seat.has_majorities);
         if !heard.iter().any(|(seat, _)| counts(seat)) {
             return;
         }
+        lows.clear();
+        highs.clear();
+        for (_, measured) in heard.iter().filter(|(seat, _)| seat.vote != 0) {
+            lows.push(measured.value.lo());
+            highs.push(measured.value.hi());
+        }
         let votes = lows.len();
         let consensus = consensus(lows, highs).filter(|(agreed, _)| {
-            let supports = |(seat, measured): &&(Seat, Measured)| {
-                seat.vote.is_some() && measured.value.overlaps(*agreed)
-            };
+            let supports =
+                |(seat, measured): &&(Seat, Measured)| seat.vote != 0 && measured.value.overlaps(*agreed);
             2 * heard.iter().filter(supports).count() > votes
         });
         for (seat, measured) in heard.iter().filter(|(seat, _)| counts(seat)) {
@@ -207,7 +214,7 @@ fn seats(ways: &[WatchedWay], members: &[WayIndex]) -> Vec<Seat> {
         let independent = votes.clone().filter(|(_, voter)| !rests_on(**voter).meets(rests_on(way)));
         Seat {
             way,
-            vote: votes.clone().find(|(_, voter)| **voter == way).map(|(vote, _)| vote),
+            vote: votes.clone().find(|(_, voter)| **voter == way).map_or(0, |(vote, _)| 1 << vote),
             independent: independent.fold(0, |all, (vote, _)| all | 1 << vote),
             has_majorities: false,
         }
@@ -221,7 +228,7 @@ fn leave_out_idle(ways: &[WatchedWay], own: &[Seat], others: &mut [Option<Seat>]
         let places = || way.triggers.iter().map(|&pair| pair as usize);
         let heard =
             || core::iter::once(*own).chain(places().filter_map(|at| others.get(at).copied().flatten()));
-        let votes = heard().filter(|seat| seat.vote.is_some()).count();
+        let votes = heard().filter(|seat| seat.vote != 0).count();
         if votes <= 2 && heard().all(|seat| seat.has_majorities) {
             for at in places() {
                 others.get_mut(at).into_iter().for_each(|seat| *seat = None);

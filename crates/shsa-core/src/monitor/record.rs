@@ -119,14 +119,17 @@ pub struct Record {
 #[derive(Clone, Copy, Debug)]
 struct Presence {
     stretches: Fading,
-    period: Option<Span>,
+    /// How long a value is one, where that is declared.
+    held: Option<Span>,
     since: Option<Time>,
     last: Option<Time>,
     /// Between the last two values.
     gap: Option<Span>,
-    /// The share of the time that counts, with a value and in all, until `last`.
+    /// The share of the time that counts, with a value and in all, until `counted`. From then until `last` there was a value
+    /// all the time, which is counted when it ends: mostly, a value just goes on.
     given: f64,
     all: f64,
+    counted: Time,
 }
 
 impl Record {
@@ -136,12 +139,13 @@ impl Record {
         let memory = memory.0.max(period.unwrap_or(Span::ZERO).times(LEAST_PERIODS));
         let presence = Presence {
             stretches: Fading::new(memory),
-            period,
+            held: period.map(|period| period.times(HELD_PERIODS)),
             since: None,
             last: None,
             gap: None,
             given: 0.0,
             all: 0.0,
+            counted: Time::MIN,
         };
         Record {
             comparisons: Fading::new(memory),
@@ -160,8 +164,11 @@ impl Record {
         let new = *self;
         *self = old;
         self.comparisons = new.comparisons;
+        if self.presence.stretches.memory_s != new.presence.stretches.memory_s {
+            self.presence.count();
+        }
         self.presence.stretches = new.presence.stretches;
-        self.presence.period = new.presence.period;
+        self.presence.held = new.presence.held;
     }
 
     /// From this moment on the way could give values.
@@ -170,11 +177,9 @@ impl Record {
     }
 
     /// Takes in that it has given a value.
+    #[inline]
     pub fn deliver(&mut self, now: Time) {
-        self.begin(now);
-        self.presence.pass_until(now);
-        self.presence.gap = self.presence.last.map(|last| now - last).or(self.presence.gap);
-        self.presence.last = Some(now);
+        self.presence.deliver(now);
     }
 
     /// Takes a comparison in: whether it agreed with the others, how far it was from their consensus where they had one
@@ -209,8 +214,35 @@ impl Record {
 }
 
 impl Presence {
+    #[inline]
+    fn deliver(&mut self, now: Time) {
+        match self.last {
+            Some(last) if last <= now && now - last <= self.held() => self.gap = Some(now - last),
+            _ => self.resume(now),
+        }
+        self.last = Some(now);
+    }
+
+    /// The first value, or the first one after a pause.
+    #[cold]
+    fn resume(&mut self, now: Time) {
+        self.since.get_or_insert(now);
+        self.pass_until(now);
+        self.counted = now;
+        self.gap = self.last.map(|last| now - last).or(self.gap);
+    }
+
+    /// Counts the time until the last value in.
+    fn count(&mut self) {
+        if let Some(last) = self.last {
+            self.pass(last - self.counted, 1.0);
+            self.counted = last;
+        }
+    }
+
     /// Counts the time until a moment in.
     fn pass_until(&mut self, now: Time) {
+        self.count();
         let Some(from) = self.last.or(self.since) else { return };
         let span = (now - from).max(Span::ZERO);
         let held = self.held();
@@ -222,11 +254,11 @@ impl Presence {
 
     /// How long a value is one: as declared, else as the last two came. Before the first value only a declared rate
     /// says how long is no absence.
+    #[inline]
     fn held(&self) -> Span {
-        let declared = self.period.map(|period| period.times(HELD_PERIODS));
         let learnt = || self.gap.map(|gap| gap.times(HELD_PERIODS));
         let nothing_yet = if self.last.is_some() { Span::MAX } else { Span::ZERO };
-        declared.or_else(learnt).unwrap_or(nothing_yet)
+        self.held.or_else(learnt).unwrap_or(nothing_yet)
     }
 
     fn pass(&mut self, span: Span, share: f64) {

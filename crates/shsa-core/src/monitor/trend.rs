@@ -112,6 +112,9 @@ pub struct Trend {
     /// The share of a mean that a second of comparisons replaces, and the most that one comparison does.
     gain_per_second: f64,
     most_gain: f64,
+    /// Below these, scatter and squares come near to nothing.
+    calm_scatter: f64,
+    calm_square: f64,
     before: Option<Before>,
     /// Cumulative sums (CUSUM, E. S. Page, Continuous Inspection Schemes, 1954, doi:10.1093/biomet/41.1-2.100) of
     /// differences beyond the allowance, above and below; an alarm at 1.
@@ -153,6 +156,8 @@ impl Trend {
             options,
             gain_per_second: 1.0 / options.span.seconds(),
             most_gain: 1.0 / f64::from(options.least.max(1)),
+            calm_scatter: HALF * (options.scatter * options.scatter),
+            calm_square: HALF * (options.skew * options.skew),
             before: None,
             sums: [0.0; 2],
             usual: None,
@@ -224,13 +229,13 @@ impl Trend {
 
     /// Adds what exceeds the allowance; what disagrees outright is for the single comparisons to tell.
     fn accumulate(&mut self, share: f64, shares: f64, gain: f64) {
-        let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return };
-        let share = common(share, share - usual * shares);
         let allowance = self.options.allowance;
         if share.abs() <= allowance && self.sums == [0.0; 2] {
-            // Most often: there is nothing to take from.
+            // Most often: there is nothing to add, whatever is usual, and nothing to take from.
             return;
         }
+        let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return };
+        let share = common(share, share - usual * shares);
         for (sum, share) in self.sums.iter_mut().zip([share, -share]) {
             *sum = (*sum + gain * (share - allowance) / allowance).clamp(0.0, 1.0);
         }
@@ -238,11 +243,12 @@ impl Trend {
 
     /// Whether nothing has come together, and nothing comes near to it: most often, and quickly seen.
     fn stays_calm(&self) -> bool {
-        let limit_of_scatter = self.options.scatter * self.options.scatter;
+        let [above, below] = self.sums;
         self.alarm == Tendency::Calm
-            && self.largest_sum() <= OPEN
-            && self.scatter <= HALF * limit_of_scatter
-            && self.square <= HALF * self.limit_of_skew()
+            && above <= OPEN
+            && below <= OPEN
+            && self.scatter <= self.calm_scatter
+            && self.square <= self.calm_square
     }
 
     fn raise(&mut self, now: Time) {

@@ -92,10 +92,10 @@ impl Provider {
 
     /// What a way says that has not been known when the last value went out.
     fn news(&self, monitor: &Monitor, index: WayIndex, way: &WatchedWay) -> Option<Sample> {
-        let fresh = monitor.fresh().iter().find(|(fresh, _)| *fresh == index);
+        let fresh = monitor.fresh().find(|(fresh, _)| *fresh == index);
         let is_newer =
             |sample: &Sample| self.last.is_none_or(|(_, last)| sample.validity.to > last.validity.to);
         let newest = || way.outputs.newest(0).filter(|sample| is_newer(sample));
-        fresh.map(|(_, sample)| *sample).or_else(|| newest().copied())
+        fresh.map(|(_, sample)| sample).or_else(|| newest().copied())
     }
 }
