@@ -2,6 +2,7 @@
 
 mod edit;
 mod calm;
+mod jump;
 mod pair;
 mod unhealthy;
 mod offset;
@@ -372,7 +373,11 @@ impl<'a> Work<'a> {
     /// and what it needs is known for one width all the time only: a pair that comes into conflict all the same asks for
     /// more. Time: a run of the monitor over the earlier part for each round.
     fn silent_errors(&self, trial: &Trial, demands: &mut [Demand]) -> Result<Vec<f64>, Problem> {
-        let mut errors = self.solve(demands);
+        let least = self.least_errors(trial)?;
+        let solve = |demands: &[Demand]| -> Vec<f64> {
+            self.solve(demands).into_iter().zip(&least).map(|(error, least)| error.max(*least)).collect()
+        };
+        let mut errors = solve(demands);
         let span =
             self.early.first().zip(self.early.last()).map(|(first, last)| last.received - first.received);
         let accepted = self.options.false_alarms_per_hour * span.map_or(0.0, Span::seconds) / 3600.0;
@@ -392,7 +397,7 @@ impl<'a> Work<'a> {
             for (demand, _) in demands.iter_mut().zip(&watched.conflicts).filter(|(_, it)| is_loud(it)) {
                 demand.least = MORE * demand.reached(&errors).max(demand.least);
             }
-            errors = self.solve(demands);
+            errors = solve(demands);
         }
         Ok(errors)
     }

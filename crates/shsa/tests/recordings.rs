@@ -485,14 +485,21 @@ type Goal = (&'static str, f64);
 /// A bias is seen that is at most so many times as large as what a plain script sees.
 const TIMES: f64 = 1.5;
 
+/// What is found by fitting a part, after which no signal may be called failed in the rest.
+#[track_caller]
+fn calibrated(case: &Case, more: &[&str]) -> Value {
+    // It ends with 1 when a signal is called failed.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_shsa"));
+    let found = report(command.arg("calibrate").arg(&case.model).arg(&case.recording).args(more)).0;
+    assert_eq!(found["after"]["failed"], 0, "{}", found["after"]);
+    found
+}
+
 /// Calibrated on the first half, no signal is called failed in the second, and small biases are seen.
 #[track_caller]
 fn check_calibrated(case: Option<Case>, goals: &[Goal]) {
     let Some(case) = case else { return };
-    // It ends with 1 when a signal is called failed.
-    let mut command = Command::new(env!("CARGO_BIN_EXE_shsa"));
-    let found = report(command.arg("calibrate").arg(&case.model).arg(&case.recording)).0;
-    assert_eq!(found["after"]["failed"], 0, "{}", found["after"]);
+    let found = calibrated(&case, &[]);
     assert!(found["pairs"].as_array().unwrap().iter().all(|pair| pair["compared_later"].as_u64() > Some(0)));
     for (signal, plain) in goals {
         let fitted = found["fitted"].as_array().unwrap().iter().find(|it| it["name"] == *signal).unwrap();
@@ -504,8 +511,14 @@ fn check_calibrated(case: Option<Case>, goals: &[Goal]) {
 #[test]
 fn a_calibrated_car_sees_what_a_plain_script_sees() {
     let wheels = [("wheel_1", 0.56), ("wheel_2", 0.40), ("wheel_3", 0.62), ("wheel_4", 0.38)];
-    check_calibrated(car(), &wheels);
-    check_calibrated(car(), &[(GNSS, 0.66), ("gyro", 0.006)]);
+    check_calibrated(car(), &[&wheels[..], &[(GNSS, 0.66), ("gyro", 0.006)]].concat());
+}
+
+/// Its wheels are stamped unevenly: of two readings 5 ms apart, the second one seems to have come faster than a car can go.
+#[test]
+fn a_car_that_is_calibrated_on_a_calm_third_is_not_too_fast_later() {
+    let Some(case) = car() else { return };
+    calibrated(&case, &["--split", "20s"]);
 }
 
 #[test]
