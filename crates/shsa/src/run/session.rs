@@ -166,7 +166,7 @@ impl Session {
         self.deliver()
     }
 
-    /// Publishes and tells what the healers have done: a substitute does not wait until it is told why it is one.
+    /// Publishes what the healers have done, remembers and tells it: a substitute does not wait until it is told why it is one.
     fn deliver(&mut self) -> anyhow::Result<()> {
         let Session { bridge, healers, herald, figures, shares, house, .. } = self;
         let mut tales = Vec::new();
@@ -198,6 +198,12 @@ impl Session {
                 }
             }
         }
+        if tales.is_empty() {
+            return Ok(());
+        }
+        // What was told is known after a crash, and a substitute waits for neither.
+        bridge.flush();
+        healers.iter_mut().for_each(Healer::remember);
         tales.into_iter().for_each(|tale| herald.tell(tale, bridge.as_mut()));
         Ok(())
     }

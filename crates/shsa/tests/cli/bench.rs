@@ -75,9 +75,12 @@ fn live_measures_what_is_asked_and_keeps_the_section_of_a_soak() {
     let lines: Vec<serde_json::Value> =
         ended.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let parts: Vec<_> = lines.iter().map(|line| line["part"].as_str().unwrap()).collect();
-    assert_eq!(parts, ["gate", "reaction", "reaction"]);
-    assert_eq!(lines[0]["lost"], 0, "{}", lines[0]);
-    for reaction in &lines[1..] {
+    // Once more with the processors kept awake, where that is allowed.
+    let gates = parts.iter().take_while(|part| **part == "gate").count();
+    assert!((1..=2).contains(&gates) && parts[gates..] == ["reaction", "reaction"], "{parts:?}");
+    let (gates, reactions) = lines.split_at(gates);
+    assert!(gates.iter().all(|gate| gate["lost"] == 0), "{gates:?}");
+    for reaction in reactions {
         assert_eq!((&reaction["unhealed"], &reaction["wrong"]), (&0.into(), &0.into()), "{reaction}");
     }
     let document = read("live.md");
