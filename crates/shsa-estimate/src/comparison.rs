@@ -1,6 +1,5 @@
 //! Every comparison that the engine's monitor makes over observations, as numbers.
 
-use shsa_core::interval::Interval;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::monitor::{self, Monitor, Pair, Relationship, WatchedWay, WayIndex};
 use shsa_core::observation::Observation;
@@ -62,7 +61,7 @@ impl Watched {
             self.outputs[way as usize].push((sample.validity, sample.value.midpoint()));
             for &number in &compares[way as usize] {
                 let (slow, other) = self.sides(&self.monitor.pairs()[number]);
-                let Some(known) = known(slow, other, sample.validity) else { continue };
+                let Some(known) = other.beside(slow, sample.validity) else { continue };
                 let comparison = Comparison {
                     received: now,
                     validity: sample.validity,
@@ -85,10 +84,4 @@ impl Watched {
         let way = |index: WayIndex| &self.monitor.ways()[index.0 as usize];
         (way(pair.way), way(pair.other))
     }
-}
-
-/// What the other way says about the moment of the slower one, as the monitor takes it.
-fn known(slow: &WatchedWay, other: &WatchedWay, moment: Validity) -> Option<Interval> {
-    let mean = if slow.computation.is_mean() { other.outputs.mean_over(moment) } else { None };
-    mean.or_else(|| other.at(moment))
 }

@@ -234,11 +234,7 @@ impl Engine {
 /// The newest value of the slower of two ways, and the other one brought to its moment.
 fn compared(slow: &WatchedWay, fast: &WatchedWay) -> Option<(Interval, Interval, Time)> {
     let newest = slow.outputs.newest(0)?;
-    let mean = match slow.computation.is_mean() {
-        true => fast.outputs.mean_over(newest.validity),
-        false => None,
-    };
-    let known = mean.or_else(|| fast.at(newest.validity))?;
+    let known = fast.beside(slow, newest.validity)?;
     Some((newest.value, known, newest.validity.to))
 }
 

@@ -85,10 +85,19 @@ impl WatchedWay {
         self.outputs.alone_at(moment).or_else(|| self.near(moment))
     }
 
+    /// What it says about an output of the slower way that it is compared with: where that one is a mean over a time, its own
+    /// mean over that, else its outputs brought to that moment.
+    #[inline]
+    #[must_use]
+    pub fn beside(&self, slower: &WatchedWay, moment: Validity) -> Option<Interval> {
+        let mean = if slower.computation.is_mean() { self.outputs.mean_over(moment) } else { None };
+        mean.or_else(|| self.at(moment))
+    }
+
     /// The same with its middle and width, which are not found again for each way that compares with it.
     #[inline]
-    fn measured_at(&self, moment: Validity) -> Option<Measured> {
-        let value = self.at(moment)?;
+    fn measured_beside(&self, slower: &WatchedWay, moment: Validity) -> Option<Measured> {
+        let value = self.beside(slower, moment)?;
         let known = self.measured.filter(|last| last.value == value);
         Some(known.unwrap_or_else(|| Measured::of(value)))
     }
@@ -184,12 +193,11 @@ impl Monitor {
     fn evaluate(&mut self) {
         let Monitor { pending, fresh, ways, ports, .. } = self;
         fresh.clear();
-        // Observations of one moment may have come in any order; comparisons go by file order, as these mostly did.
-        let is_in_order = pending.is_sorted_by(|one, other| one.0 < other.0);
-        if !is_in_order {
-            pending.reverse();
+        // Observations of one moment may have come in any order; what comes of them goes by file order, as they mostly did.
+        if !pending.is_sorted_by(|one, other| one.0 < other.0) {
+            pending.sort_unstable_by_key(|(way, validity)| (*way, validity.to, validity.from));
         }
-        for &(index, validity) in pending.iter() {
+        for (index, validity) in pending.drain(..) {
             let Some(way) = ways.get_mut(index.0 as usize) else { continue };
             let Some(sample) = way.computation.evaluate_scalar(ports, validity) else { continue };
             if way.outputs.push(sample).is_kept() {
@@ -197,10 +205,6 @@ impl Monitor {
                 way.measured = Some(measured);
                 fresh.push(Fresh { way: index, validity: sample.validity, measured });
             }
-        }
-        pending.clear();
-        if !is_in_order {
-            fresh.sort_unstable_by_key(|fresh| (fresh.way, fresh.validity.to));
         }
     }
 
@@ -345,19 +349,11 @@ fn compare(
 ) -> bool {
     let Fresh { way, validity, ref measured } = *fresh;
     let Some(watched) = ways.get(way.0 as usize) else { return false };
-    let is_mean = watched.computation.is_mean();
     let mut changed = false;
     for &number in &watched.triggers {
         let Some(pair) = pairs.get_mut(number as usize) else { continue };
         let Some(other) = ways.get(pair.other.0 as usize) else { continue };
-        let mean = if is_mean { other.outputs.mean_over(validity) } else { None };
-        let known = match mean {
-            Some(mean) => Measured::of(mean),
-            None => match other.measured_at(validity) {
-                Some(known) => known,
-                None => continue,
-            },
-        };
+        let Some(known) = other.measured_beside(watched, validity) else { continue };
         panel.hear(number as usize, &known);
         let recorded = pair.record(measured, &known, validity, now);
         changed |= recorded.changed;
