@@ -261,11 +261,6 @@ impl Healer {
         Ok(())
     }
 
-    /// Whether something was decided that is not remembered yet.
-    pub(super) fn has_decided(&self) -> bool {
-        self.memory.is_some() && self.has_decided
-    }
-
     /// Whether names of failed sources may be taken over, or are to be given back.
     pub(super) fn takes_over(&self) -> bool {
         !self.takeovers.is_empty() || !self.leaving.is_empty()

@@ -100,13 +100,12 @@ impl Session {
         Ok(())
     }
 
-    /// Whether there is nothing to be done before its rest is over: nothing new to tell, to remember, or to take over, and nothing that is
-    /// due earlier.
+    /// Whether there is nothing to be done before its rest is over: nothing that waits, nothing new to tell or to take over, and
+    /// nothing that is due earlier.
     pub(super) fn may_rest(&self) -> bool {
         let now = self.now();
-        let has_rest = |healer: &Healer| !healer.has_decided() && !healer.takes_over();
         let is_quiet = self.bridge.inbox().is_empty() && now < self.house.doubt;
-        is_quiet && self.healers.iter().all(has_rest) && self.rests_until <= self.due(now)
+        is_quiet && !self.healers.iter().any(Healer::takes_over) && self.rests_until <= self.due(now)
     }
 
     /// Ends the run; the answer is no when a need is unserved.
