@@ -1,7 +1,7 @@
 //! What has arrived and not yet been read: bounded for each topic, the newest wins, losses are counted.
 //!
-//! To wake a reader that sleeps takes longer than to read. Both sides may spare that: a reader that waits may drive the connection itself
-//! ([`Driver`]), and a thread that brings a message may read in the place of the reader ([`Deputy`]).
+//! To wake a reader that sleeps takes longer than to read. Both sides may spare that: a reader that waits may drive the
+//! connection itself ([`Driver`]), and a thread that brings a message may read in the place of the reader ([`Deputy`]).
 
 use crate::{Clock, Message};
 use std::cmp::Reverse;
@@ -29,8 +29,8 @@ struct Shared {
 
 /// What reads in the place of a reader that sleeps, in the thread that has brought a message.
 pub trait Deputy: Send + Sync {
-    /// Reads what waits. The answer is no when there is something left to do for the reader, who is woken then. Must not block for
-    /// long: the thread is the middleware's.
+    /// Reads what waits. The answer is no when there is something left to do for the reader, who is woken then. Must not
+    /// block for long: the thread is the middleware's.
     fn read(&self) -> bool;
 }
 

@@ -42,7 +42,7 @@ All kinds with all kinds, on all pairs, the second fault 0, 0.1, 0.5 or 10 s aft
 pub(super) const GRID: &str = "
 *Not isolated* is a run in which both faulty signals are accused, but at least one is only suspected; *missed* one in which
 a faulty signal is never accused. Healthy signals are suspected where two faults grow slowly, together and apart from the
-rest (`stuck`, `drift`): for a moment two wheels against two, with a GNSS that agrees with all four. A healthy one is never
+rest (`stuck`): for a moment two wheels against two, with a GNSS that agrees with all four. A healthy one is never
 called failed.
 ";
 

@@ -48,8 +48,9 @@ impl Hearing {
         topics.get(topic).map(|known| (known.wire_type.clone(), known.message_type.clone()))
     }
 
-    /// Runs in Zenoh's threads: nothing is decoded here but the key and the attachment, unless the reader sleeps. `name` gives the name of a topic
-    /// from the one without the leading slash, or `None` where nobody wants it; `told` is the type where no key tells.
+    /// Runs in Zenoh's threads: only the key and the attachment are decoded here, the rest by the reader, or in its place while
+    /// it sleeps. `name` gives the name of a topic from the one without the leading slash, or `None` where nobody wants it; `told`
+    /// is the type where no key tells.
     pub(super) fn deliver(
         &self,
         sample: &Sample,

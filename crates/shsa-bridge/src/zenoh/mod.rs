@@ -198,7 +198,8 @@ pub(crate) fn declare_publisher(
     publisher.map_err(lost)
 }
 
-/// Runs in Zenoh's threads: nothing is decoded here but what goes beside the payload, unless the reader sleeps.
+/// Runs in Zenoh's threads: only what goes beside the payload is decoded here, the rest by the reader, or in its place while it
+/// sleeps.
 fn deliver(inbox: &Inbox, topic: Arc<str>, sample: &Sample) {
     if sample.kind() != SampleKind::Put {
         return;

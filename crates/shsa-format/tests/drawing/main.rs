@@ -1,6 +1,6 @@
 //! Drawings are well-formed whatever they draw, say what they must, and stay the same.
 //!
-//! Each is also written to `target/tmp/drawings`, to be looked at.
+//! Each is also written to Cargo's folder for what tests leave behind, to be looked at.
 
 mod xml;
 mod plot;

@@ -1,7 +1,7 @@
 //! Who is at the helm of a run: its own thread, or while that sleeps the thread of the bus that brings a message.
 //!
-//! To wake a thread takes longer than to hear a message and to serve what comes of it. Everything else is left to the run's thread,
-//! which is woken when there is any.
+//! To wake a thread takes longer than to hear a message and to serve what comes of it. Everything else is left to the run's
+//! thread, which is woken when there is any.
 
 use super::session::Session;
 use crate::outcome::Outcome;

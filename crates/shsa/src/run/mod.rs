@@ -6,8 +6,8 @@
 //!                 control             herald -> terminal, bus, HTTP
 //! ```
 //!
-//! One thread at a time does everything that decides ([`helm`]): the run's own, or while that sleeps a thread of the bus that brings a
-//! message. HTTP has threads of its own that only hand things in, and the terminal one that writes what it is handed.
+//! One thread at a time does everything that decides ([`helm`]): the run's own, or while that sleeps a thread of the bus that
+//! brings a message. HTTP has threads of its own that only hand things in, and the terminal one that writes what it is handed.
 
 mod control;
 mod execution;

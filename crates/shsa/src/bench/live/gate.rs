@@ -35,7 +35,8 @@ pub(super) struct Gate {
     pub(super) sent: u64,
     /// Transport alone, one hop; with a plain relay, two hops; with the gate, two hops.
     pub(super) paths: [Path; 3],
-    /// What the instance itself measures: from the reception of a message until the value that comes of it is handed to the client library.
+    /// What the instance itself measures: from the reception of a message until the value that comes of it is handed to the
+    /// client library.
     pub(super) inside: Quantiles,
 }
 

@@ -190,10 +190,10 @@ Median / 99th percentile of a message at 1 kHz, and two other signals at 100 Hz 
 - *direct*: publisher to consumer. *relay*: through a process that subscribes and publishes again by the same client library,
   and does nothing else: the transport's own two hops. *gate*: through `shsa run`, the same two hops.
 - *beyond the relay*: gate less relay; wanted: below {} / {}. *best turns*: the same of the best turns of {} messages of each
-  path; other work on the machine only adds. *inside*: from the reception of a message until the value that comes of it is handed to the
-  client library, as `shsa run` tells by itself (`/state`, `/metrics`).
-- *awake*: the processors were kept from sleeping between two messages (`/dev/cpu_dma_latency`, as `cyclictest` does). Whoever is woken
-  one after the other waits for the machine else, a virtual one above all.
+  path; other work on the machine only adds. *inside*: from the reception of a message until the value that comes of it is
+  handed to the client library, as `shsa run` tells by itself (`/state`, `/metrics`).
+- *awake*: the processors were kept from sleeping between two messages (`/dev/cpu_dma_latency`, as `cyclictest` does). Else each
+  process on the way waits until the machine has woken one for it, a virtual machine longest.
 
 ",
         markdown(&GATE_HEAD, &gate_rows(found)),
