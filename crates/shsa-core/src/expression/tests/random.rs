@@ -145,15 +145,26 @@ fn roomy(interval: Interval) -> Interval {
     if size.is_finite() { interval.widened(1e-9 * (1.0 + size)) } else { interval }
 }
 
-/// Whether some step of the plain evaluation has no value or overflows: what the rest makes of it does not count.
+/// Whether no step of the plain evaluation is without a value or overflows: what the rest makes of it does not count. A number
+/// below zero has a power only where the exponent is written as a whole number, and not where rounding made one of it.
 fn is_defined(expression: &Expr, at: &[f64; 3]) -> bool {
     let below = match &expression.node {
         Node::Call(_, arguments) => arguments.iter().all(|argument| is_defined(argument, at)),
         Node::Prefix(_, of) => is_defined(of, at),
+        Node::Infix(Infix::Power, left, right) if !is_written(right) => {
+            is_defined(left, at) && is_defined(right, at) && plain(left, at) >= 0.0
+        }
         Node::Infix(_, left, right) => is_defined(left, at) && is_defined(right, at),
         _ => true,
     };
     below && plain(expression, at).is_finite()
+}
+
+fn is_written(number: &Expr) -> bool {
+    match &number.node {
+        Node::Prefix(_, of) => is_written(of),
+        node => matches!(node, Node::Number(..)),
+    }
 }
 
 proptest! {
