@@ -19,7 +19,7 @@ use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 use core::cell::OnceCell;
 use core::ops::Bound;
-use evidence::{Priors, is_gradual, rests_on_any, shows_a_step};
+use evidence::{Dispute, Priors, rests_on_any};
 
 pub use evidence::rests_on;
 pub use orders::Record;
@@ -387,11 +387,8 @@ impl Judge {
             !case.certain.contains(component) && self.disagrees_otherwise(monitor, *component, conflicts)
         };
         let rest: BTreeSet<Component> = case.accused().into_iter().filter(is_open).collect();
-        let about_rest = || conflicts.iter().filter(|pair| rests_on_any(monitor, pair, &rest));
-        let Some(onset) = about_rest().map(|pair| pair.onset(now)).min() else { return };
-        let gradual = about_rest().any(|pair| is_gradual(pair, now));
-        let shows = about_rest().map(|pair| shows_a_step(monitor, pair)).max().unwrap_or(Span::MAX);
-        if !self.is_settled((monitor, now), &rest, onset, gradual, shows) {
+        let Some(dispute) = Dispute::about(monitor, conflicts, &rest, now) else { return };
+        if !self.is_settled((monitor, now), &rest, &dispute) {
             return;
         }
         // What is still undecided after the wait names nobody, but it speaks for those who do not disagree at all.
@@ -403,17 +400,16 @@ impl Judge {
         }
     }
 
-    /// Whether all comparisons that speak about the accused have had the time to show a conflict that began at
-    /// `onset`, or the wait for them is over. Only one that has come together gradually makes it wait for others that may.
-    /// What shows a step for so long only is not waited for until it shows it no more.
+    /// Whether all comparisons that speak about the accused have had the time to show a conflict that began with the dispute,
+    /// or the wait for them is over. Only one that has come together gradually makes it wait for others that may. What shows
+    /// a step for so long only is not waited for until it shows it no more; nor is one that comes and goes waited for anew.
     fn is_settled(
         &mut self,
         (monitor, now): (&Monitor, Time),
         accused: &BTreeSet<Component>,
-        onset: Time,
-        gradual: bool,
-        shows: Span,
+        dispute: &Dispute,
     ) -> bool {
+        let &Dispute { onset, since, gradual, shows } = dispute;
         let latency = |pair: &Pair| if gradual { pair.latency() } else { pair.window.latency() };
         let is_open = |pair: &&Pair| {
             let may_decide = match pair.relationship(now) {
@@ -425,13 +421,15 @@ impl Judge {
             };
             may_decide && rests_on_any(monitor, pair, accused) && !self.is_explained(monitor, pair, None)
         };
-        let open = monitor.pairs().iter().filter(is_open);
-        let Some(latency) = open.map(latency).max() else { return true };
-        let deadline = onset + latency.times(2).min(Span(shows.0 - shows.0 / 4));
+        let open = || monitor.pairs().iter().filter(is_open);
+        let Some(latency) = open().map(latency).max() else { return true };
+        let deadline = since + latency.times(2).min(Span(shows.0 - shows.0 / 4));
         if now >= deadline {
             return true;
         }
-        self.look_again(deadline);
+        // By then those that only had too little time will have spoken.
+        let spoken = open().map(|pair| pair.window.confirms_by(onset)).filter(|at| *at > now).max();
+        self.look_again(spoken.map_or(deadline, |at| at.min(deadline)));
         false
     }
 

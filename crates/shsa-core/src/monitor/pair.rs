@@ -59,6 +59,9 @@ pub struct Window {
     k: u32,
     /// Time of the first disagreement in the present window.
     onset: Time,
+    /// The same of the first of the conflicts that have followed each other closely, and when the last one was.
+    recurs_since: Time,
+    last_conflict: Option<Time>,
     last: Option<Time>,
     /// Time between comparisons: as declared, else as last seen.
     period: Span,
@@ -86,6 +89,8 @@ impl Window {
             n,
             k,
             onset: Time::MIN,
+            recurs_since: Time::MIN,
+            last_conflict: None,
             last: None,
             period: period.unwrap_or(debounce.span),
             declared: period.is_some(),
@@ -139,6 +144,15 @@ impl Window {
         self.bits = 0;
         self.compared = 0;
         self.last = None;
+        self.last_conflict = None;
+    }
+
+    /// Its comparisons are in conflict; one that comes again within `memory` is the same.
+    fn note_conflict(&mut self, now: Time, memory: Span) {
+        if self.last_conflict.is_none_or(|last| now - last > memory) {
+            self.recurs_since = self.onset;
+        }
+        self.last_conflict = Some(now);
     }
 
     /// What the window says now.
@@ -194,7 +208,17 @@ impl Window {
     /// Whether there have been enough comparisons since `moment` for a conflict to show.
     #[must_use]
     pub fn confirmed_since(&self, moment: Time) -> bool {
-        self.last.is_some_and(|last| last - moment >= self.period.times(i64::from(self.k) - 1) + self.lag)
+        self.last.is_some_and(|last| last - moment >= self.confirms_after())
+    }
+
+    /// When there will have been enough, if comparisons go on.
+    #[must_use]
+    pub fn confirms_by(&self, moment: Time) -> Time {
+        moment + self.confirms_after() + self.period
+    }
+
+    fn confirms_after(&self) -> Span {
+        self.period.times(i64::from(self.k) - 1) + self.lag
     }
 }
 
@@ -265,7 +289,11 @@ impl Pair {
         let single = self.window.said();
         match single {
             Relationship::Agree => self.trend.relax(),
-            state => self.trend.engage(state == Relationship::Conflict),
+            Relationship::Conflict => {
+                self.window.note_conflict(now, self.trend.span());
+                self.trend.engage();
+            }
+            Relationship::Undecided | Relationship::Unknown => {}
         }
         self.trend.record(value, other, validity, now);
         let is_restless = self.is_restless();
@@ -292,6 +320,15 @@ impl Pair {
     pub fn onset(&self, now: Time) -> Time {
         let single = self.window.relationship(now);
         if single == self.relationship(now) { self.window.onset() } else { self.trend.raised() }
+    }
+
+    /// The same of the first of the conflicts that have come and gone since then, where there were such.
+    #[must_use]
+    pub fn recurs_since(&self, now: Time) -> Time {
+        match self.window.relationship(now) {
+            Relationship::Conflict => self.window.recurs_since,
+            _ => self.onset(now),
+        }
     }
 
     /// Whether something comes together that may become a conflict.

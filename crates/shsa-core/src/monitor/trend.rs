@@ -284,11 +284,8 @@ impl Trend {
         if self.weight > FULL && self.explained() > EXPLAINED * held { self.square } else { 0.0 }
     }
 
-    /// Single comparisons disagree. While they are in conflict there is nothing to add.
-    pub fn engage(&mut self, in_conflict: bool) {
-        if !in_conflict {
-            return;
-        }
+    /// Single comparisons are in conflict: while they are, there is nothing to add.
+    pub fn engage(&mut self) {
         if !self.in_conflict {
             self.drifted = self.largest_sum();
             self.was_shifted =
@@ -319,6 +316,12 @@ impl Trend {
     #[must_use]
     pub fn tendency(&self) -> Tendency {
         self.alarm
+    }
+
+    /// How long a difference must last to be a drift.
+    #[must_use]
+    pub fn span(&self) -> Span {
+        self.options.span
     }
 
     /// How long an alarm may take after the first sign, for comparisons every `period`.

@@ -86,7 +86,7 @@ impl Judge {
         conflicts.iter().for_each(|pair| disputed.extend(&pair.signals));
         // How a value changes does not show a constant error.
         let looks_at_changes =
-            |index: WayIndex| monitor.way(index).is_some_and(|way| way.computation.is_mean());
+            |index: WayIndex| monitor.way(index).is_some_and(|way| way.computation.is_rate());
         // Who has not yet drifted far enough to disagree does not agree.
         let gradual = conflicts.iter().any(|pair| is_gradual(pair, now));
         // Some of them may agree yet.
@@ -142,8 +142,38 @@ pub fn rests_on(monitor: &Monitor, pair: &Pair, component: Component) -> bool {
     }
 }
 
+/// What the conflicts about some of the accused have in common.
+pub(super) struct Dispute {
+    /// When the first of them began.
+    pub(super) onset: Time,
+    /// The same of those that have come and gone since.
+    pub(super) since: Time,
+    /// Whether one has come together gradually.
+    pub(super) gradual: bool,
+    /// How long they show a step of what is faulty.
+    pub(super) shows: Span,
+}
+
+impl Dispute {
+    /// `None` where no conflict is about them.
+    pub(super) fn about(
+        monitor: &Monitor,
+        conflicts: &[&Pair],
+        accused: &BTreeSet<Component>,
+        now: Time,
+    ) -> Option<Dispute> {
+        let about = || conflicts.iter().filter(|pair| rests_on_any(monitor, pair, accused));
+        Some(Dispute {
+            onset: about().map(|pair| pair.onset(now)).min()?,
+            since: about().map(|pair| pair.recurs_since(now)).min()?,
+            gradual: about().any(|pair| is_gradual(pair, now)),
+            shows: about().map(|pair| shows_a_step(monitor, pair)).max()?,
+        })
+    }
+}
+
 /// Whether a conflict has come together from many comparisons that agree one by one.
-pub(super) fn is_gradual(conflict: &Pair, now: Time) -> bool {
+fn is_gradual(conflict: &Pair, now: Time) -> bool {
     conflict.window.relationship(now) != Relationship::Conflict
 }
 
@@ -153,7 +183,7 @@ pub(super) fn rests_on_any(monitor: &Monitor, pair: &Pair, components: &BTreeSet
 }
 
 /// How long a pair shows a step of a signal: a difference quotient does while it is within its window.
-pub(super) fn shows_a_step(monitor: &Monitor, pair: &Pair) -> Span {
+fn shows_a_step(monitor: &Monitor, pair: &Pair) -> Span {
     let window = |index| monitor.way(index).map_or(Span::ZERO, |way| way.computation.timing().window);
     match window(pair.way).max(window(pair.other)) {
         Span::ZERO => Span::MAX,
