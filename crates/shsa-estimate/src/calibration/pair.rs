@@ -20,6 +20,9 @@ const WINDOWS_IN_BLOCK: i64 = 4;
 /// hour, not about a day.
 const MOST_TIMES_OF_RECORDING: f64 = 100.0;
 
+/// What is nearer than this share of the values is not told apart: single precision, in which many sources send, has no more.
+const RESOLUTION: f64 = f32::EPSILON as f64;
+
 /// A bias counts as seen when it brings this share of the windows into conflict.
 const SEEN: f64 = 0.95;
 
@@ -105,7 +108,9 @@ impl PairFit {
         let quarter = |share| quantile(&ordered, share).unwrap_or(0.0);
         let middle = middle.clamp(quarter(0.25), quarter(0.75));
         let bound = bound(EITHER);
-        let needed = bound.map_or(0.0, |(bound, _)| bound.max(0.0));
+        let largest = values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+        let resolved = |bound: f64| if bound > 0.0 { bound.max(RESOLUTION * largest) } else { 0.0 };
+        let needed = bound.map_or(0.0, |(bound, _)| resolved(bound));
         let window = one.computation.timing().window;
         let needed = calm_width(early, window, needed);
         PairFit {
