@@ -21,8 +21,19 @@ pub struct Timing {
     pub period: Option<Span>,
     /// How old an output is when it comes.
     pub lag: Span,
-    /// The longest window that its time operators look back.
+    /// The longest window of its difference quotients: its output is true all that time.
     pub window: Span,
+    /// How long a time an output is the mean over: that window, else what the signals are that it reads; zero of what is true
+    /// at a moment.
+    pub mean_over: Span,
+}
+
+impl Timing {
+    /// How long after an event all of it is in an output.
+    #[must_use]
+    pub fn tells_all_after(&self) -> Span {
+        self.lag + self.window.max(Span(self.mean_over.0 / 2))
+    }
 }
 
 /// What a computation gives.
@@ -193,10 +204,16 @@ impl Computation {
             Some(signal) => (Body::Direct(Input::new(knowledge, signal)), Span::ZERO),
             None => computed(knowledge, &way, trigger)?,
         };
+        let mean_over = |signal: SignalId| knowledge.signals()[signal].mean_over;
         let timing = Timing {
             period: trigger.and_then(|signal| period(knowledge, signal)),
             lag: Computation::lag(knowledge, &way, goes_before),
             window,
+            mean_over: if window > Span::ZERO {
+                window
+            } else {
+                way.inputs().map(mean_over).max().unwrap_or(Span::ZERO)
+            },
         };
         Some(Computation { way, trigger, timing, body })
     }
@@ -249,10 +266,19 @@ impl Computation {
         self.timing
     }
 
-    /// Whether its output is the mean over a window, as a difference quotient is.
+    /// Whether its output is a difference quotient, or made of one: it tells how something changes, over a window.
     #[must_use]
-    pub fn is_mean(&self) -> bool {
+    pub fn is_rate(&self) -> bool {
         self.timing.window > Span::ZERO
+    }
+
+    /// Over which time what is computed from is spread: so long after a change an output is all of what came after it.
+    #[must_use]
+    pub fn looks_back(&self) -> Span {
+        match &self.body {
+            Body::Direct(_) => Span::ZERO,
+            Body::Computed { program, .. } => program.looks_back(),
+        }
     }
 
     /// Evaluates at a moment; `None` when an input is missing there or the result has no value.

@@ -100,6 +100,7 @@ mod tests {
             value_error: ValueError { lo, hi, relative },
             time_error: (Span::ZERO, Span::ZERO),
             delay: Span::ZERO,
+            mean_over: Span::ZERO,
             timeout: None,
             limits: ReadingLimits::default(),
             derived_from: Vec::new(),

@@ -220,6 +220,7 @@ fn larger(knowledge: &KnowledgeBase, candidate: Candidate) -> KnowledgeBase {
                 value_error: ValueError::default(),
                 time_error: (Span::ZERO, Span::ZERO),
                 delay: Span::ZERO,
+                mean_over: Span::ZERO,
                 timeout: None,
                 limits: Default::default(),
                 derived_from: Vec::new(),

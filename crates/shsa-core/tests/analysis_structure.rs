@@ -56,6 +56,7 @@ fn signal(name: String, variable: VariableId, may_fail: bool, derived_from: Vec<
         value_error: Default::default(),
         time_error: (Span::ZERO, Span::ZERO),
         delay: Span::ZERO,
+        mean_over: Span::ZERO,
         timeout: None,
         limits: Default::default(),
         derived_from,

@@ -16,7 +16,13 @@ What no reading of a sound signal goes beyond, its errors allowed for; what does
   range: [0.2, 10 m]   possible readings, within the range of the signal's variable
   max_rate: 3 m/s      largest rate of change; that of the variable when left away, `none` for no limit
   max_delay: 300 ms    longest time from the time stamp to the reception; when left away, the `delay` and the `timeout`
-                       together where a `delay` is given, else no limit, as with `none`";
+                       together where a `delay` is given, else no limit, as with `none`
+
+How a signal's values relate to time:
+  delay: 500 ms        how much older the content is than its time stamp says
+  mean_over: 1 s       how long a time each value is the mean over, half of it before and half after the moment so told; it is
+                       compared with means over the same time
+  time_error: 50 ms    how wrong that moment may be, to either side";
 
 /// Arguments of `shsa check`.
 #[derive(clap::Args)]

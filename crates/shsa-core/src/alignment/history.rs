@@ -254,7 +254,7 @@ impl History {
     }
 
     /// The mean over a stretch of time, each sample in it for the time to which its middle is the nearest; `None` with fewer
-    /// than two of them.
+    /// than two of them, or where they begin after more than a quarter of it.
     ///
     /// A difference quotient over a window is the mean of the derivative over it, so this is what it compares with. Were
     /// all samples worth the same, those that lie at the ends, or have not come yet, would move the mean while it changes.
@@ -273,7 +273,30 @@ impl History {
         }
         mean.take(later.value, stretch.from);
         let length = stretch.length().seconds();
-        (count >= 2 && length > 0.0).then(|| Interval::new(mean.lo / length, mean.hi / length))
+        let is_whole = later.validity.from <= stretch.from + Span(stretch.length().0 / 4);
+        (count >= 2 && is_whole && length > 0.0).then(|| Interval::new(mean.lo / length, mean.hi / length))
+    }
+
+    /// What samples that are true in their middles say of the middle of a moment: in proportion between two, or what the newest
+    /// says; `None` where the nearest one is farther away than `max_gap`.
+    ///
+    /// So a mean is compared with one over the same time, and not with a mean of means. Complexity: O(samples newer than it).
+    #[must_use]
+    pub fn centred_at(&self, moment: Validity, max_gap: Span) -> Option<Interval> {
+        let wanted = centre(moment);
+        let mut later: Option<&Sample> = None;
+        for sample in self.newest_first() {
+            let from = centre(sample.validity);
+            if from <= wanted {
+                let since = wanted - from;
+                let until = later.map(|later| centre(later.validity) - wanted);
+                let is_near = since.min(until.unwrap_or(Span::MAX)) <= max_gap;
+                let share = until.map_or(0.0, |until| since.seconds() / (since + until).seconds());
+                return is_near.then(|| between(sample.value, later.unwrap_or(sample).value, share));
+            }
+            later = Some(sample);
+        }
+        None
     }
 
     /// All samples whose validity overlaps `moment`, newest first.
@@ -333,10 +356,19 @@ impl Weighted {
     }
 }
 
+/// A part of the way from one value to another.
+fn between(one: Interval, other: Interval, share: f64) -> Interval {
+    let part = |one: f64, other: f64| one * (1.0 - share) + other * share;
+    Interval::new(part(one.lo(), other.lo()), part(one.hi(), other.hi()))
+}
+
 /// Halfway between the middles of two validities.
 fn middle(one: Validity, other: Validity) -> Time {
-    let halfway = |from: Time, to: Time| from + Span((to - from).0 / 2);
-    halfway(halfway(one.from, one.to), halfway(other.from, other.to))
+    centre(Validity { from: centre(one), to: centre(other) })
+}
+
+fn centre(of: Validity) -> Time {
+    of.from + Span((of.to - of.from).0 / 2)
 }
 
 /// The hull of the samples that are nearest to a moment so far.
@@ -418,6 +450,32 @@ mod tests {
         assert!((mean(60, 100).unwrap().hi() - expected).abs() < 1e-9);
         assert_eq!(mean(15, 25), None);
         assert_eq!(mean(20, 20), None);
+        // What began after more than a quarter says nothing about the whole.
+        assert!(mean(-23, 70).is_some());
+        assert_eq!(mean(-24, 70), None);
+    }
+
+    #[test]
+    fn between_the_middles_of_two_means_a_value_is_in_proportion() {
+        let mut history = History::new(4);
+        let gap = Span(12);
+        assert_eq!(history.centred_at(Validity::at(Time(5)), gap), None);
+        [(0, 10, 1.0), (10, 20, 2.0), (50, 60, 4.0)].into_iter().for_each(|(from, to, value)| {
+            history.push(sample(from, to, value));
+        });
+        let at = |from, to| {
+            history.centred_at(Validity { from: Time(from), to: Time(to) }, gap).map(|value| value.lo())
+        };
+        // Middles are 5, 15 and 55; only the middle of what is asked counts.
+        assert_eq!(
+            [at(55, 55), at(0, 90), at(0, 10), at(8, 12)],
+            [Some(4.0), Some(3.5), Some(1.0), Some(1.5)]
+        );
+        // Too far from any, and before all.
+        assert_eq!(
+            [at(25, 25), at(28, 28), at(67, 67), at(68, 68), at(4, 4)],
+            [Some(2.5), None, Some(4.0), None, None]
+        );
     }
 
     proptest! {
@@ -433,7 +491,10 @@ mod tests {
             let stretch = Validity { from: Time(from), to: Time(from + length) };
             let inside: std::vec::Vec<f64> = history.overlapping(stretch).map(|sample| sample.value.lo()).collect();
             let mean = history.mean_over(stretch);
-            prop_assert_eq!(mean.is_some(), inside.len() >= 2);
+            prop_assert!(mean.is_none() || inside.len() >= 2);
+            if let Some(value) = history.centred_at(stretch, Span(20)) {
+                prop_assert!(value.lo() >= -3.0 && value.hi() <= 2.0 && !value.is_empty());
+            }
             if let Some(mean) = mean {
                 let (lo, hi) = (
                     inside.iter().copied().fold(f64::INFINITY, f64::min),

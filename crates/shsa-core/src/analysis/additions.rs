@@ -327,6 +327,7 @@ fn sensor(variable: VariableId) -> Signal {
         value_error: ValueError::default(),
         time_error: (Span::ZERO, Span::ZERO),
         delay: Span::ZERO,
+        mean_over: Span::ZERO,
         timeout: None,
         limits: ReadingLimits::default(),
         derived_from: Vec::new(),

@@ -138,6 +138,16 @@ impl Program {
         windows.max().unwrap_or(Span::ZERO)
     }
 
+    /// How far back its time operators look at most; integrals, which never forget, are not counted.
+    #[must_use]
+    pub fn looks_back(&self) -> Span {
+        let spans = self.memories.iter().map(|operation| match operation {
+            Operation::Derivative(span) | Operation::Delay(span) | Operation::MovingMean(span) => *span,
+            _ => Span::ZERO,
+        });
+        spans.max().unwrap_or(Span::ZERO)
+    }
+
     /// Whether it is given the last trusted value of a variable, so that `dt` is the age of that value.
     pub(super) fn takes_previous(&self) -> bool {
         self.inputs.iter().any(|input| input.kind == InputKind::Previous)

@@ -212,6 +212,8 @@ pub struct SignalDraft {
     pub time_error: Option<Bounds>,
     /// How old its content is at its time stamp.
     pub delay: Option<Text>,
+    /// How long a time each value is the mean over, around the moment that it tells about.
+    pub mean_over: Option<Text>,
     /// How long it may be silent, or `none`.
     pub timeout: Option<Text>,
     /// Lowest and highest possible reading, as numbers in the signal's unit or as quantities; within its variable's.

@@ -88,6 +88,7 @@ impl Lineage {
             && one.unit == other.unit
             && one.value_error == other.value_error
             && one.time_error == other.time_error
+            && one.mean_over == other.mean_over
             && one.delay == other.delay
             && one.limits.range == other.limits.range
     }

@@ -143,6 +143,9 @@ pub struct Signal {
     pub time_error: (Span, Span),
     /// How much older the content is than its time stamp says.
     pub delay: Span,
+    /// How long a time each of its values is the mean over, half of it before and half after the moment that time stamp and
+    /// delay say; zero of a value that is true at that moment.
+    pub mean_over: Span,
     /// How long it may say nothing before it counts as silent; `None` when it is never silent.
     pub timeout: Option<Span>,
     /// What its readings can be.

@@ -408,6 +408,7 @@ fn signal_fields(draft: &SignalDraft) -> Fields {
         ("value_error", bounds(draft.value_error.as_ref())),
         ("time_error", bounds(draft.time_error.as_ref())),
         ("delay", words(draft.delay.as_ref())),
+        ("mean_over", words(draft.mean_over.as_ref())),
         ("timeout", words(draft.timeout.as_ref())),
         ("range", range(draft.range.as_ref())),
         ("max_rate", words(draft.max_rate.as_ref())),

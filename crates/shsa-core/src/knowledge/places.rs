@@ -55,6 +55,7 @@ impl Draft {
                 &mut it.unit,
                 &mut it.rate,
                 &mut it.delay,
+                &mut it.mean_over,
                 &mut it.timeout,
                 &mut it.max_rate,
                 &mut it.max_delay,

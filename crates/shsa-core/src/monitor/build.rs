@@ -109,7 +109,7 @@ pub fn compared(ways: &[(&Way, &SignalSet)]) -> Vec<(usize, usize)> {
 fn lookback(computations: &[Computation]) -> Span {
     let slowest = |computation: &Computation| {
         let timing = computation.timing();
-        timing.lag + timing.window + timing.period.unwrap_or(Span::ZERO).times(3)
+        timing.tells_all_after() + timing.period.unwrap_or(Span::ZERO).times(3)
     };
     computations.iter().map(slowest).max().unwrap_or(Span::ZERO)
 }
@@ -177,8 +177,8 @@ fn pair(one: (usize, &WatchedWay), other: (usize, &WatchedWay), options: Options
         way: way_index(slow.0),
         other: way_index(fast.0),
         signals,
-        window: Window::new(options.debounce, timing.period, timing.lag + timing.window),
-        trend: Trend::new(options.trends, timing.window),
+        window: Window::new(options.debounce, timing.period, timing.tells_all_after()),
+        trend: Trend::new(options.trends, timing.mean_over),
         disagreement: None,
     }
 }

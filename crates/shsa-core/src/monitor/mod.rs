@@ -85,13 +85,38 @@ impl WatchedWay {
         self.outputs.alone_at(moment).or_else(|| self.near(moment))
     }
 
-    /// What it says about an output of the slower way that it is compared with: where that one is a mean over a time, its own
-    /// mean over that, else its outputs brought to that moment.
+    /// What it says about an output of the slower way that it is compared with: where that one is a mean over a time, the mean
+    /// over that, else its outputs brought to that moment.
     #[inline]
     #[must_use]
     pub fn beside(&self, slower: &WatchedWay, moment: Validity) -> Option<Interval> {
-        let mean = if slower.computation.is_mean() { self.outputs.mean_over(moment) } else { None };
-        mean.or_else(|| self.at(moment))
+        if slower.mean_over() == Span::ZERO { self.at(moment) } else { self.mean_beside(slower, moment) }
+    }
+
+    fn mean_beside(&self, slower: &WatchedWay, moment: Validity) -> Option<Interval> {
+        if self.mean_over() > Span(slower.mean_over().0 / 4 * 3) {
+            // As long a mean: that over the same time but for an eighth, and no mean of means.
+            return self.outputs.centred_at(moment, self.max_gap().max(Span(slower.mean_over().0 / 8)));
+        }
+        let stretch = slower.stretch(moment);
+        let is_rare =
+            || self.computation.timing().period.is_none_or(|period| period.times(2) > stretch.length());
+        // Of what comes too rarely for a mean, the value there is.
+        self.outputs.mean_over(stretch).or_else(|| if is_rare() { self.at(moment) } else { None })
+    }
+
+    /// The time over which an output of this validity is the mean.
+    fn stretch(&self, validity: Validity) -> Validity {
+        if self.computation.is_rate() {
+            return validity;
+        }
+        let half = Span(self.mean_over().0 / 2);
+        Validity { from: validity.from - half, to: validity.to + half }
+    }
+
+    #[inline]
+    fn mean_over(&self) -> Span {
+        self.computation.timing().mean_over
     }
 
     /// The same with its middle and width, which are not found again for each way that compares with it.
@@ -104,11 +129,16 @@ impl WatchedWay {
 
     #[inline(never)]
     fn near(&self, moment: Validity) -> Option<Interval> {
-        let max_gap = match (self.reach.max_gap, self.outputs.newest(0), self.outputs.newest(1)) {
+        let reach = Reach { max_gap: self.max_gap(), ..self.reach };
+        self.outputs.at(moment, reach).map(|reading| reading.value)
+    }
+
+    /// How far away an output still tells something: two periods, as declared or else as the last two came.
+    fn max_gap(&self) -> Span {
+        match (self.reach.max_gap, self.outputs.newest(0), self.outputs.newest(1)) {
             (Span::MAX, Some(newest), Some(before)) => (newest.validity.to - before.validity.to).times(2),
             (declared, ..) => declared,
-        };
-        self.outputs.at(moment, Reach { max_gap, ..self.reach }).map(|reading| reading.value)
+        }
     }
 }
 

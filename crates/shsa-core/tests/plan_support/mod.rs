@@ -58,6 +58,7 @@ impl Builder {
             value_error: Default::default(),
             time_error: (Span::ZERO, Span::ZERO),
             delay: Span::ZERO,
+            mean_over: Span::ZERO,
             timeout: None,
             limits: Default::default(),
             derived_from: Vec::new(),

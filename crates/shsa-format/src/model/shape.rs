@@ -17,7 +17,7 @@ const MODEL: [&str; 8] =
     ["shsa", "variables", "constants", "functions", "relations", "signals", "needs", "utility"];
 const VARIABLE: [&str; 5] = ["unit", "shape", "range", "max_rate", "properties"];
 const RELATION: [&str; 8] = ["equation", "for", "when", "error", "output", "outputs", "inputs", "properties"];
-const SIGNAL: [&str; 14] = [
+const SIGNAL: [&str; 15] = [
     "variable",
     "source",
     "unit",
@@ -25,6 +25,7 @@ const SIGNAL: [&str; 14] = [
     "value_error",
     "time_error",
     "delay",
+    "mean_over",
     "timeout",
     "range",
     "max_rate",
@@ -242,6 +243,7 @@ fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
             keys.reader.bounds(node, "a time or the lowest and the highest", "time_error: [-100 ms, 0 ms]")
         }),
         delay: keys.span("delay"),
+        mean_over: keys.span("mean_over"),
         timeout: keys.span("timeout"),
         range: keys
             .fields

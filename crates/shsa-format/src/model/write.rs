@@ -148,6 +148,7 @@ fn of_signal(signal: &SignalDraft) -> Tree {
         ("value_error", signal.value_error.as_ref().map(bounds)),
         ("time_error", signal.time_error.as_ref().map(bounds)),
         ("delay", signal.delay.as_ref().map(text)),
+        ("mean_over", signal.mean_over.as_ref().map(text)),
         ("timeout", signal.timeout.as_ref().map(text)),
         ("range", signal.range.as_ref().map(|(lo, hi)| pair((lo, hi)))),
         ("max_rate", signal.max_rate.as_ref().map(text)),

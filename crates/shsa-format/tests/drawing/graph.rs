@@ -153,6 +153,7 @@ fn hostile() -> KnowledgeBase {
             value_error: ValueError::default(),
             time_error: (Span::ZERO, Span::ZERO),
             delay: Span::ZERO,
+            mean_over: Span::ZERO,
             timeout: None,
             limits: Default::default(),
             derived_from: Vec::new(),

@@ -110,6 +110,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
     let error = draft.value_error.as_ref();
     let time_error = draft.time_error.as_ref();
     let delay = draft.delay.as_ref().and_then(|text| quantity::span(problems, text));
+    let mean_over = mean_over(problems, draft, variable.map(|id| &variables.list[id]));
     let timeout = timeout(problems, draft.timeout.as_ref(), rate_hz);
     let max_delay = max_delay(problems, draft.max_delay.as_ref(), delay.zip(timeout));
     let possible = limits(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
@@ -125,6 +126,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
             .and_then(|bounds| quantity::time_error(problems, bounds))
             .unwrap_or((Span::ZERO, Span::ZERO)),
         delay: delay.unwrap_or(Span::ZERO),
+        mean_over: mean_over.unwrap_or(Span::ZERO),
         timeout,
         limits: ReadingLimits { max_delay, ..possible },
         derived_from: Vec::new(),
@@ -186,6 +188,17 @@ fn timeout(problems: &mut Problems, text: Option<&Text>, rate_hz: Option<f64>) -
     }
 }
 
+fn mean_over(problems: &mut Problems, draft: &SignalDraft, variable: Option<&Variable>) -> Option<Span> {
+    let text = draft.mean_over.as_ref()?;
+    match variable {
+        Some(variable) if variable.shape == Shape::Vector => {
+            vectors_have_none(problems, "mean_over", text, variable);
+            None
+        }
+        _ => quantity::span(problems, text),
+    }
+}
+
 /// What is declared, else the delay and the timeout together: a value that comes later has been waited for in vain.
 fn max_delay(problems: &mut Problems, text: Option<&Text>, usual: Option<(Span, Span)>) -> Option<Span> {
     match text {
@@ -193,6 +206,11 @@ fn max_delay(problems: &mut Problems, text: Option<&Text>, usual: Option<(Span, 
         Some(text) if text.text == "none" => None,
         Some(text) => quantity::span(problems, text),
     }
+}
+
+fn vectors_have_none(problems: &mut Problems, key: &str, text: &Text, variable: &Variable) {
+    let message = format!("`{key}` has no meaning for `{}`, which is a vector", variable.name);
+    problems.error(text, message, "leave it away");
 }
 
 /// What the readings of a signal can be, but for their delay.
@@ -211,8 +229,7 @@ fn limits(
         let limits =
             [("range", draft.range.as_ref().map(|(lo, _)| lo)), ("max_rate", draft.max_rate.as_ref())];
         for (key, text) in limits.into_iter().filter_map(|(key, text)| Some((key, text?))) {
-            let message = format!("`{key}` has no meaning for `{}`, which is a vector", variable.name);
-            problems.error(text, message, "leave it away");
+            vectors_have_none(problems, key, text, variable);
         }
         return ReadingLimits::default();
     }

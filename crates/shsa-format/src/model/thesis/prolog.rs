@@ -221,7 +221,11 @@ fn is_timed(signal: &shsa_core::knowledge::Signal) -> bool {
     let usual = shsa_core::knowledge::ValueError::default();
     let zero = shsa_core::time::Span::ZERO;
     let is_late = signal.time_error != (zero, zero) || signal.delay != zero || signal.timeout.is_some();
-    is_late || signal.limits.max_delay.is_some() || signal.value_error != usual || signal.rate_hz.is_some()
+    is_late
+        || signal.mean_over != zero
+        || signal.limits.max_delay.is_some()
+        || signal.value_error != usual
+        || signal.rate_hz.is_some()
 }
 
 /// `signal a`, `signals a, b`, `signals a, b, c and 4 more`.

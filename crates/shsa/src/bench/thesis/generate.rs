@@ -107,6 +107,7 @@ impl Parts {
             value_error: Default::default(),
             time_error: (Span::ZERO, Span::ZERO),
             delay: Span::ZERO,
+            mean_over: Span::ZERO,
             timeout: None,
             limits: Default::default(),
             derived_from: Vec::new(),
