@@ -6,7 +6,7 @@ use super::smallest::Smallest;
 use super::tally::Campaign;
 use super::text::rounded;
 use super::trial::Measured;
-use shsa_core::analysis::{Analysis, Options, analyze};
+use shsa_core::analysis::{Analysis, Comparison, Options, analyze};
 use shsa_core::computation::Computation;
 use shsa_core::knowledge::{Id, KnowledgeBase, Signal, SignalId};
 use shsa_core::time::Span;
@@ -92,37 +92,46 @@ fn command(arguments: &Arguments) -> String {
     text + &format!(" --onsets {} --seeds {} --markdown FILE", arguments.onsets, arguments.seeds)
 }
 
-/// By signal, the period of the slowest witness in its comparisons: the mean time between values of the slowest signal, or the
-/// window over which a rate is taken, as such a comparison knows something new once a window.
+/// By signal, the period of the slowest witness that has a say about it: that is compared with it, or with what it is compared
+/// with, as one of these may be the faulty one. It is the mean time between values, or that in which each of them may be true,
+/// or that over which a formula looks back, as it knows something wholly new once in that.
 fn periods(campaign: &Campaign<'_>, analysis: &Analysis) -> Vec<Span> {
-    let count = campaign.knowledge().signals().len();
-    let mut seen = vec![0_i64; count];
+    let signals = campaign.knowledge().signals();
+    let mut seen = vec![0_i64; signals.len()];
     for sample in campaign.ground.samples {
         seen.get_mut(sample.wanted).into_iter().for_each(|seen| *seen += 1);
     }
     let length = campaign.length().0;
-    let own = |signal: SignalId| match seen.get(signal.index()) {
-        Some(&seen) if seen > 1 => Span(length / (seen - 1)),
-        _ => Span::ZERO,
+    let between = |seen: i64| if seen > 1 { Span(length / (seen - 1)) } else { Span::ZERO };
+    let in_time = signals.iter().map(|signal| signal.time_error.1 - signal.time_error.0);
+    let own: Vec<Span> =
+        seen.into_iter().zip(in_time).map(|(seen, error)| between(seen).max(error)).collect();
+    let back = |way| looks_back(campaign.knowledge(), analysis, way);
+    let compared = |pair: &Comparison| {
+        let signals = analysis.comparisons.signals(*pair).iter().map(Id::index).collect();
+        (signals, back(pair.one).max(back(pair.other)))
     };
-    let mut periods: Vec<Span> = (0..count).map(|index| own(SignalId::from_index(index))).collect();
-    for &pair in analysis.comparisons.pairs() {
-        let together = analysis.comparisons.signals(pair);
-        let windows =
-            [pair.one, pair.other].into_iter().map(|way| window(campaign.knowledge(), analysis, way));
-        let slowest = together.iter().map(own).chain(windows).max().unwrap_or(Span::ZERO);
-        for signal in together.iter() {
-            periods.get_mut(signal.index()).into_iter().for_each(|it| *it = slowest.max(*it));
-        }
-    }
-    periods
+    let compared: Vec<(Vec<usize>, Span)> = analysis.comparisons.pairs().iter().map(compared).collect();
+    with_those_beside(&with_those_beside(&own, &compared), &compared)
 }
 
-/// The longest window of a way that is compared.
-fn window(knowledge: &KnowledgeBase, analysis: &Analysis, way: usize) -> Span {
+/// By signal, the longest of its own time, of those that it is compared with, and of these comparisons.
+fn with_those_beside(own: &[Span], compared: &[(Vec<usize>, Span)]) -> Vec<Span> {
+    let mut longest = own.to_vec();
+    for (signals, comparison) in compared {
+        let slowest = signals.iter().filter_map(|&signal| own.get(signal)).max().max(Some(comparison));
+        for &signal in signals {
+            longest.get_mut(signal).into_iter().for_each(|it| *it = slowest.copied().unwrap_or(*it).max(*it));
+        }
+    }
+    longest
+}
+
+/// How far back the formulas of a way look.
+fn looks_back(knowledge: &KnowledgeBase, analysis: &Analysis, way: usize) -> Span {
     let way = analysis.comparisons.ways().get(way).cloned();
     let computation = way.and_then(|way| Computation::new(knowledge, way, Computation::slowest_input));
-    computation.map_or(Span::ZERO, |computation| computation.timing().window)
+    computation.map_or(Span::ZERO, |computation| computation.looks_back())
 }
 
 impl Section<'_> {
@@ -142,14 +151,15 @@ impl Section<'_> {
         let kinds = smallest.kinds();
         let onsets: Vec<String> = smallest.onsets.iter().map(|at| format!("{:.1}", at.seconds())).collect();
         let mut text = format!(
-            "Smallest faults seen in the half that it was fitted to, beginning at {} s:\n\n| signal | tolerated |",
+            "Smallest faults seen in the half that it was fitted to, beginning at {} s:\n\n| signal | tolerated | slowest witness |",
             onsets.join(", ")
         );
         kinds.iter().for_each(|kind| text += &format!(" {} |", kind.name()));
-        text += &format!("\n|---|---|{}\n", "---|".repeat(kinds.len()));
+        text += &format!("\n|---|---|---|{}\n", "---|".repeat(kinds.len()));
         for &id in &self.campaign.grid.signals {
             let signal = &self.campaign.knowledge().signals()[id];
-            let _ = write!(text, "| `{}` | {} |", signal.name, tolerated(signal));
+            let period = self.period(id).map_or("-".to_owned(), |it| format!("{} s", rounded(it.seconds())));
+            let _ = write!(text, "| `{}` | {} | {period} |", signal.name, tolerated(signal));
             kinds.iter().for_each(|&kind| text += &format!(" {} |", smallest.told(signal, id, kind)));
             text.push('\n');
         }
@@ -157,15 +167,15 @@ impl Section<'_> {
     }
 
     fn table(&self) -> String {
-        let mut text = "| fault | runs | too small | accused before | detected | isolated, of the isolable | wrong blame | shared blame | latency, median | worst | early alarms |\n\
-                        |---|---|---|---|---|---|---|---|---|---|---|\n"
+        let mut text = "| fault | runs | too small | accused before | detected | isolated, of the isolable | wrong blame | shared blame | latency, median | worst | worst, s | early alarms |\n\
+                        |---|---|---|---|---|---|---|---|---|---|---|---|\n"
             .to_owned();
         let all = |_: &Cell| true;
         for what in &self.campaign.grid.whats {
             self.row(&mut text, &what.label(), |cell| cell.what == *what);
         }
         self.row(&mut text, "all", all);
-        text + "\nA latency is in periods of the slowest witness: of the slowest signal that the faulty one is compared with, or windows of the rate that it is compared by where these are longer.\n\n"
+        text + "\nA latency is in periods of the slowest witness that has a say: that is compared with the faulty signal, or with one of those that this is compared with. A period is the time between its values, that in which each of them may be true, or that over which its formula looks back.\n\n"
     }
 
     fn row(&self, text: &mut String, label: &str, is_wanted: impl Fn(&Cell) -> bool) {
@@ -176,11 +186,13 @@ impl Section<'_> {
         let isolable = count(&|run| self.is_isolable(run.1.signal));
         let mut latencies: Vec<f64> = runs.iter().filter_map(|run| self.latency(run)).collect();
         latencies.sort_unstable_by(f64::total_cmp);
-        let told = |latency: Option<&f64>| latency.map_or("-".to_owned(), |it| format!("{it:.1}"));
+        let digits = |it: f64| if it < 10.0 { 2 } else { 1 };
+        let told =
+            |latency: Option<&f64>| latency.map_or("-".to_owned(), |it| format!("{it:.*}", digits(*it)));
         let median = latencies.len().checked_sub(1).and_then(|last| latencies.get(last / 2));
         let _ = writeln!(
             text,
-            "| {label} | {} | {} | {} | {} | {} of {isolable} | {} | {} | {} | {} | {} |",
+            "| {label} | {} | {} | {} | {} | {} of {isolable} | {} | {} | {} | {} | {} | {} |",
             runs.len(),
             too_small,
             below.len() - too_small,
@@ -190,13 +202,18 @@ impl Section<'_> {
             count(&|run| run.2.blamed_shared) + below.iter().filter(|run| run.2.blamed_shared).count(),
             told(median),
             told(latencies.last()),
+            told(runs.iter().filter_map(|run| run.2.latency).max().map(Span::seconds).as_ref()),
             runs.iter().map(|run| run.2.early).sum::<usize>(),
         );
     }
 
     fn latency(&self, (_, cell, measured): &Run<'_>) -> Option<f64> {
-        let period = self.periods.get(cell.signal.index()).filter(|period| **period > Span::ZERO)?;
-        Some(measured.latency?.seconds() / period.seconds())
+        Some(measured.latency?.seconds() / self.period(cell.signal)?.seconds())
+    }
+
+    /// Of the slowest witness.
+    fn period(&self, signal: SignalId) -> Option<Span> {
+        self.periods.get(signal.index()).copied().filter(|period| *period > Span::ZERO)
     }
 
     fn reasons(&self, run: &Run<'_>) -> Vec<usize> {
