@@ -94,11 +94,14 @@ impl WatchedWay {
     }
 
     fn mean_beside(&self, slower: &WatchedWay, moment: Validity) -> Option<Interval> {
-        if self.mean_over() > Span(slower.mean_over().0 / 4 * 3) {
-            // As long a mean: that over the same time but for an eighth, and no mean of means.
-            return self.outputs.centred_at(moment, self.max_gap().max(Span(slower.mean_over().0 / 8)));
+        let (stretch, usual) = (slower.stretch(moment), slower.mean_over());
+        let most = Span(usual.0 / 4 * 3);
+        if self.mean_over() > most {
+            // As long a mean: that over the same time but for an eighth, and no mean of means. None is as long as that of a
+            // window that has only begun.
+            let max_gap = self.max_gap().max(Span(usual.0 / 8));
+            return if stretch.length() > most { self.outputs.centred_at(moment, max_gap) } else { None };
         }
-        let stretch = slower.stretch(moment);
         let is_rare =
             || self.computation.timing().period.is_none_or(|period| period.times(2) > stretch.length());
         // Of what comes too rarely for a mean, the value there is.
