@@ -277,13 +277,23 @@ impl History {
         (count >= 2 && is_whole && length > 0.0).then(|| Interval::new(mean.lo / length, mean.hi / length))
     }
 
-    /// What samples that are true in their middles say of the middle of a moment: in proportion between two, or what the newest
-    /// says; `None` where the nearest one is farther away than `max_gap`.
+    /// What samples that are true in their middles, but for `error` to either side, say of the middle of a moment: the hull of
+    /// what is in proportion between two of them, or what the newest says; `None` where the nearest one is farther away than `max_gap`.
     ///
     /// So a mean is compared with one over the same time, and not with a mean of means. Complexity: O(samples newer than it).
     #[must_use]
-    pub fn centred_at(&self, moment: Validity, max_gap: Span) -> Option<Interval> {
+    pub fn centred_at(&self, moment: Validity, error: Span, max_gap: Span) -> Option<Interval> {
         let wanted = centre(moment);
+        let value = self.between_centres(wanted, max_gap)?;
+        if error == Span::ZERO {
+            return Some(value);
+        }
+        let ends = [wanted - error, wanted + error];
+        let ends = ends.into_iter().filter_map(|end| self.between_centres(end, max_gap + error));
+        Some(ends.fold(value, Interval::hull))
+    }
+
+    fn between_centres(&self, wanted: Time, max_gap: Span) -> Option<Interval> {
         let mut later: Option<&Sample> = None;
         for sample in self.newest_first() {
             let from = centre(sample.validity);
@@ -459,18 +469,22 @@ mod tests {
     fn between_the_middles_of_two_means_a_value_is_in_proportion() {
         let mut history = History::new(4);
         let gap = Span(12);
-        assert_eq!(history.centred_at(Validity::at(Time(5)), gap), None);
+        assert_eq!(history.centred_at(Validity::at(Time(5)), Span::ZERO, gap), None);
         [(0, 10, 1.0), (10, 20, 2.0), (50, 60, 4.0)].into_iter().for_each(|(from, to, value)| {
             history.push(sample(from, to, value));
         });
         let at = |from, to| {
-            history.centred_at(Validity { from: Time(from), to: Time(to) }, gap).map(|value| value.lo())
+            history
+                .centred_at(Validity { from: Time(from), to: Time(to) }, Span::ZERO, gap)
+                .map(|value| value.lo())
         };
         // Middles are 5, 15 and 55; only the middle of what is asked counts.
         assert_eq!(
             [at(55, 55), at(0, 90), at(0, 10), at(8, 12)],
             [Some(4.0), Some(3.5), Some(1.0), Some(1.5)]
         );
+        let unsure = history.centred_at(Validity::at(Time(15)), Span(10), gap).unwrap();
+        assert_eq!((unsure.lo(), unsure.hi()), (1.0, 2.5));
         // Too far from any, and before all.
         assert_eq!(
             [at(25, 25), at(28, 28), at(67, 67), at(68, 68), at(4, 4)],
@@ -492,7 +506,7 @@ mod tests {
             let inside: std::vec::Vec<f64> = history.overlapping(stretch).map(|sample| sample.value.lo()).collect();
             let mean = history.mean_over(stretch);
             prop_assert!(mean.is_none() || inside.len() >= 2);
-            if let Some(value) = history.centred_at(stretch, Span(20)) {
+            if let Some(value) = history.centred_at(stretch, Span(3), Span(20)) {
                 prop_assert!(value.lo() >= -3.0 && value.hi() <= 2.0 && !value.is_empty());
             }
             if let Some(mean) = mean {

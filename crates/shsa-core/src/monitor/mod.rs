@@ -100,7 +100,11 @@ impl WatchedWay {
             // As long a mean: that over the same time but for an eighth, and no mean of means. None is as long as that of a
             // window that has only begun.
             let max_gap = self.max_gap().max(Span(usual.0 / 8));
-            return if stretch.length() > most { self.outputs.centred_at(moment, max_gap) } else { None };
+            return if stretch.length() > most {
+                self.outputs.centred_at(moment, self.time_error(), max_gap)
+            } else {
+                None
+            };
         }
         let is_rare =
             || self.computation.timing().period.is_none_or(|period| period.times(2) > stretch.length());
@@ -115,6 +119,14 @@ impl WatchedWay {
         }
         let half = Span(self.mean_over().0 / 2);
         Validity { from: validity.from - half, to: validity.to + half }
+    }
+
+    /// How wrong the time of an output may be, to either side of its middle.
+    fn time_error(&self) -> Span {
+        match self.outputs.newest(0) {
+            Some(newest) if !self.computation.is_rate() => Span(newest.validity.length().0 / 2),
+            _ => Span::ZERO,
+        }
     }
 
     #[inline]
