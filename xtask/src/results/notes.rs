@@ -51,18 +51,17 @@ Units are those of the signals; rmse is in m/s for velocities, m for the height,
 
 Not detected, late, or not isolated:
 
-- A velocity is compared with the mean of the position's change over 1 s, so a fault shows when it has moved this mean by
-  0.6 m/s. Noise averages out there; it is found through the logged total speed, and takes longer.
+- A velocity is compared with the mean of the position's change over 2 s, so a fault shows when it has moved this mean by
+  0.6 m/s. Noise averages out there; it is found by values that change too fast.
 - A vertical speed that sticks or is spoofed with 0 in level flight says the truth until the landing. Its only witness is the
-  barometer, over 3 s and within 1.5 m/s, because the rotors' wash disturbs it near the ground: a bias of 1 m/s or a scale
-  of 1.3 drowns in that, and noise averages out.
+  barometer, over 3 s and within 1.5 m/s, because the rotors' wash disturbs it near the ground: a bias of 1 m/s drowns in that,
+  and is found late, by what many comparisons say together; a scale of 1.3 is where it climbs or sinks quickly.
 - The total speed is computed from the three velocities. So it is no witness for them, only against them: when it alone is
   wrong, one of four is suspected, and it cannot be said which.
 - Height and vertical speed have only each other: both are suspected, and the need `height` has no other source. A jump
   below 4.8 m stays within what the barometer may do in 3 s.
-- A jump of the position shows for the second that the window holds it, which is shorter than the time that the other
-  witnesses are given; a lasting fault of the latitude or longitude is suspected together with the velocity that it
-  contradicts. The latitude enters the eastward speed, too, hence the third suspect.
+- A jump of the position shows for the two seconds that the window holds it; a fault of the latitude or longitude is suspected
+  together with the velocity that it contradicts.
 - A cell that sticks or drifts is found when it has left the others by 0.14 V; the discharge takes two minutes for that. With
   two cells at opposite ends of the spread, both are suspected first. The pack's voltage against four cells: 1 V and more.
 - Current and charge have only each other, over 120 s and within 3 A and 5 %: both are suspected, noise averages out, and a
@@ -74,14 +73,14 @@ Rmse is in rad/s for the yaw rate, m/s for the path's speed.
 
 Not detected, late, or not isolated:
 
-- The odometry's twist is the difference of its own pose over a second: it is declared as derived, with a delay of 0.5 s. So
-  the yaw rate has two independent witnesses only, the inertial unit and the pose, and when they disagree either may lie.
+- The odometry's twist is the difference of its own pose over a second: it is declared as derived, and as a mean over that second.
+  So the yaw rate has two independent witnesses only, the inertial unit and the pose, and when they disagree either may lie.
   All are suspected then, and the need has no trusted source: the long gaps. When one of them is silent, the other takes over.
-- Biases below about 0.15 rad/s of the inertial unit and 0.35 rad/s of the twist stay within the tolerances, which the turns'
-  beginnings need. A value that sticks, or is spoofed with 0, says the truth while the rover stands still.
-- Near 180 degrees the heading's quaternion may flip its sign, so the relation gives nothing there, and faults show later.
-- A jump of a position or of the heading shows only for as long as the window holds it, which is shorter than the time that
-  the other witnesses are given.
+- Biases below about 0.1 rad/s of the inertial unit or of the twist stay within the tolerances. A value that sticks, or is
+  spoofed with 0, says the truth while the rover stands still.
+- That the heading lies, the length of its quaternion tells at once, but not which of its two numbers. The accusation waits for
+  the satellites, over 2 s, as the way round a bend is computed from the heading too.
+- A jump of a position shows only for as long as the window holds it.
 - The satellites' track is rough: within 1.2 m/s over 2 s. A receiver that sticks at 1 m/s or less is not seen.
 ";
 

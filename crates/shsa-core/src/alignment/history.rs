@@ -278,7 +278,8 @@ impl History {
     }
 
     /// What samples that are true in their middles, but for `error` to either side, say of the middle of a moment: the hull of
-    /// what is in proportion between two of them, or what the newest says; `None` where the nearest one is farther away than `max_gap`.
+    /// what is in proportion between two of them, or what the newest says; `None` where the nearest one is farther away than
+    /// `max_gap`.
     ///
     /// So a mean is compared with one over the same time, and not with a mean of means. Complexity: O(samples newer than it).
     #[must_use]

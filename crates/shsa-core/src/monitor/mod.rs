@@ -93,23 +93,21 @@ impl WatchedWay {
         if slower.mean_over() == Span::ZERO { self.at(moment) } else { self.mean_beside(slower, moment) }
     }
 
+    /// The mean over the time of an output of the slower way, or that of as long a time around the same moment: no mean of means.
+    /// Three quarters of a time count as all of it, and an eighth as next to it.
     fn mean_beside(&self, slower: &WatchedWay, moment: Validity) -> Option<Interval> {
         let (stretch, usual) = (slower.stretch(moment), slower.mean_over());
         let most = Span(usual.0 / 4 * 3);
         if self.mean_over() > most {
-            // As long a mean: that over the same time but for an eighth, and no mean of means. None is as long as that of a
-            // window that has only begun.
             let max_gap = self.max_gap().max(Span(usual.0 / 8));
-            return if stretch.length() > most {
-                self.outputs.centred_at(moment, self.time_error(), max_gap)
-            } else {
-                None
-            };
+            // Where the slower one's window has only begun there is none as short.
+            let is_whole = stretch.length() > most;
+            return is_whole.then(|| self.outputs.centred_at(moment, self.time_error(), max_gap)).flatten();
         }
         let is_rare =
-            || self.computation.timing().period.is_none_or(|period| period.times(2) > stretch.length());
+            self.computation.timing().period.is_none_or(|period| period.times(2) > stretch.length());
         // Of what comes too rarely for a mean, the value there is.
-        self.outputs.mean_over(stretch).or_else(|| if is_rare() { self.at(moment) } else { None })
+        self.outputs.mean_over(stretch).or_else(|| is_rare.then(|| self.at(moment)).flatten())
     }
 
     /// The time over which an output of this validity is the mean.
