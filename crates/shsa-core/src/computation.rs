@@ -1,6 +1,6 @@
 //! A way of knowing at work: its inputs brought to one moment, its program evaluated.
 
-use crate::alignment::{Port, Reach, Sample};
+use crate::alignment::{Known, Port, Reach, Sample};
 use crate::expression::{Assignment, InputKind, Program, State, Symbol, Value};
 use crate::interval::Interval;
 use crate::knowledge::{Id, IdVec, KnowledgeBase, Lineage, Shape, SignalId, VariableId};
@@ -21,7 +21,7 @@ pub struct Timing {
     pub period: Option<Span>,
     /// How old an output is when it comes.
     pub lag: Span,
-    /// The longest window of its difference quotients: its output is true all that time.
+    /// The longest window of its difference quotients and means: its output is true of all that time.
     pub window: Span,
     /// How long a time an output is the mean over: that window, else what the signals are that it reads; zero of what is true
     /// at a moment.
@@ -60,7 +60,20 @@ pub struct Computation {
     way: Way,
     trigger: Option<SignalId>,
     timing: Timing,
+    /// Whether a difference quotient is in it.
+    is_rate: bool,
     body: Body,
+}
+
+/// What an evaluation over what is certain gives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Settled {
+    /// The output.
+    Value(Sample),
+    /// What this input was at that moment is not known yet.
+    Later(SignalId),
+    /// There is no output.
+    Nothing,
 }
 
 #[derive(Debug)]
@@ -89,15 +102,19 @@ struct Input {
     max_rate: f64,
     /// Over which gap a value still counts; `None` learns it from the spacing of the observations.
     max_gap: Option<Span>,
+    delay: Span,
+    /// Whether its observations are the moments at which the way is evaluated.
+    is_trigger: bool,
 }
 
 impl Input {
-    fn new(knowledge: &KnowledgeBase, signal: SignalId) -> Input {
+    fn new(knowledge: &KnowledgeBase, signal: SignalId, trigger: Option<SignalId>) -> Input {
         let description = &knowledge.signals()[signal];
         let max_rate = knowledge.variables()[description.variable].max_rate.unwrap_or(0.0);
         let max_gap = period(knowledge, signal).map(|period| period.times(2) + description.delay);
         let shape = knowledge.variables()[description.variable].shape;
-        Input { signal, shape, max_rate, max_gap }
+        let is_trigger = trigger == Some(signal);
+        Input { signal, shape, max_rate, max_gap, delay: description.delay, is_trigger }
     }
 
     fn succeeded(self, lineage: &Lineage) -> Option<Input> {
@@ -122,7 +139,21 @@ impl Input {
     #[inline]
     fn scalar_at(&self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Option<Interval> {
         let port = &ports[self.signal];
+        if self.is_trigger {
+            return port.scalar_exactly_at(moment);
+        }
         port.scalar_alone_at(moment).or_else(|| self.scalar_near(port, moment))
+    }
+
+    /// What is certain about the value of a number; see [`Known`].
+    fn scalar_about(&self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Known {
+        let port = &ports[self.signal];
+        if self.is_trigger {
+            return Known::or_never(port.scalar_exactly_at(moment));
+        }
+        // An input that is told late is waited for.
+        let max_gap = self.max_gap(port) - self.delay;
+        port.scalar_about(moment, Reach { max_rate: self.max_rate, max_gap })
     }
 
     #[inline(never)]
@@ -180,7 +211,7 @@ impl Computation {
     /// its own last value.
     #[must_use]
     pub fn can_run(knowledge: &KnowledgeBase, way: &Way) -> bool {
-        way.direct().is_some() || program(knowledge, way).is_some()
+        way.direct().is_some() || program(knowledge, way, None).is_some()
     }
 
     /// How old the outputs of a way are when they come.
@@ -201,9 +232,10 @@ impl Computation {
     pub fn new(knowledge: &KnowledgeBase, way: Way, goes_before: Precedence) -> Option<Computation> {
         let trigger = trigger(knowledge, &way, goes_before);
         let (body, window) = match way.direct() {
-            Some(signal) => (Body::Direct(Input::new(knowledge, signal)), Span::ZERO),
+            Some(signal) => (Body::Direct(Input::new(knowledge, signal, trigger)), Span::ZERO),
             None => computed(knowledge, &way, trigger)?,
         };
+        let is_rate = matches!(&body, Body::Computed { program, .. } if program.is_rate());
         let mean_over = |signal: SignalId| knowledge.signals()[signal].mean_over;
         let timing = Timing {
             period: trigger.and_then(|signal| period(knowledge, signal)),
@@ -215,7 +247,7 @@ impl Computation {
                 way.inputs().map(mean_over).max().unwrap_or(Span::ZERO)
             },
         };
-        Some(Computation { way, trigger, timing, body })
+        Some(Computation { way, trigger, timing, is_rate, body })
     }
 
     /// Goes on from what an earlier computation remembers, which was made from the knowledge base before a change; whether
@@ -269,6 +301,13 @@ impl Computation {
     /// Whether its output is a difference quotient, or made of one: it tells how something changes, over a window.
     #[must_use]
     pub fn is_rate(&self) -> bool {
+        self.is_rate
+    }
+
+    /// Whether its output is true of a window, and not of a moment.
+    #[inline]
+    #[must_use]
+    pub fn is_windowed(&self) -> bool {
         self.timing.window > Span::ZERO
     }
 
@@ -383,25 +422,85 @@ impl Computation {
         (!value.is_empty()).then_some(value)
     }
 
-    /// Evaluates a way of knowing a number, without its last value.
+    /// The signals that it reads beside its trigger: what they were at the trigger's moments may be known later only.
+    pub fn joined(&self) -> impl Iterator<Item = SignalId> + '_ {
+        let inputs = match &self.body {
+            Body::Direct(_) => &[],
+            Body::Computed { inputs, .. } => inputs.as_slice(),
+        };
+        inputs.iter().filter_map(|input| match input {
+            Source::Signal(input) if !input.is_trigger && input.shape == Shape::Scalar => Some(input.signal),
+            _ => None,
+        })
+    }
+
+    /// Evaluates a way of knowing a number over what is certain about a moment, without its last value: nothing is
+    /// extrapolated that the model does not bound.
     #[inline]
-    pub fn evaluate_scalar(&mut self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Option<Sample> {
+    pub fn evaluate_settled(&mut self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Settled {
         if let Body::Direct(input) = &self.body
             && input.shape == Shape::Scalar
         {
             // As most often, and not by way of a value of any kind.
-            let value = input.scalar_at(ports, moment)?;
-            return value.is_bounded().then_some(Sample { validity: moment, value });
+            return match input.scalar_at(ports, moment) {
+                Some(value) if value.is_bounded() => Settled::Value(Sample { validity: moment, value }),
+                _ => Settled::Nothing,
+            };
         }
         self.evaluate_any(ports, moment)
     }
 
     #[inline(never)]
-    fn evaluate_any(&mut self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Option<Sample> {
-        match self.evaluate(ports, moment, None)? {
-            (Computed::Scalar(value), validity) => Some(Sample { validity, value }),
-            (Computed::Vector(_), _) => None,
+    fn evaluate_any(&mut self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Settled {
+        let Body::Computed { program, state, inputs } = &mut self.body else { return Settled::Nothing };
+        let mut usual = [Value::Scalar(Interval::EMPTY); USUAL_INPUTS];
+        let mut many = Vec::new();
+        let values = match usual.get_mut(..inputs.len()) {
+            Some(values) => values,
+            None => {
+                many.resize(inputs.len(), Value::Scalar(Interval::EMPTY));
+                many.as_mut_slice()
+            }
+        };
+        for (value, input) in values.iter_mut().zip(inputs.iter()) {
+            *value = match input {
+                Source::Signal(input) if input.shape == Shape::Scalar => {
+                    match input.scalar_about(ports, moment) {
+                        Known::Value(value) => Value::Scalar(value),
+                        Known::Later => return Settled::Later(input.signal),
+                        Known::Never => return Settled::Nothing,
+                    }
+                }
+                Source::Signal(input) => match input.at(ports, moment) {
+                    Some(value) => value,
+                    None => return Settled::Nothing,
+                },
+                Source::Constant(value) => Value::Scalar(*value),
+                Source::Last => return Settled::Nothing,
+            };
         }
+        make_room(state, values);
+        let outcome = program.evaluate(state, values, moment, None);
+        match usable(outcome.value) {
+            Some(Computed::Scalar(value)) => Settled::Value(Sample { validity: outcome.valid, value }),
+            _ => Settled::Nothing,
+        }
+    }
+
+    /// The value of a way that rests on constants alone; `None` of all others.
+    pub fn constant(&mut self) -> Option<Interval> {
+        let Body::Computed { program, state, inputs } = &mut self.body else { return None };
+        if program.is_stateful() {
+            return None;
+        }
+        let value = |input: &Source| match input {
+            Source::Constant(value) => Some(Value::Scalar(*value)),
+            Source::Signal(_) | Source::Last => None,
+        };
+        let values = inputs.iter().map(value).collect::<Option<Vec<_>>>()?;
+        make_room(state, &values);
+        let value = program.evaluate(state, &values, Validity::always(), None).value.scalar();
+        value.is_bounded().then_some(value)
     }
 }
 
@@ -429,7 +528,7 @@ fn lateness(knowledge: &KnowledgeBase, signal: SignalId) -> Span {
 
 /// The program of a way with its memory and the sources of its inputs, and its longest window.
 fn computed(knowledge: &KnowledgeBase, way: &Way, trigger: Option<SignalId>) -> Option<(Body, Span)> {
-    let (program, inputs) = program(knowledge, way)?;
+    let (program, inputs) = program(knowledge, way, trigger)?;
     let rate_hz = trigger.and_then(|signal| knowledge.signals()[signal].rate_hz).unwrap_or(USUAL_RATE_HZ);
     let state = program.new_state(0, rate_hz);
     let window = program.longest_window();
@@ -437,7 +536,11 @@ fn computed(knowledge: &KnowledgeBase, way: &Way, trigger: Option<SignalId>) -> 
 }
 
 /// The program of a way with the sources of its inputs.
-fn program(knowledge: &KnowledgeBase, way: &Way) -> Option<(Program, Vec<Source>)> {
+fn program(
+    knowledge: &KnowledgeBase,
+    way: &Way,
+    trigger: Option<SignalId>,
+) -> Option<(Program, Vec<Source>)> {
     let steps = &way.substitution.steps;
     let assignment = |step: &crate::substitution::Step| {
         let relation = &knowledge.relations()[step.relation];
@@ -449,7 +552,7 @@ fn program(knowledge: &KnowledgeBase, way: &Way) -> Option<(Program, Vec<Source>
     };
     let assignments = steps.iter().map(assignment).collect::<Option<Vec<_>>>()?;
     let program = Program::compile(&assignments).ok()?;
-    let source = |input: &crate::expression::Input| source(knowledge, way, input);
+    let source = |input: &crate::expression::Input| source(knowledge, (way, trigger), input);
     let inputs = program.inputs().iter().map(source).collect::<Option<Vec<_>>>()?;
     Some((program, inputs))
 }
@@ -463,13 +566,17 @@ fn make_room(state: &mut State<Interval>, values: &[Value<'_, Interval>]) {
     state.make_room(values.iter().map(length).max().unwrap_or(0));
 }
 
-fn source(knowledge: &KnowledgeBase, way: &Way, input: &crate::expression::Input) -> Option<Source> {
+fn source(
+    knowledge: &KnowledgeBase,
+    (way, trigger): (&Way, Option<SignalId>),
+    input: &crate::expression::Input,
+) -> Option<Source> {
     if input.kind == InputKind::Previous {
         return (input.symbol == way.substitution.sink.symbol()).then_some(Source::Last);
     }
     let at = way.substitution.sources.iter().position(|source| source.symbol() == input.symbol)?;
     match (way.signals.get(at)?, way.substitution.sources.get(at)?) {
-        (Some(signal), _) => Some(Source::Signal(Input::new(knowledge, *signal))),
+        (Some(signal), _) => Some(Source::Signal(Input::new(knowledge, *signal, trigger))),
         (None, variable) => knowledge.variables()[*variable].constant.map(Source::Constant),
     }
 }

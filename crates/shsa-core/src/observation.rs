@@ -98,6 +98,7 @@ mod tests {
             unit: unit.and_then(|text| Unit::parse(text).ok()),
             rate_hz: None,
             value_error: ValueError { lo, hi, relative },
+            noise: None,
             time_error: (Span::ZERO, Span::ZERO),
             delay: Span::ZERO,
             mean_over: Span::ZERO,

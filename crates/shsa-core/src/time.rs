@@ -165,6 +165,12 @@ impl Validity {
         (from <= to).then_some(Validity { from, to })
     }
 
+    /// The moment halfway.
+    #[must_use]
+    pub fn centre(self) -> Time {
+        self.from + Span((self.to - self.from).0 / 2)
+    }
+
     /// The shortest validity that holds both.
     #[must_use]
     pub fn hull(self, other: Validity) -> Validity {

@@ -57,6 +57,7 @@ fn signal(name: String, variable: VariableId, may_fail: bool, derived_from: Vec<
         time_error: (Span::ZERO, Span::ZERO),
         delay: Span::ZERO,
         mean_over: Span::ZERO,
+        noise: None,
         timeout: None,
         limits: Default::default(),
         derived_from,

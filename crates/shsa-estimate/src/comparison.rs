@@ -61,7 +61,7 @@ impl Watched {
             self.outputs[way as usize].push((sample.validity, sample.value.midpoint()));
             for &number in &compares[way as usize] {
                 let (slow, other) = self.sides(&self.monitor.pairs()[number]);
-                let Some(known) = other.beside(slow, sample.validity) else { continue };
+                let Some(known) = other.beside(slow, sample.validity).value() else { continue };
                 let comparison = Comparison {
                     received: now,
                     validity: sample.validity,

@@ -18,6 +18,12 @@ What no reading of a sound signal goes beyond, its errors allowed for; what does
   max_delay: 300 ms    longest time from the time stamp to the reception; when left away, the `delay` and the `timeout`
                        together where a `delay` is given, else no limit, as with `none`
 
+How wrong a signal's values may be:
+  value_error: 0.3     a bound, plus-minus or [lowest, highest]: what lies inside is sound whatever its pattern, what lies
+                       outside is proof of a fault
+  noise: 0.1           the standard deviation of its scatter, where that is known: with it, scatter, drift and skew that show
+                       in many comparisons within the bounds accuse, too; without it they are told as notes
+
 How a signal's values relate to time:
   delay: 500 ms        how much older the content is than its time stamp says
   mean_over: 1 s       how long a time each value is the mean over, half of it before and half after the moment so told; it is

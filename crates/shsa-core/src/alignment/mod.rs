@@ -7,8 +7,10 @@
 //! order, invalid, out of range, too fast), and counts.
 
 mod history;
+mod about;
 mod gate;
 mod port;
 
+pub use about::Known;
 pub use history::{Acceptance, Defect, History, Jump, Reach, Reading, Sample};
 pub use port::{Counts, LONGEST_VECTOR, Port, Reception};

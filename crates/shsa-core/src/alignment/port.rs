@@ -1,5 +1,6 @@
 //! The port of one signal: its recent observations, ready to be read at any moment.
 
+use super::about::Known;
 use super::gate::Gate;
 use super::history::{Acceptance, Defect, History, Reach, Reading, Sample};
 use crate::interval::Interval;
@@ -222,6 +223,24 @@ impl Port {
     #[must_use]
     pub fn scalar_alone_at(&self, moment: Validity) -> Option<Interval> {
         self.scalars.alone_at(moment)
+    }
+
+    /// The scalar that was observed with this validity; see [`History::exactly_at`].
+    #[inline]
+    #[must_use]
+    pub fn scalar_exactly_at(&self, moment: Validity) -> Option<Interval> {
+        match self.scalars.newest(0) {
+            // As most often.
+            Some(newest) if newest.validity == moment && !self.scalars.is_repeated() => Some(newest.value),
+            _ => self.scalars.exactly_at(moment),
+        }
+    }
+
+    /// What is known of a scalar at a moment without a guess; see [`History::about`].
+    #[inline]
+    #[must_use]
+    pub fn scalar_about(&self, moment: Validity, reach: Reach) -> Known {
+        self.scalars.about(moment, reach)
     }
 
     /// A scalar at a moment; see [`History::at`].

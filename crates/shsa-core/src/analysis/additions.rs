@@ -325,6 +325,7 @@ fn sensor(variable: VariableId) -> Signal {
         unit: None,
         rate_hz: None,
         value_error: ValueError::default(),
+        noise: None,
         time_error: (Span::ZERO, Span::ZERO),
         delay: Span::ZERO,
         mean_over: Span::ZERO,

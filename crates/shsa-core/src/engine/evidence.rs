@@ -234,7 +234,7 @@ impl Engine {
 /// The newest value of the slower of two ways, and the other one brought to its moment.
 fn compared(slow: &WatchedWay, fast: &WatchedWay) -> Option<(Interval, Interval, Time)> {
     let newest = slow.outputs.newest(0)?;
-    let known = fast.beside(slow, newest.validity)?;
+    let known = fast.beside(slow, newest.validity).value()?;
     Some((newest.value, known, newest.validity.to))
 }
 

@@ -410,14 +410,18 @@ impl Provider {
                 let votes = monitor.votes(self.variable, &self.active_rests_on, sample, trusts);
                 let fit = self.is_fit(&sample, now);
                 self.unfit_since = if fit { None } else { self.unfit_since.or(Some(now)) };
-                let sound = fit && (self.forced.is_some() || !votes.is_contradicted());
-                match sound {
-                    true => Some((sample, self.active_server())),
-                    false => self.stand_in(knowledge, monitor, trusts, now),
+                let is_forced = self.forced.is_some();
+                let own = Some((sample, self.active_server()));
+                match fit && (is_forced || !votes.is_doubted()) {
+                    true => own,
+                    // What is only doubted is better than nothing.
+                    false => self
+                        .stand_in(knowledge, monitor, trusts, (now, false))
+                        .or(own.filter(|_| fit && !votes.is_contradicted())),
                 }
             }
             Some((vector, validity)) => return self.publish(knowledge, vector, validity, now, outputs),
-            None if self.is_late(now) => self.stand_in(knowledge, monitor, trusts, now),
+            None if self.is_late(now) => self.stand_in(knowledge, monitor, trusts, (now, true)),
             None => None,
         };
         let Some((sample, server)) = found else {

@@ -44,7 +44,8 @@ impl<N: Number> Value<'_, N> {
 pub struct Outcome<'a, N> {
     /// The output; missing when something it needs is missing or a condition is not certainly true.
     pub value: Value<'a, N>,
-    /// When it holds: the time of the evaluation, back to the oldest sample of a `derivative` in it.
+    /// When it holds: the time of the evaluation, back to the oldest sample of a `derivative` or the begin of a
+    /// `moving_mean` in it.
     pub valid: Validity,
 }
 

@@ -94,7 +94,8 @@ impl<N: Number> History<N> {
             Operation::Derivative(window) => self.derivative(value, at, window),
             Operation::Delay(span) => Recalled { value: self.delay(value, at, span), since: None },
             Operation::MovingMean(window) => {
-                Recalled { value: self.moving_mean(value, at, window), since: None }
+                // A mean is true of its window, as a difference quotient is.
+                Recalled { value: self.moving_mean(value, at, window), since: Some(at.from - window) }
             }
             _ => Recalled { value: self.integral(value, at, is_new), since: None },
         };

@@ -128,11 +128,17 @@ impl Program {
         !self.retained.is_empty() || !self.memories.is_empty() || self.elapsed.is_some()
     }
 
-    /// The longest stretch of time that a `derivative` in it looks back; zero without one.
+    /// Whether a `derivative` is in it: the output tells how something changes.
+    #[must_use]
+    pub fn is_rate(&self) -> bool {
+        self.memories.iter().any(|operation| matches!(operation, Operation::Derivative(_)))
+    }
+
+    /// The longest stretch of time that a `derivative` or a `moving_mean` in it is the mean over; zero without one.
     #[must_use]
     pub fn longest_window(&self) -> Span {
         let windows = self.memories.iter().map(|operation| match operation {
-            Operation::Derivative(window) => *window,
+            Operation::Derivative(window) | Operation::MovingMean(window) => *window,
             _ => Span::ZERO,
         });
         windows.max().unwrap_or(Span::ZERO)

@@ -208,6 +208,8 @@ pub struct SignalDraft {
     pub rate: Option<Text>,
     /// Plus-minus (`0.15`, `5 cm`, `2 %`, `0.3 + 1 %`), or lowest and highest.
     pub value_error: Option<Bounds>,
+    /// Standard deviation of its noise: a number in the signal's unit, or a quantity.
+    pub noise: Option<Text>,
     /// Plus-minus (`50 ms`), or lowest and highest.
     pub time_error: Option<Bounds>,
     /// How old its content is at its time stamp.

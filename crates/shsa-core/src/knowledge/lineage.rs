@@ -87,6 +87,7 @@ impl Lineage {
             && (before.shape, before.range) == (after.shape, after.range)
             && one.unit == other.unit
             && one.value_error == other.value_error
+            && one.noise == other.noise
             && one.time_error == other.time_error
             && one.mean_over == other.mean_over
             && one.delay == other.delay

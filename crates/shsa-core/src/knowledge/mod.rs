@@ -139,6 +139,9 @@ pub struct Signal {
     pub rate_hz: Option<f64>,
     /// Error of its values.
     pub value_error: ValueError,
+    /// Standard deviation of the noise of its values, SI; `None` when nothing is known of it but the bounds of
+    /// `value_error`: only what is declared here lets statistics over many comparisons accuse.
+    pub noise: Option<f64>,
     /// Lowest and highest error of its time stamps.
     pub time_error: (Span, Span),
     /// How much older the content is than its time stamp says.

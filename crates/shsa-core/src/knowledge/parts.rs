@@ -406,6 +406,7 @@ fn signal_fields(draft: &SignalDraft) -> Fields {
         ("unit", words(draft.unit.as_ref())),
         ("rate", words(draft.rate.as_ref())),
         ("value_error", bounds(draft.value_error.as_ref())),
+        ("noise", words(draft.noise.as_ref())),
         ("time_error", bounds(draft.time_error.as_ref())),
         ("delay", words(draft.delay.as_ref())),
         ("mean_over", words(draft.mean_over.as_ref())),

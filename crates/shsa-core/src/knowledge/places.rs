@@ -54,6 +54,7 @@ impl Draft {
                 &mut it.source,
                 &mut it.unit,
                 &mut it.rate,
+                &mut it.noise,
                 &mut it.delay,
                 &mut it.mean_over,
                 &mut it.timeout,

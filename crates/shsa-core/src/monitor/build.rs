@@ -2,13 +2,15 @@
 
 use super::index::Index;
 use super::panel::Panel;
-use super::{Detectors, Monitor, Options, Pair, Stillness, Trend, Watch, WatchedWay, WayIndex, Window};
+use super::{
+    Detectors, Monitor, Noise, Options, Pair, Stillness, Trend, Watch, WatchedWay, WayIndex, Window,
+};
 use crate::alignment::{History, Port, Reach};
 use crate::computation::Computation;
 use crate::knowledge::{IdVec, KnowledgeBase, RelationId, Shape, SignalId, SignalSet, VariableId};
 use crate::substitution::Way;
 use crate::time::Span;
-use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::collections::{BTreeMap, BTreeSet, VecDeque};
 use alloc::vec::Vec;
 
 /// Fewest and most samples in a history.
@@ -16,6 +18,9 @@ const CAPACITY: (usize, usize) = (16, 4_096);
 
 /// Samples in a history of a signal whose rate is not declared.
 const CAPACITY_WITHOUT_RATE: usize = 256;
+
+/// So many moments at most wait until all inputs of a way are known there.
+const MOST_LATE: usize = 64;
 
 impl Monitor {
     /// Watches these ways of knowing. Ways that cannot be run (structure only), or give vectors, are left out.
@@ -39,6 +44,10 @@ impl Monitor {
             .into_iter()
             .map(|computation| watched_way(knowledge, computation, lookback))
             .collect();
+        let mut joins = IdVec::filled(knowledge.signals().len(), |_| Vec::new());
+        for (at, way) in ways.iter().enumerate() {
+            way.computation.joined().for_each(|signal| joins[signal].push(way_index(at)));
+        }
         let count = ways.len();
         let mut monitor = Monitor {
             ports,
@@ -50,25 +59,39 @@ impl Monitor {
             panel: Panel::new(&[], &[], options.memory),
             index: Index::new((0, 0), &[], &[]),
             completes,
+            joins,
+            resumed: Vec::with_capacity(4 * count),
+            waiting: 0,
+            awaited: Vec::new(),
             pending: Vec::with_capacity(4 * count),
             fresh: Vec::with_capacity(4 * count),
         };
-        monitor.add_pairs(options);
+        monitor.add_pairs(knowledge, options);
         monitor.panel = Panel::new(&monitor.ways, &monitor.pairs, options.memory);
         let counts = (knowledge.signals().len(), knowledge.variables().len());
         monitor.index = Index::new(counts, &monitor.ways, &monitor.pairs);
         monitor
     }
 
-    fn add_pairs(&mut self, options: Options) {
+    fn add_pairs(&mut self, knowledge: &KnowledgeBase, options: Options) {
         let ways: Vec<(&Way, &SignalSet)> =
             self.ways.iter().map(|way| (way.computation.way(), &way.rests_on)).collect();
         let compared = compared(&ways);
         for (at, after) in compared {
             if let (Some(one), Some(other)) = (self.ways.get(at), self.ways.get(after)) {
-                self.pairs.push(pair((at, one), (after, other), options));
+                let (slow, fast) = by_slowness((at, one), (after, other));
+                self.pairs.push(pair(knowledge, slow, fast, options));
+                if is_uncertain_in_time(knowledge, one) || is_uncertain_in_time(knowledge, other) {
+                    // What the errors of time of one way hide shows in the samples of the other.
+                    self.pairs.push(pair(knowledge, fast, slow, options));
+                }
             }
         }
+        let mut waiting = alloc::vec![0; self.ways.len()];
+        for pair in &self.pairs {
+            waiting.get_mut(pair.other.0 as usize).into_iter().for_each(|count| *count += 1);
+        }
+        self.awaited = waiting.into_iter().map(Vec::with_capacity).collect();
         for (number, pair) in self.pairs.iter().enumerate() {
             if let Some(way) = self.ways.get_mut(pair.way.0 as usize) {
                 way.triggers.push(u32::try_from(number).unwrap_or(u32::MAX));
@@ -127,7 +150,7 @@ fn capacity(rate_hz: Option<f64>, lookback: Span) -> usize {
     })
 }
 
-fn watched_way(knowledge: &KnowledgeBase, computation: Computation, lookback: Span) -> WatchedWay {
+fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback: Span) -> WatchedWay {
     let rests_on = rests_on(knowledge, computation.way());
     let variable = &knowledge.variables()[computation.way().substitution.sink];
     let timing = computation.timing();
@@ -137,7 +160,9 @@ fn watched_way(knowledge: &KnowledgeBase, computation: Computation, lookback: Sp
         max_gap: timing.period.map_or(Span::MAX, |period| period.times(2)),
     };
     let outputs = History::new(capacity(rate_hz, lookback));
-    WatchedWay { computation, rests_on, outputs, measured: None, reach, triggers: Vec::new() }
+    let constant = computation.constant();
+    let late = VecDeque::with_capacity(if computation.joined().next().is_some() { MOST_LATE } else { 0 });
+    WatchedWay { computation, rests_on, outputs, measured: None, reach, constant, triggers: Vec::new(), late }
 }
 
 /// The signals of a way with all that they are derived from: when one of them is lost, so is the way. Of signals from the
@@ -163,24 +188,65 @@ fn evidence(one: &Way, other: &Way) -> (Vec<RelationId>, Vec<SignalId>) {
     (relations, signals)
 }
 
-fn pair(one: (usize, &WatchedWay), other: (usize, &WatchedWay), options: Options) -> Pair {
-    let lateness = |way: &WatchedWay| {
+/// The slower way of two first: a comparison is made at its moments.
+///
+/// What tells of a longer time, or more rarely, is the slower one; of equals what tells later, as the other one is there then;
+/// else the later in file order: when it delivers, the other of the same row is there.
+fn by_slowness<'w>(
+    one: (usize, &'w WatchedWay),
+    other: (usize, &'w WatchedWay),
+) -> ((usize, &'w WatchedWay), (usize, &'w WatchedWay)) {
+    let slowness = |way: &WatchedWay| {
         let timing = way.computation.timing();
-        timing.lag + timing.window + timing.period.unwrap_or(Span::ZERO)
+        (timing.mean_over + timing.period.unwrap_or(Span::ZERO), timing.lag)
     };
-    // Of equals, the later in file order: when it delivers, the other of the same row is there.
-    let (slow, fast) = if lateness(one.1) > lateness(other.1) { (one, other) } else { (other, one) };
+    // What rests on constants alone has no moments.
+    let is_slow = other.1.constant.is_some() || slowness(one.1) > slowness(other.1);
+    if is_slow && one.1.constant.is_none() { (one, other) } else { (other, one) }
+}
+
+fn is_uncertain_in_time(knowledge: &KnowledgeBase, way: &WatchedWay) -> bool {
+    let mut inputs = way.computation.way().inputs();
+    !way.computation.is_windowed()
+        && way.mean_over() == Span::ZERO
+        && inputs
+            .any(|signal| knowledge.signals()[signal].time_error.0 < knowledge.signals()[signal].time_error.1)
+}
+
+fn pair(
+    knowledge: &KnowledgeBase,
+    slow: (usize, &WatchedWay),
+    fast: (usize, &WatchedWay),
+    options: Options,
+) -> Pair {
     let timing = slow.1.computation.timing();
-    let mut signals = one.1.rests_on.clone();
-    signals.extend(&other.1.rests_on);
+    let other = fast.1.computation.timing();
+    let mut signals = slow.1.rests_on.clone();
+    signals.extend(&fast.1.rests_on);
+    // What the faster one is waited for.
+    let wait = if fast.1.reach.max_rate > 0.0 { Span::ZERO } else { other.period.unwrap_or(Span::ZERO) };
+    let lag = timing.tells_all_after().max(other.tells_all_after()) + wait;
     Pair {
         way: way_index(slow.0),
         other: way_index(fast.0),
         signals,
-        window: Window::new(options.debounce, timing.period, timing.tells_all_after()),
-        trend: Trend::new(options.trends, timing.mean_over),
+        window: Window::new(options.debounce, timing.period, lag),
+        trend: Trend::new(options.trends, timing.mean_over, noise(knowledge, slow.1, fast.1)),
         disagreement: None,
+        due: None,
     }
+}
+
+/// What is declared of the noise of all signals that two ways read.
+fn noise(knowledge: &KnowledgeBase, one: &WatchedWay, other: &WatchedWay) -> Noise {
+    let (one, other) = (one.computation.way(), other.computation.way());
+    let of = |signal: SignalId| knowledge.signals()[signal].noise;
+    if one.inputs().chain(other.inputs()).any(|signal| of(signal).is_none()) {
+        return Noise::Unknown;
+    }
+    let direct = one.direct().zip(other.direct());
+    let both = direct.and_then(|(one, other)| Some(libm::hypot(of(one)?, of(other)?)));
+    both.map_or(Noise::Declared, Noise::Known)
 }
 
 fn way_index(at: usize) -> WayIndex {

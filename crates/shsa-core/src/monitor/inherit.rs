@@ -1,5 +1,6 @@
 //! A monitor goes on from the one before a change of the knowledge base: what is the same keeps what it knows.
 
+use super::comparison::insert;
 use super::{Monitor, Pair, WatchedWay, WayIndex};
 use crate::knowledge::{Id, Lineage, SignalSet};
 use crate::time::Time;
@@ -42,6 +43,7 @@ impl Monitor {
         }
         let ways = self.inherit_ways(old.ways, lineage);
         self.panel.inherit(&old.panel, &ways, now);
+        self.waiting = self.ways.iter().filter(|way| !way.late.is_empty()).count();
         let mut inheritance = Inheritance { ways, compared: SignalSet::new(), is_whole: true };
         self.inherit_pairs(&old.pairs, &mut inheritance);
         inheritance
@@ -60,6 +62,7 @@ impl Monitor {
             let capacity = way.outputs.capacity();
             way.outputs = old.outputs;
             way.outputs.make_room(capacity);
+            way.late.extend(old.late.iter().take(way.late.capacity()));
             Some(WayIndex(u32::try_from(at).unwrap_or(u32::MAX)))
         };
         old.into_iter().map(&mut inherit).collect()
@@ -71,11 +74,17 @@ impl Monitor {
         for before in old {
             let both = inheritance.way(before.way).zip(inheritance.way(before.other));
             let place = both.and_then(|both| places.get(&both));
-            let pair = place.and_then(|&at| self.pairs.get_mut(at));
-            match pair.and_then(|pair| pair.window.inherit(&before.window).then_some(pair)) {
-                Some(pair) => {
+            let pair = place.and_then(|&at| Some((at, self.pairs.get_mut(at)?)));
+            match pair.and_then(|(at, pair)| pair.window.inherit(&before.window).then_some((at, pair))) {
+                Some((at, pair)) => {
                     pair.trend = before.trend;
                     pair.disagreement = before.disagreement;
+                    pair.due = before.due;
+                    if pair.due.is_some()
+                        && let Some(awaited) = self.awaited.get_mut(pair.other.0 as usize)
+                    {
+                        insert(awaited, u32::try_from(at).unwrap_or(u32::MAX));
+                    }
                     inheritance.compared.extend(&pair.signals);
                 }
                 None => inheritance.is_whole = false,

@@ -1,9 +1,10 @@
 //! What disagrees, what is silent, what cannot be: all ways of knowing a variable compared, as observations come.
 //!
-//! A comparison is made when the slower of two ways delivers; the faster one is brought to its moment by its
-//! history. Where the slower one is a difference quotient over a window, it is the mean of the derivative, and
-//! is compared with the mean of the other over the window. Disjoint intervals disagree. A pair is in conflict
-//! when enough of its recent comparisons disagree ([`Debounce`]).
+//! A comparison is made for each output of the slower of two ways, as soon as the faster one says something about its
+//! moment: what its samples on both sides do, or the nearest one where the model bounds how fast the plant changes. Where the
+//! slower one is a difference quotient over a window, it is the mean of the derivative, and is compared with the mean of the
+//! other over the window. Disjoint intervals disagree. A pair is in conflict when enough of its recent comparisons disagree
+//! ([`Debounce`]).
 //!
 //! Observations of one moment of reception are compared together ([`Monitor::settle`]), so that their order does
 //! not matter. The cost of an observation is that of the ways that it completes and their pairs; nothing is
@@ -17,6 +18,8 @@ mod detector;
 mod watch;
 mod record;
 mod panel;
+mod way;
+mod comparison;
 pub mod thesis;
 mod index;
 mod build;
@@ -30,17 +33,18 @@ pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};
 pub use record::{Figures, Memory, Record};
 pub use stillness::Stillness;
 pub use symptom::Symptom;
-pub use trend::{Measured, Tendency, Trend, TrendOptions, TrendRecord};
+pub use trend::{Measured, Noise, Tendency, Trend, TrendOptions, TrendRecord};
 pub use watch::{Absence, Change, Watch};
+pub use way::WatchedWay;
 
-use crate::alignment::{Acceptance, History, Port, Reach, Sample};
-use crate::computation::Computation;
-use crate::interval::Interval;
+use crate::alignment::{Acceptance, Port, Sample};
+use crate::computation::Settled;
 use crate::knowledge::{IdVec, KnowledgeBase, SignalId, SignalSet, VariableId};
 use crate::observation::Observation;
 use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
+use comparison::Round;
 use index::Index;
 use panel::Panel;
 
@@ -53,106 +57,6 @@ pub struct Options {
     pub trends: TrendOptions,
     /// How long it is remembered how ways have run.
     pub memory: Memory,
-}
-
-/// A way of knowing under watch, with its recent outputs.
-#[derive(Debug)]
-pub struct WatchedWay {
-    /// What computes it.
-    pub computation: Computation,
-    /// The signals that it rests on, with those that they are derived from.
-    pub rests_on: SignalSet,
-    /// Its recent outputs.
-    pub outputs: History,
-    /// The output that was taken in last.
-    measured: Option<Measured>,
-    reach: Reach,
-    /// Pairs that compare when this way delivers.
-    triggers: Vec<u32>,
-}
-
-impl WatchedWay {
-    /// The variable that it knows.
-    #[must_use]
-    pub fn variable(&self) -> VariableId {
-        self.computation.way().substitution.sink
-    }
-
-    /// The outputs brought to a moment: within two periods, grown by the variable's rate of change.
-    #[inline]
-    #[must_use]
-    pub fn at(&self, moment: Validity) -> Option<Interval> {
-        self.outputs.alone_at(moment).or_else(|| self.near(moment))
-    }
-
-    /// What it says about an output of the slower way that it is compared with: where that one is a mean over a time, the mean
-    /// over that, else its outputs brought to that moment.
-    #[inline]
-    #[must_use]
-    pub fn beside(&self, slower: &WatchedWay, moment: Validity) -> Option<Interval> {
-        if slower.mean_over() == Span::ZERO { self.at(moment) } else { self.mean_beside(slower, moment) }
-    }
-
-    /// The mean over the time of an output of the slower way, or that of as long a time around the same moment: no mean of means.
-    /// Three quarters of a time count as all of it, and an eighth as next to it.
-    fn mean_beside(&self, slower: &WatchedWay, moment: Validity) -> Option<Interval> {
-        let (stretch, usual) = (slower.stretch(moment), slower.mean_over());
-        let most = Span(usual.0 / 4 * 3);
-        if self.mean_over() > most {
-            let max_gap = self.max_gap().max(Span(usual.0 / 8));
-            // Where the slower one's window has only begun there is none as short.
-            let is_whole = stretch.length() > most;
-            return is_whole.then(|| self.outputs.centred_at(moment, self.time_error(), max_gap)).flatten();
-        }
-        let is_rare =
-            self.computation.timing().period.is_none_or(|period| period.times(2) > stretch.length());
-        // Of what comes too rarely for a mean, the value there is.
-        self.outputs.mean_over(stretch).or_else(|| is_rare.then(|| self.at(moment)).flatten())
-    }
-
-    /// The time over which an output of this validity is the mean.
-    fn stretch(&self, validity: Validity) -> Validity {
-        if self.computation.is_rate() {
-            return validity;
-        }
-        let half = Span(self.mean_over().0 / 2);
-        Validity { from: validity.from - half, to: validity.to + half }
-    }
-
-    /// How wrong the time of an output may be, to either side of its middle.
-    fn time_error(&self) -> Span {
-        match self.outputs.newest(0) {
-            Some(newest) if !self.computation.is_rate() => Span(newest.validity.length().0 / 2),
-            _ => Span::ZERO,
-        }
-    }
-
-    #[inline]
-    fn mean_over(&self) -> Span {
-        self.computation.timing().mean_over
-    }
-
-    /// The same with its middle and width, which are not found again for each way that compares with it.
-    #[inline]
-    fn measured_beside(&self, slower: &WatchedWay, moment: Validity) -> Option<Measured> {
-        let value = self.beside(slower, moment)?;
-        let known = self.measured.filter(|last| last.value == value);
-        Some(known.unwrap_or_else(|| Measured::of(value)))
-    }
-
-    #[inline(never)]
-    fn near(&self, moment: Validity) -> Option<Interval> {
-        let reach = Reach { max_gap: self.max_gap(), ..self.reach };
-        self.outputs.at(moment, reach).map(|reading| reading.value)
-    }
-
-    /// How far away an output still tells something: two periods, as declared or else as the last two came.
-    fn max_gap(&self) -> Span {
-        match (self.reach.max_gap, self.outputs.newest(0), self.outputs.newest(1)) {
-            (Span::MAX, Some(newest), Some(before)) => (newest.validity.to - before.validity.to).times(2),
-            (declared, ..) => declared,
-        }
-    }
 }
 
 /// Compares all ways of knowing each variable.
@@ -169,8 +73,15 @@ pub struct Monitor {
     index: Index,
     /// Ways that a signal completes.
     completes: IdVec<SignalId, Vec<WayIndex>>,
+    /// Ways that read a signal beside their trigger.
+    joins: IdVec<SignalId, Vec<WayIndex>>,
     /// Observations of this moment that complete a way.
     pending: Vec<(WayIndex, Validity)>,
+    /// Ways that have waited for an observation of this moment, and how many wait.
+    resumed: Vec<WayIndex>,
+    waiting: usize,
+    /// For each way, the pairs that wait for an output of it.
+    awaited: Vec<Vec<u32>>,
     /// Outputs of this moment.
     fresh: Vec<Fresh>,
 }
@@ -205,6 +116,9 @@ impl Monitor {
             for &way in &self.completes[signal] {
                 self.pending.push((way, reception.validity));
             }
+            if self.waiting > 0 {
+                self.resume(signal);
+            }
         }
         Observed { kept, change }
     }
@@ -225,28 +139,68 @@ impl Monitor {
         self.detectors.settle(&mut self.ports, now);
         self.panel.begin(now);
         self.evaluate();
-        let mut changed = false;
-        let Monitor { fresh, ways, pairs, panel, index, .. } = self;
-        for fresh in fresh.iter() {
-            changed |= compare((ways, pairs), (panel, index), fresh, now);
-        }
-        changed
+        let Monitor { fresh, ways, pairs, panel, index, awaited, .. } = self;
+        let mut round = Round { ways, pairs, panel, index, awaited, now, changed: false };
+        fresh.iter().for_each(|fresh| round.compare(fresh));
+        fresh.iter().for_each(|fresh| round.catch_up(fresh.way));
+        round.changed
+    }
+
+    /// Ways that wait for this signal are tried again.
+    fn resume(&mut self, signal: SignalId) {
+        let waits = |way: &&WayIndex| self.ways.get(way.0 as usize).is_some_and(|way| !way.late.is_empty());
+        self.resumed.extend(self.joins[signal].iter().filter(waits));
     }
 
     fn evaluate(&mut self) {
-        let Monitor { pending, fresh, ways, ports, .. } = self;
-        fresh.clear();
+        self.fresh.clear();
         // Observations of one moment may have come in any order; what comes of them goes by file order, as they mostly did.
-        if !pending.is_sorted_by(|one, other| one.0 < other.0) {
-            pending.sort_unstable_by_key(|(way, validity)| (*way, validity.to, validity.from));
+        if !self.pending.is_sorted_by(|one, other| one.0 < other.0) {
+            self.pending.sort_unstable_by_key(|(way, validity)| (*way, validity.to, validity.from));
         }
+        let Monitor { pending, resumed, fresh, ways, ports, waiting, .. } = self;
         for (index, validity) in pending.drain(..) {
             let Some(way) = ways.get_mut(index.0 as usize) else { continue };
-            let Some(sample) = way.computation.evaluate_scalar(ports, validity) else { continue };
-            if way.outputs.push(sample).is_kept() {
-                let measured = Measured::of(sample.value);
-                way.measured = Some(measured);
-                fresh.push(Fresh { way: index, validity: sample.validity, measured });
+            if way.late.is_empty() {
+                match way.computation.evaluate_settled(ports, validity) {
+                    Settled::Value(sample) => fresh.extend(way.take(index, sample)),
+                    Settled::Later(_) if way.late.capacity() > 0 => {
+                        way.late.push_back(validity);
+                        *waiting += 1;
+                    }
+                    Settled::Later(_) | Settled::Nothing => {}
+                }
+                continue;
+            }
+            if way.late.len() == way.late.capacity() {
+                // What has waited for so long is not told any more.
+                way.late.pop_front();
+            }
+            way.late.push_back(validity);
+            resumed.push(index);
+        }
+        if !resumed.is_empty() {
+            self.evaluate_late();
+        }
+    }
+
+    /// Evaluates ways at the moments that have waited, oldest first.
+    fn evaluate_late(&mut self) {
+        let Monitor { resumed, fresh, ways, ports, waiting, .. } = self;
+        resumed.sort_unstable();
+        resumed.dedup();
+        for index in resumed.drain(..) {
+            let Some(way) = ways.get_mut(index.0 as usize) else { continue };
+            while let Some(&moment) = way.late.front() {
+                match way.computation.evaluate_settled(ports, moment) {
+                    Settled::Value(sample) => fresh.extend(way.take(index, sample)),
+                    Settled::Later(_) => break,
+                    Settled::Nothing => {}
+                }
+                way.late.pop_front();
+            }
+            if way.late.is_empty() {
+                *waiting = waiting.saturating_sub(1);
             }
         }
     }
@@ -372,40 +326,18 @@ impl Monitor {
             if !trusted(way) {
                 continue;
             }
-            match way.at(sample.validity).map(|known| known.overlaps(sample.value)) {
-                Some(true) => votes.supporting += 1,
-                Some(false) => votes.contradicting += 1,
+            match way
+                .vote(sample.validity)
+                .map(|(known, is_certain)| (known.overlaps(sample.value), is_certain))
+            {
+                Some((true, _)) => votes.supporting += 1,
+                Some((false, true)) => votes.contradicting += 1,
+                Some((false, false)) => votes.doubting += 1,
                 None => {}
             }
         }
         votes
     }
-}
-
-/// Compares an output with all that its way is compared with; whether a relationship has changed.
-#[inline]
-fn compare(
-    (ways, pairs): (&[WatchedWay], &mut [Pair]),
-    (panel, index): (&mut Panel, &mut Index),
-    fresh: &Fresh,
-    now: Time,
-) -> bool {
-    let Fresh { way, validity, ref measured } = *fresh;
-    let Some(watched) = ways.get(way.0 as usize) else { return false };
-    let mut changed = false;
-    for &number in &watched.triggers {
-        let Some(pair) = pairs.get_mut(number as usize) else { continue };
-        let Some(other) = ways.get(pair.other.0 as usize) else { continue };
-        let Some(known) = other.measured_beside(watched, validity) else { continue };
-        panel.hear(number as usize, &known);
-        let recorded = pair.record(measured, &known, validity, now);
-        changed |= recorded.changed;
-        if let Some(restless) = recorded.restless {
-            index.note(number, restless);
-        }
-    }
-    panel.settle(way, measured, now);
-    changed
 }
 
 /// What became of an observation.
@@ -424,12 +356,20 @@ pub struct Votes {
     pub supporting: u32,
     /// Ways whose value does not.
     pub contradicting: u32,
+    /// Ways that have said something else lately, and cannot say what was at that very moment.
+    pub doubting: u32,
 }
 
 impl Votes {
-    /// Whether more ways contradict than support.
+    /// Whether more ways contradict than support: the value is not to be used.
     #[must_use]
     pub fn is_contradicted(self) -> bool {
         self.contradicting > self.supporting
+    }
+
+    /// Whether more ways contradict or doubt than support: another value is to be preferred.
+    #[must_use]
+    pub fn is_doubted(self) -> bool {
+        self.contradicting + self.doubting > self.supporting
     }
 }

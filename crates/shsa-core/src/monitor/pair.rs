@@ -259,6 +259,8 @@ pub struct Pair {
     pub trend: Trend,
     /// The last disagreement.
     pub disagreement: Option<Disagreement>,
+    /// The first moment at which the slower way has said something that the faster one has not yet.
+    pub(super) due: Option<Time>,
 }
 
 /// What a comparison has changed.

@@ -132,6 +132,23 @@ impl Panel {
         }
     }
 
+    /// A way has delivered, and not all that it is compared with has been heard.
+    #[inline]
+    pub(super) fn postpone(&mut self, way: WayIndex, now: Time) {
+        if let Some(record) = self.records.get_mut(way.0 as usize) {
+            record.deliver(now);
+        }
+        self.heard.clear();
+        self.present = 0;
+    }
+
+    /// All that a value is compared with has been heard, which came before.
+    pub(super) fn rate_heard(&mut self, way: WayIndex, value: &Measured, now: Time) {
+        if !self.heard.is_empty() {
+            self.settle_heard(way, value, now);
+        }
+    }
+
     fn settle_heard(&mut self, way: WayIndex, value: &Measured, now: Time) {
         if let Some(&seat) = self.own.get(way.0 as usize).filter(|_| value.value.is_bounded()) {
             self.take(seat, value);

@@ -25,6 +25,18 @@ pub struct TrendOptions {
     pub skew: f64,
 }
 
+/// What the model says of the noise of two ways that are compared.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Noise {
+    /// Nothing, of one signal at least: all patterns within the bounds are sound, and what shows in them is a note.
+    #[default]
+    Unknown,
+    /// It is declared of every signal, but not what becomes of it: the limits are shares of the tolerance.
+    Declared,
+    /// The standard deviation of the difference of both, SI.
+    Known(f64),
+}
+
 impl Default for TrendOptions {
     fn default() -> TrendOptions {
         TrendOptions { allowance: 0.5, span: Span::from_millis(5_000), least: 64, scatter: 0.4, skew: 0.4 }
@@ -35,6 +47,9 @@ impl Default for TrendOptions {
 const QUICK: Span = Span::from_millis(1_000);
 /// So many comparisons are enough for that.
 const FEW: f64 = 16.0;
+/// Scatter of so many times the declared noise is beyond it: of white noise the estimate over the 64 comparisons that it goes
+/// over at least is never so far off.
+const BEYOND: f64 = 2.0;
 /// Means go over so many times as many comparisons as a drift takes at least.
 const MEMORY: f64 = 4.0;
 /// Means that rest on less are none.
@@ -109,6 +124,7 @@ struct Before {
 #[derive(Clone, Copy, Debug)]
 pub struct Trend {
     options: TrendOptions,
+    noise: Noise,
     /// The share of a mean that a second of comparisons replaces, and the most that one comparison does.
     gain_per_second: f64,
     most_gain: f64,
@@ -146,14 +162,15 @@ pub struct Trend {
 impl Trend {
     /// Nothing compared yet; each comparison tells about so long a window.
     #[must_use]
-    pub fn new(options: TrendOptions, window: Span) -> Trend {
+    pub fn new(options: TrendOptions, window: Span, noise: Noise) -> Trend {
         let span = options.span.max(window.times(2));
-        Trend::empty(TrendOptions { span, ..options })
+        Trend::empty(TrendOptions { span, ..options }, noise)
     }
 
-    fn empty(options: TrendOptions) -> Trend {
+    fn empty(options: TrendOptions, noise: Noise) -> Trend {
         Trend {
             options,
+            noise,
             gain_per_second: 1.0 / options.span.seconds(),
             most_gain: 1.0 / f64::from(options.least.max(1)),
             calm_scatter: HALF * (options.scatter * options.scatter),
@@ -178,12 +195,12 @@ impl Trend {
 
     /// Forgets everything but how the two usually differ.
     pub fn forget(&mut self) {
-        *self = Trend { usual: self.usual, ..Trend::empty(self.options) };
+        *self = Trend { usual: self.usual, ..Trend::empty(self.options, self.noise) };
     }
 
     /// Forgets everything.
     pub(super) fn begin_anew(&mut self) {
-        *self = Trend::empty(self.options);
+        *self = Trend::empty(self.options, self.noise);
     }
 
     /// Takes a comparison in.
@@ -196,6 +213,11 @@ impl Trend {
         // Divisions are what this costs: one for all shares of the tolerance.
         let shares = 1.0 / tolerance;
         let share = difference * shares;
+        if let Noise::Known(deviation) = self.noise {
+            // The tolerance may change with the value.
+            self.options.scatter = BEYOND * deviation * shares;
+            self.calm_scatter = HALF * (self.options.scatter * self.options.scatter);
+        }
         let clipped = share.clamp(-LARGEST, LARGEST);
         let time = validity.to;
         let before = self.before.replace(Before { time, share: clipped, other: middle });
@@ -312,9 +334,15 @@ impl Trend {
         if squares > 0.0 { self.slope_difference * self.slope_difference / squares } else { 0.0 }
     }
 
-    /// What has come together.
+    /// What has come together that may accuse: nothing while the noise is not declared.
     #[must_use]
     pub fn tendency(&self) -> Tendency {
+        if self.noise == Noise::Unknown { Tendency::Calm } else { self.alarm }
+    }
+
+    /// What has come together, whether it may accuse or is a note.
+    #[must_use]
+    pub fn noted(&self) -> Tendency {
         self.alarm
     }
 
@@ -404,7 +432,7 @@ mod tests {
         mut difference: impl FnMut(f64) -> f64,
         mut truth: impl FnMut(f64) -> f64,
     ) -> (Trend, f64) {
-        let mut trend = Trend::new(TrendOptions::default(), Span::ZERO);
+        let mut trend = Trend::new(TrendOptions::default(), Span::ZERO, Noise::Declared);
         for number in 0..count {
             let seconds = number as f64 * PERIOD_S;
             let now = Time::from_seconds(seconds);
@@ -494,7 +522,7 @@ mod tests {
 
         #[test]
         fn it_takes_anything(values in proptest::collection::vec((any::<f64>(), any::<f64>(), any::<i64>()), 0..60)) {
-            let mut trend = Trend::new(TrendOptions::default(), Span::ZERO);
+            let mut trend = Trend::new(TrendOptions::default(), Span::ZERO, Noise::Declared);
             for (one, other, time) in values {
                 let moment = Validity { from: Time(time), to: Time(time) };
                 let around = |value: f64| Interval::new(value - 1.0, value + 1.0);

@@ -59,6 +59,7 @@ impl Builder {
             time_error: (Span::ZERO, Span::ZERO),
             delay: Span::ZERO,
             mean_over: Span::ZERO,
+            noise: None,
             timeout: None,
             limits: Default::default(),
             derived_from: Vec::new(),

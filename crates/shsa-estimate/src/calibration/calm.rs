@@ -29,7 +29,7 @@ pub(super) fn calm_width(comparisons: &[Comparison], window: Span, least: f64) -
 }
 
 fn is_calm(comparisons: &[Comparison], window: Span, width: f64) -> bool {
-    let mut trend = Trend::new(TrendOptions::default(), window);
+    let mut trend = Trend::new(TrendOptions::default(), window, shsa_core::monitor::Noise::Declared);
     comparisons.iter().all(|it| {
         let reach = 0.5 * it.width + width;
         let value = Interval::new(it.value - reach, it.value + reach);

@@ -19,7 +19,7 @@ pub(super) fn lasting_step(
     at_once: f64,
 ) -> Option<(f64, Span)> {
     let (early, late) = comparisons.split_at(comparisons.partition_point(|it| it.received < split));
-    let mut usual = Trend::new(TrendOptions::default(), window);
+    let mut usual = Trend::new(TrendOptions::default(), window, shsa_core::monitor::Noise::Declared);
     early.iter().for_each(|it| record(&mut usual, it, given, 0.0));
     let after = |step: f64| Some(alarm(usual, late, given, step)?.max(alarm(usual, late, given, -step)?));
     // From below: a step that single comparisons see here and there adds nothing there.

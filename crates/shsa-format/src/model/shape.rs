@@ -17,12 +17,13 @@ const MODEL: [&str; 8] =
     ["shsa", "variables", "constants", "functions", "relations", "signals", "needs", "utility"];
 const VARIABLE: [&str; 5] = ["unit", "shape", "range", "max_rate", "properties"];
 const RELATION: [&str; 8] = ["equation", "for", "when", "error", "output", "outputs", "inputs", "properties"];
-const SIGNAL: [&str; 15] = [
+const SIGNAL: [&str; 16] = [
     "variable",
     "source",
     "unit",
     "rate",
     "value_error",
+    "noise",
     "time_error",
     "delay",
     "mean_over",
@@ -242,6 +243,7 @@ fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
         time_error: time_error.and_then(|node| {
             keys.reader.bounds(node, "a time or the lowest and the highest", "time_error: [-100 ms, 0 ms]")
         }),
+        noise: keys.text("noise", "a standard deviation", "0.1"),
         delay: keys.span("delay"),
         mean_over: keys.span("mean_over"),
         timeout: keys.span("timeout"),

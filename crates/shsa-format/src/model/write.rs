@@ -146,6 +146,7 @@ fn of_signal(signal: &SignalDraft) -> Tree {
         ("unit", signal.unit.as_ref().map(text)),
         ("rate", signal.rate.as_ref().map(text)),
         ("value_error", signal.value_error.as_ref().map(bounds)),
+        ("noise", signal.noise.as_ref().map(text)),
         ("time_error", signal.time_error.as_ref().map(bounds)),
         ("delay", signal.delay.as_ref().map(text)),
         ("mean_over", signal.mean_over.as_ref().map(text)),

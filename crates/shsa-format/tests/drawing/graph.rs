@@ -154,6 +154,7 @@ fn hostile() -> KnowledgeBase {
             time_error: (Span::ZERO, Span::ZERO),
             delay: Span::ZERO,
             mean_over: Span::ZERO,
+            noise: None,
             timeout: None,
             limits: Default::default(),
             derived_from: Vec::new(),

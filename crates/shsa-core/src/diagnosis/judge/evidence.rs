@@ -184,7 +184,8 @@ pub(super) fn rests_on_any(monitor: &Monitor, pair: &Pair, components: &BTreeSet
 
 /// How long a pair shows a step of a signal: a difference quotient does while it is within its window.
 fn shows_a_step(monitor: &Monitor, pair: &Pair) -> Span {
-    let window = |index| monitor.way(index).map_or(Span::ZERO, |way| way.computation.timing().window);
+    let rate = |index| monitor.way(index).filter(|way| way.computation.is_rate());
+    let window = |index| rate(index).map_or(Span::ZERO, |way| way.computation.timing().window);
     match window(pair.way).max(window(pair.other)) {
         Span::ZERO => Span::MAX,
         window => window,

@@ -70,7 +70,7 @@ impl Provider {
         knowledge: &KnowledgeBase,
         monitor: &Monitor,
         trusts: impl Fn(&WatchedWay) -> bool + Copy,
-        now: Time,
+        (now, is_late): (Time, bool),
     ) -> Option<(Sample, Server)> {
         if self.forced.is_some() {
             return None;
@@ -78,16 +78,23 @@ impl Provider {
         if !matches!(self.server, Some(Server::StandIn(_))) {
             self.rank(knowledge, monitor, Some(now));
         }
-        let sound = |index: WayIndex| {
+        let usable = |index: WayIndex| {
             let way = monitor.way(index)?;
             let sample = self.news(monitor, index, way)?;
-            let usable = trusts(way) && way.rests_on != self.active_rests_on;
-            let contradicted =
-                || monitor.votes(self.variable, &way.rests_on, sample, trusts).is_contradicted();
-            (usable && self.is_fit(&sample, now) && !contradicted())
-                .then_some((sample, Server::StandIn(index)))
+            let usable = trusts(way) && way.rests_on != self.active_rests_on && self.is_fit(&sample, now);
+            let votes = usable.then(|| monitor.votes(self.variable, &way.rests_on, sample, trusts))?;
+            (!votes.is_contradicted()).then_some((sample, Server::StandIn(index), votes.is_doubted()))
         };
-        self.ranked().filter_map(|(source, _)| monitor.find(&source.way)).find_map(sound)
+        // What is only doubted is taken where there is nothing else: not in the place of a value that is doubted itself.
+        let mut doubted = None;
+        for (source, _) in self.ranked() {
+            match monitor.find(&source.way).and_then(usable) {
+                Some((sample, server, false)) => return Some((sample, server)),
+                Some((sample, server, true)) if is_late => doubted = doubted.or(Some((sample, server))),
+                _ => {}
+            }
+        }
+        doubted
     }
 
     /// What a way says that has not been known when the last value went out.

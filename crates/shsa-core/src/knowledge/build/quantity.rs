@@ -58,6 +58,11 @@ pub(super) fn quantity(problems: &mut Problems, text: &Text, unit: Option<&Unit>
     finite(problems, text, in_si(read.value, unit, kind))
 }
 
+/// Reads how much two values differ into SI; a plain number counts in `unit`.
+pub(super) fn difference(problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<f64> {
+    quantity(problems, text, unit, Kind::Difference)
+}
+
 /// As [`quantity`], and `inf` and `-inf` are bounds too.
 pub(super) fn bound(problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<f64> {
     match text.text.as_str() {

@@ -122,6 +122,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
         value_error: error
             .and_then(|bounds| quantity::value_error(problems, bounds, unit.as_ref()))
             .unwrap_or_default(),
+        noise: draft.noise.as_ref().and_then(|text| noise(problems, text, unit.as_ref())),
         time_error: time_error
             .and_then(|bounds| quantity::time_error(problems, bounds))
             .unwrap_or((Span::ZERO, Span::ZERO)),
@@ -171,6 +172,16 @@ fn unit(
         _ => {}
     }
     Some(own)
+}
+
+fn noise(problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<f64> {
+    let deviation = quantity::difference(problems, text, unit)?;
+    if deviation > 0.0 {
+        return Some(deviation);
+    }
+    let help = "write how much values scatter, or leave `noise` away when it is not known";
+    problems.error(text, "a standard deviation is above 0", help);
+    None
 }
 
 fn timeout(problems: &mut Problems, text: Option<&Text>, rate_hz: Option<f64>) -> Option<Span> {

@@ -59,7 +59,7 @@ impl Trend {
             weight: record.weight.clamp(0.0, 1.0),
             alarm: record.tendency,
             raised: now,
-            ..Trend::empty(self.options)
+            ..Trend::empty(self.options, self.noise)
         };
     }
 }

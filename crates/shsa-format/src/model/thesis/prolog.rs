@@ -225,6 +225,7 @@ fn is_timed(signal: &shsa_core::knowledge::Signal) -> bool {
         || signal.mean_over != zero
         || signal.limits.max_delay.is_some()
         || signal.value_error != usual
+        || signal.noise.is_some()
         || signal.rate_hz.is_some()
 }
 

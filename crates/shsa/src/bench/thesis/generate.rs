@@ -108,6 +108,7 @@ impl Parts {
             time_error: (Span::ZERO, Span::ZERO),
             delay: Span::ZERO,
             mean_over: Span::ZERO,
+            noise: None,
             timeout: None,
             limits: Default::default(),
             derived_from: Vec::new(),

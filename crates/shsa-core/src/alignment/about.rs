@@ -1,0 +1,267 @@
+//! What a history says about a moment at which it was not observed, without a guess.
+//!
+//! Where the model bounds how fast the plant changes, the sample whose time is nearest says so much, grown by what can happen
+//! in between. Where it does not, only what lies between two samples is known: the hull of both neighbours. What comes after
+//! the newest sample is then not known yet, and is never extrapolated.
+
+use super::history::{History, Reach, Sample};
+use crate::interval::Interval;
+use crate::time::{Span, Time, Validity};
+
+/// So many samples tell what the plant has done lately.
+const LATELY: usize = 3;
+
+/// What is known about a moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Known {
+    /// The true value lies in this, SI.
+    Value(Interval),
+    /// Nothing yet: a later sample may tell.
+    Later,
+    /// Nothing, whatever comes.
+    Never,
+}
+
+impl Known {
+    /// The value, where there is one.
+    #[must_use]
+    pub fn value(self) -> Option<Interval> {
+        match self {
+            Known::Value(value) => Some(value),
+            Known::Later | Known::Never => None,
+        }
+    }
+
+    /// The value that there is, or else that nothing will say more.
+    #[must_use]
+    pub fn or_never(value: Option<Interval>) -> Known {
+        value.map_or(Known::Never, Known::Value)
+    }
+}
+
+impl History {
+    /// What the samples say about a moment; see the head of this file.
+    ///
+    /// Between two samples the value may turn: the hull is grown by what the curve through these and the one before them
+    /// rises above it. Complexity: O(samples newer than the moment, and those that overlap it).
+    #[inline]
+    #[must_use]
+    pub fn about(&self, moment: Validity, reach: Reach) -> Known {
+        let is_point = moment.from == moment.to;
+        if is_point && let Some(value) = self.point_at(moment.to) {
+            return Known::Value(value);
+        }
+        if reach.max_rate > 0.0 {
+            self.within_reach(moment, reach)
+        } else {
+            self.around(moment, reach.max_gap)
+        }
+    }
+
+    /// The newest value when it alone is of this very moment, as it is most often.
+    #[inline]
+    fn point_at(&self, moment: Time) -> Option<Interval> {
+        let at = Validity { from: moment, to: moment };
+        let newest = self.newest(0)?;
+        (newest.validity == at).then(|| self.alone_at(at)).flatten()
+    }
+
+    /// The value of the sample with this validity; of several, their hull. Complexity: O(samples that are newer).
+    #[must_use]
+    pub fn exactly_at(&self, moment: Validity) -> Option<Interval> {
+        let newer = self.newest_first().skip_while(|sample| sample.validity.to > moment.to);
+        let same = newer.take_while(|sample| sample.validity.to == moment.to);
+        let same = same.filter(|sample| sample.validity.from == moment.from);
+        same.map(|sample| sample.value).reduce(Interval::hull)
+    }
+
+    /// The sample that is certainly the nearest, grown by the rate of change over the longest time in between: an error of
+    /// time bounds what the plant can do meanwhile.
+    fn within_reach(&self, moment: Validity, reach: Reach) -> Known {
+        let mut nearest: Option<(Span, &Sample)> = None;
+        for sample in self.newest_first() {
+            let away = farthest(sample.validity, moment);
+            if nearest.is_some_and(|(least, _)| away > least) {
+                break;
+            }
+            nearest = Some((away, sample));
+        }
+        match nearest {
+            Some((away, sample)) if sample.validity.gap(moment) <= reach.max_gap => {
+                Known::Value(sample.value.widened((away.seconds() * reach.max_rate).next_up()))
+            }
+            Some((_, sample)) if sample.validity.to >= moment.from => Known::Never,
+            _ => Known::Later,
+        }
+    }
+
+    /// The hull of the samples from the last one that is certainly before a moment to the first one that is certainly after
+    /// it, where these are not further apart than `max_gap`.
+    #[must_use]
+    pub fn around(&self, moment: Validity, max_gap: Span) -> Known {
+        let mut after: Option<Sample> = None;
+        let mut hull = Interval::EMPTY;
+        let mut samples = self.newest_first();
+        while let Some(&sample) = samples.next() {
+            let Validity { from, to } = sample.validity;
+            if from >= moment.to && to > moment.from {
+                after = Some(sample);
+                continue;
+            }
+            if from >= moment.to {
+                // At the very moment: nothing lies in between.
+                return Known::or_never(self.exactly_at(sample.validity));
+            }
+            let Some(later) = after else { return Known::Later };
+            let is_next = hull.is_empty();
+            hull = hull.hull(later.value).hull(sample.value);
+            if to <= moment.from {
+                let is_near = later.validity.from - to <= max_gap + moment.length();
+                let bulge = if is_next {
+                    samples.next().map_or(0.0, |older| bulge(older, &sample, &later))
+                } else {
+                    0.0
+                };
+                return if is_near { Known::Value(hull.widened(bulge)) } else { Known::Never };
+            }
+        }
+        if after.is_some() { Known::Never } else { Known::Later }
+    }
+
+    /// What overlaps a moment, or else the newest samples before it, and twice as much again to either side as these differ
+    /// among themselves: what the plant has done lately it may have done meanwhile. This is no proof, but enough to prefer
+    /// somebody else. `None` where the newest sample is further away than `max_gap`, or there are too few.
+    #[must_use]
+    pub fn roughly_at(&self, moment: Validity, max_gap: Span) -> Option<Interval> {
+        let newest = self.newest(0).filter(|newest| newest.validity.gap(moment) <= max_gap)?;
+        self.newest(LATELY - 1)?;
+        let (mut hull, mut middles) = (newest.value, Interval::point(newest.value.midpoint()));
+        for (number, sample) in self.newest_first().enumerate() {
+            if number >= LATELY && sample.validity.intersection(moment).is_none() {
+                break;
+            }
+            hull = hull.hull(sample.value);
+            middles = middles.hull(Interval::point(sample.value.midpoint()));
+        }
+        Some(hull.widened(2.0 * middles.width()))
+    }
+}
+
+/// The longest time that may lie between what two validities tell.
+fn farthest(one: Validity, other: Validity) -> Span {
+    (one.to - other.from).max(other.to - one.from)
+}
+
+/// How far the parabola through three samples, in the order of time, rises above the higher of the last two between these.
+///
+/// Of samples `h` apart it is at most `c h^2 / 8` for the curvature `c`.
+fn bulge(older: &Sample, sample: &Sample, later: &Sample) -> f64 {
+    let middle = |sample: &Sample| (sample.value.midpoint(), sample.validity.centre());
+    let ((first, start), (second, turn), (third, end)) = (middle(older), middle(sample), middle(later));
+    let (before, after) = ((turn - start).seconds(), (end - turn).seconds());
+    // One that is much farther away tells of another time.
+    if before <= 0.0 || after <= 0.0 || before > 3.0 * after || after > 3.0 * before {
+        return 0.0;
+    }
+    let curvature = 2.0 * ((third - second) / after - (second - first) / before) / (before + after);
+    let bulge = curvature.abs() * after * after / 8.0;
+    if bulge.is_finite() { bulge } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const SECOND: Span = Span(1_000_000_000);
+
+    fn point(seconds: f64) -> Validity {
+        Validity::at(Time::from_seconds(seconds))
+    }
+
+    fn history(samples: &[(f64, f64)]) -> History {
+        let mut history = History::new(16);
+        for &(seconds, value) in samples {
+            history.push(Sample { validity: point(seconds), value: Interval::new(value - 0.1, value + 0.1) });
+        }
+        history
+    }
+
+    #[test]
+    fn without_a_rate_of_change_nothing_is_said_after_the_newest_sample() {
+        let reach = Reach { max_rate: 0.0, max_gap: SECOND.times(2) };
+        let history = history(&[(0.0, 1.0), (1.0, 2.0)]);
+        assert_eq!(history.about(point(1.5), reach), Known::Later);
+        assert_eq!(history.about(point(-0.5), reach), Known::Never);
+        assert_eq!(history.about(point(0.5), reach), Known::Value(Interval::new(0.9, 2.1)));
+        assert_eq!(history.about(point(1.0), reach), Known::Value(Interval::new(1.9, 2.1)));
+    }
+
+    #[test]
+    fn too_far_apart_says_nothing() {
+        let reach = Reach { max_rate: 0.0, max_gap: SECOND.times(2) };
+        assert_eq!(history(&[(0.0, 1.0), (3.0, 2.0)]).about(point(1.5), reach), Known::Never);
+    }
+
+    #[test]
+    fn with_a_rate_of_change_the_nearest_grows() {
+        let reach = Reach { max_rate: 1.0, max_gap: SECOND.times(2) };
+        let value = history(&[(0.0, 1.0), (1.0, 2.0)]).about(point(1.5), reach).value().unwrap();
+        assert!((value.lo() - 1.4).abs() < 1e-9 && (value.hi() - 2.6).abs() < 1e-9, "{value:?}");
+    }
+
+    #[test]
+    fn an_error_of_time_hides_no_outlier() {
+        let wide = |seconds: f64| Validity {
+            from: Time::from_seconds(seconds - 1.0),
+            to: Time::from_seconds(seconds + 1.0),
+        };
+        let mut history = History::new(16);
+        for (seconds, value) in
+            [(0.0, 20.0), (0.5, 1020.0), (1.0, 20.0), (1.5, 20.0), (2.0, 20.0), (3.0, 20.0)]
+        {
+            history.push(Sample { validity: wide(seconds), value: Interval::point(value) });
+        }
+        assert_eq!(history.exactly_at(wide(0.5)), Some(Interval::point(1020.0)));
+        let rated = Reach { max_rate: 0.1, max_gap: SECOND };
+        let value = history.about(wide(1.5), rated).value().unwrap();
+        assert!(value.hi() < 21.0, "{value:?}");
+    }
+
+    proptest! {
+        /// The true value lies in what is said, of any smooth plant that does not turn faster than its samples show.
+        #[test]
+        fn what_is_said_holds_the_truth(
+            amplitude in 0.1..10.0_f64, period in 12.0..60.0_f64, phase in 0.0..6.0_f64,
+            at in 4.0..7.0_f64, is_rated: bool, error in 0.0..1.0_f64,
+        ) {
+            let truth = |seconds: f64| amplitude * libm::sin(seconds * 6.3 / period + phase);
+            let samples: std::vec::Vec<(f64, f64)> = (0..9).map(|n| (f64::from(n), truth(f64::from(n)))).collect();
+            let mut history = History::new(16);
+            for (seconds, value) in samples {
+                let off = if (seconds as i64) % 2 == 0 { error } else { -error };
+                let value = Interval::new(value + 0.9 * off - error - 1e-9, value + 0.9 * off + error + 1e-9);
+                history.push(Sample { validity: point(seconds), value });
+            }
+            let max_rate = if is_rated { amplitude * 6.3 / period } else { 0.0 };
+            let reach = Reach { max_rate, max_gap: SECOND.times(2) };
+            let value = history.about(point(at), reach).value().unwrap();
+            let slack = 0.02 * amplitude;
+            prop_assert!(value.widened(slack).contains(truth(at)), "{:?} {}", value, truth(at));
+        }
+
+        #[test]
+        fn anything_may_come(samples in prop::collection::vec((any::<i64>(), 0..1000_i64, any::<f64>()), 0..20), at in any::<i64>(), long in 0..1000_i64) {
+            let mut history = History::new(8);
+            for (to, long, value) in samples {
+                let validity = Validity { from: Time(to.saturating_sub(long)), to: Time(to) };
+                history.push(Sample { validity, value: Interval::point(value) });
+            }
+            let moment = Validity { from: Time(at), to: Time(at.saturating_add(long)) };
+            for max_rate in [0.0, 1.0] {
+                history.about(moment, Reach { max_rate, max_gap: Span(500) });
+            }
+            history.roughly_at(moment, Span(500));
+        }
+    }
+}

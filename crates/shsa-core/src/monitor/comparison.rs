@@ -1,0 +1,146 @@
+//! Makes the comparisons: each output of the slower of two ways with what the faster one says about its moment.
+//!
+//! Where the faster way does not tell yet what was at that moment, the comparison waits for it. So two ways are compared at
+//! moments about which both say something, and what nothing bounds is not extrapolated.
+
+use super::index::Index;
+use super::panel::Panel;
+use super::trend::Measured;
+use super::{Fresh, Pair, WatchedWay, WayIndex};
+use crate::alignment::{Known, Sample};
+use crate::time::Time;
+use alloc::vec::Vec;
+
+/// The comparisons of one moment of reception.
+pub(super) struct Round<'m> {
+    pub(super) ways: &'m [WatchedWay],
+    pub(super) pairs: &'m mut [Pair],
+    pub(super) panel: &'m mut Panel,
+    pub(super) index: &'m mut Index,
+    /// For each way, the pairs that wait for an output of it.
+    pub(super) awaited: &'m mut [Vec<u32>],
+    pub(super) now: Time,
+    /// Whether a relationship has changed.
+    pub(super) changed: bool,
+}
+
+impl Round<'_> {
+    /// Compares an output with all that its way is compared with, as far as that is known.
+    #[inline]
+    pub(super) fn compare(&mut self, fresh: &Fresh) {
+        let Fresh { way, validity, ref measured } = *fresh;
+        let Some(watched) = self.ways.get(way.0 as usize) else { return };
+        let mut waits = false;
+        for &number in &watched.triggers {
+            let Some(pair) = self.pairs.get_mut(number as usize) else { continue };
+            let Some(other) = self.ways.get(pair.other.0 as usize) else { continue };
+            if pair.due.is_some() {
+                // Earlier outputs are compared first.
+                waits = true;
+                continue;
+            }
+            match other.beside(watched, validity) {
+                Known::Value(value) => {
+                    let known = other.measure(value);
+                    self.panel.hear(number as usize, &known);
+                    let sample = Sample { validity, value: measured.value };
+                    self.record(number, (measured, &known), &sample);
+                }
+                Known::Later => {
+                    pair.due = Some(validity.to);
+                    let list = self.awaited.get_mut(pair.other.0 as usize);
+                    list.into_iter().for_each(|list| insert(list, number));
+                    waits = true;
+                }
+                Known::Never => {}
+            }
+        }
+        if waits {
+            self.panel.postpone(way, self.now);
+        } else {
+            self.panel.settle(way, measured, self.now);
+        }
+    }
+
+    /// Makes the comparisons that have waited for an output of a way.
+    #[inline]
+    pub(super) fn catch_up(&mut self, way: WayIndex) {
+        let place = way.0 as usize;
+        let mut at = 0;
+        while let Some(&number) = self.awaited.get(place).and_then(|list| list.get(at)) {
+            if self.compare_due(number) {
+                self.awaited.get_mut(place).into_iter().for_each(|list| _ = list.remove(at));
+            } else {
+                at += 1;
+            }
+        }
+    }
+
+    /// Compares the outputs of a pair that have waited, oldest first; whether all are done.
+    fn compare_due(&mut self, number: u32) -> bool {
+        let Some(pair) = self.pairs.get_mut(number as usize) else { return true };
+        let (slow, fast) = (pair.way, pair.other);
+        let Some(due) = pair.due.take() else { return true };
+        let ways = self.ways;
+        let (Some(watched), Some(other)) = (ways.get(slow.0 as usize), ways.get(fast.0 as usize)) else {
+            return true;
+        };
+        let count = watched.outputs.newest_first().take_while(|sample| sample.validity.to >= due).count();
+        for back in (0..count).rev() {
+            let Some(&sample) = watched.outputs.newest(back) else { continue };
+            match other.beside(watched, sample.validity) {
+                Known::Value(value) => {
+                    let (measured, known) = (Measured::of(sample.value), other.measure(value));
+                    self.record(number, (&measured, &known), &sample);
+                    self.rate_late((slow, watched), (&measured, &sample));
+                }
+                Known::Later => {
+                    self.pairs
+                        .get_mut(number as usize)
+                        .into_iter()
+                        .for_each(|pair| pair.due = Some(sample.validity.to));
+                    return false;
+                }
+                Known::Never => {}
+            }
+        }
+        true
+    }
+
+    fn record(&mut self, number: u32, (measured, known): (&Measured, &Measured), sample: &Sample) {
+        let Some(pair) = self.pairs.get_mut(number as usize) else { return };
+        let recorded = pair.record(measured, known, sample.validity, self.now);
+        self.changed |= recorded.changed;
+        if let Some(restless) = recorded.restless {
+            self.index.note(number, restless);
+        }
+    }
+
+    /// Once all that an output was to be compared with has spoken, they are heard together.
+    fn rate_late(
+        &mut self,
+        (way, watched): (WayIndex, &WatchedWay),
+        (measured, sample): (&Measured, &Sample),
+    ) {
+        let pairs = &*self.pairs;
+        let of_way =
+            || watched.triggers.iter().filter_map(|&number| Some((number, pairs.get(number as usize)?)));
+        if of_way().any(|(_, pair)| pair.due.is_some_and(|due| due <= sample.validity.to)) {
+            return;
+        }
+        for (number, pair) in of_way() {
+            let Some(other) = self.ways.get(pair.other.0 as usize) else { continue };
+            if let Known::Value(value) = other.beside(watched, sample.validity) {
+                self.panel.hear(number as usize, &other.measure(value));
+            }
+        }
+        self.panel.rate_heard(way, measured, self.now);
+    }
+}
+
+/// Keeps a list in ascending order, so that it does not matter who began to wait first.
+pub(super) fn insert(list: &mut Vec<u32>, number: u32) {
+    if let Err(at) = list.binary_search(&number) {
+        list.insert(at, number);
+    }
+}

@@ -1,0 +1,167 @@
+//! A way of knowing under watch: its recent outputs, and what they say about the moments of others.
+
+use super::trend::Measured;
+use super::{Fresh, WayIndex};
+use crate::alignment::{History, Known, Reach, Sample};
+use crate::computation::Computation;
+use crate::interval::Interval;
+use crate::knowledge::{SignalSet, VariableId};
+use crate::time::{Span, Validity};
+use alloc::collections::VecDeque;
+use alloc::vec::Vec;
+
+/// A way of knowing under watch, with its recent outputs.
+#[derive(Debug)]
+pub struct WatchedWay {
+    /// What computes it.
+    pub computation: Computation,
+    /// The signals that it rests on, with those that they are derived from.
+    pub rests_on: SignalSet,
+    /// Its recent outputs.
+    pub outputs: History,
+    /// The output that was taken in last.
+    pub(super) measured: Option<Measured>,
+    pub(super) reach: Reach,
+    /// The value of a way that rests on constants alone.
+    pub(super) constant: Option<Interval>,
+    /// Pairs that compare when this way delivers.
+    pub(super) triggers: Vec<u32>,
+    /// Moments at which it is to be evaluated once all its inputs are known there, oldest first.
+    pub(super) late: VecDeque<Validity>,
+}
+
+impl WatchedWay {
+    /// The variable that it knows.
+    #[must_use]
+    pub fn variable(&self) -> VariableId {
+        self.computation.way().substitution.sink
+    }
+
+    /// Takes an output in; it is fresh unless it had come before.
+    pub(super) fn take(&mut self, index: WayIndex, sample: Sample) -> Option<Fresh> {
+        if !self.outputs.push(sample).is_kept() {
+            return None;
+        }
+        let measured = Measured::of(sample.value);
+        self.measured = Some(measured);
+        Some(Fresh { way: index, validity: sample.validity, measured })
+    }
+
+    /// What its outputs say about a moment: see [`History::about`]. Outputs that are true of a window say what all those
+    /// windows do that hold the moment, once they lie around it.
+    #[inline]
+    #[must_use]
+    pub fn about(&self, moment: Validity) -> Known {
+        if !self.computation.is_windowed() && self.constant.is_none() {
+            let max_gap = if self.reach.max_gap == Span::MAX { self.max_gap() } else { self.reach.max_gap };
+            return self.outputs.about(moment, Reach { max_gap, ..self.reach });
+        }
+        if let Some(constant) = self.constant {
+            return Known::Value(constant);
+        }
+        match self.outputs.newest(0) {
+            Some(newest) if newest.validity.centre() >= moment.centre() => Known::or_never(self.near(moment)),
+            _ => Known::Later,
+        }
+    }
+
+    /// What it says about an output of the slower way that it is compared with: where that one is a mean over a time, the mean
+    /// over that, else its outputs brought to that moment.
+    #[inline]
+    #[must_use]
+    pub fn beside(&self, slower: &WatchedWay, moment: Validity) -> Known {
+        if slower.mean_over() == Span::ZERO || self.constant.is_some() {
+            self.about(moment)
+        } else {
+            self.mean_beside(slower, moment)
+        }
+    }
+
+    /// What its present outputs say about a value of this moment that is about to be used, without waiting for more; and
+    /// whether that is certain.
+    #[must_use]
+    pub fn vote(&self, moment: Validity) -> Option<(Interval, bool)> {
+        let certain = if self.computation.is_windowed() {
+            self.outputs.alone_at(moment).or_else(|| self.near(moment))
+        } else {
+            self.about(moment).value()
+        };
+        let roughly = || self.outputs.roughly_at(moment, self.max_gap());
+        certain.map(|value| (value, true)).or_else(|| roughly().map(|value| (value, false)))
+    }
+
+    /// The mean over the time of an output of the slower way, or that of as long a time around the same moment: no mean of means.
+    /// Three quarters of a time count as all of it, and an eighth as next to it.
+    fn mean_beside(&self, slower: &WatchedWay, moment: Validity) -> Known {
+        let (stretch, usual) = (slower.stretch(moment), slower.mean_over());
+        let Some(newest) = self.outputs.newest(0) else { return Known::Later };
+        let most = Span(usual.0 / 4 * 3);
+        if self.mean_over() > most {
+            if newest.validity.centre() < moment.centre() {
+                return Known::Later;
+            }
+            let max_gap = self.max_gap().max(Span(usual.0 / 8));
+            // Where the slower one's window has only begun there is none as short.
+            let is_whole = stretch.length() > most;
+            let centred = || self.outputs.centred_at(moment, self.time_error(), max_gap);
+            return Known::or_never(is_whole.then(centred).flatten());
+        }
+        if newest.validity.to < stretch.to {
+            return Known::Later;
+        }
+        let period = self.computation.timing().period;
+        if period.is_none_or(|period| period.times(2) > stretch.length()) {
+            // Of what comes too rarely for a mean, the values there are.
+            let mean = self.outputs.mean_over(stretch).filter(|_| period.is_none());
+            return mean.map_or_else(|| self.outputs.around(stretch, self.max_gap()), Known::Value);
+        }
+        Known::or_never(self.outputs.mean_over(stretch))
+    }
+
+    /// The time over which an output of this validity is the mean.
+    fn stretch(&self, validity: Validity) -> Validity {
+        if self.computation.is_windowed() {
+            return validity;
+        }
+        let half = Span(self.mean_over().0 / 2);
+        Validity { from: validity.from - half, to: validity.to + half }
+    }
+
+    /// How wrong the time of an output may be, to either side of its middle.
+    fn time_error(&self) -> Span {
+        match self.outputs.newest(0) {
+            Some(newest) if !self.computation.is_windowed() => Span(newest.validity.length().0 / 2),
+            _ => Span::ZERO,
+        }
+    }
+
+    #[inline]
+    pub(super) fn mean_over(&self) -> Span {
+        self.computation.timing().mean_over
+    }
+
+    /// What is known beside an output of the slower way with its middle and width, which are not found again for each way that
+    /// compares with it.
+    #[inline]
+    pub(super) fn measure(&self, value: Interval) -> Measured {
+        let known = self.measured.filter(|last| last.value == value);
+        known.unwrap_or_else(|| Measured::of(value))
+    }
+
+    #[inline(never)]
+    fn near(&self, moment: Validity) -> Option<Interval> {
+        let reach = Reach { max_gap: self.max_gap(), ..self.reach };
+        self.outputs
+            .at(moment, reach)
+            .filter(|reading| reading.gap == Span::ZERO || reach.max_rate > 0.0)
+            .map(|reading| reading.value)
+    }
+
+    /// How far away an output still tells something: two periods, as declared or else as the last two came.
+    pub(super) fn max_gap(&self) -> Span {
+        match (self.reach.max_gap, self.outputs.newest(0), self.outputs.newest(1)) {
+            (Span::MAX, Some(newest), Some(before)) => (newest.validity.to - before.validity.to).times(2),
+            (declared, ..) => declared,
+        }
+    }
+}
