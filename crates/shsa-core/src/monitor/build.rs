@@ -81,7 +81,7 @@ impl Monitor {
             if let (Some(one), Some(other)) = (self.ways.get(at), self.ways.get(after)) {
                 let (slow, fast) = by_slowness((at, one), (after, other));
                 self.pairs.push(pair(knowledge, slow, fast, options));
-                if is_uncertain_in_time(knowledge, one) || is_uncertain_in_time(knowledge, other) {
+                if hides_in_time(knowledge, slow.1, fast.1) {
                     // What the errors of time of one way hide shows in the samples of the other.
                     self.pairs.push(pair(knowledge, fast, slow, options));
                 }
@@ -205,12 +205,19 @@ fn by_slowness<'w>(
     if is_slow && one.1.constant.is_none() { (one, other) } else { (other, one) }
 }
 
-fn is_uncertain_in_time(knowledge: &KnowledgeBase, way: &WatchedWay) -> bool {
-    let mut inputs = way.computation.way().inputs();
-    !way.computation.is_windowed()
-        && way.mean_over() == Span::ZERO
-        && inputs
-            .any(|signal| knowledge.signals()[signal].time_error.0 < knowledge.signals()[signal].time_error.1)
+/// Whether the times of several values of the slower way are the same within their errors: one of them alone is hidden by
+/// those around it, and the samples of the other way tell of it.
+fn hides_in_time(knowledge: &KnowledgeBase, slow: &WatchedWay, fast: &WatchedWay) -> bool {
+    let uncertainty = |way: &WatchedWay| {
+        let error = |signal: SignalId| knowledge.signals()[signal].time_error;
+        let lengths = way.computation.way().inputs().map(|signal| error(signal).1 - error(signal).0);
+        lengths.max().unwrap_or(Span::ZERO)
+    };
+    let period = slow.computation.timing().period;
+    let is_of_a_moment = |way: &WatchedWay| way.mean_over() == Span::ZERO && way.constant.is_none();
+    is_of_a_moment(slow)
+        && is_of_a_moment(fast)
+        && period.is_some_and(|period| period.times(2) <= uncertainty(slow).max(uncertainty(fast)))
 }
 
 fn pair(

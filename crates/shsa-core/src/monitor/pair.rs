@@ -71,7 +71,19 @@ pub struct Window {
     lifetime: Span,
     /// How long after an event the slower way tells all of it.
     lag: Span,
+    /// How many disagreements there were of late, among so many comparisons; whether they come again and again.
+    outliers: f64,
+    memory: f64,
+    recurs: bool,
 }
+
+/// Single disagreements that come again and again are a conflict, too, although most comparisons agree: when they are as many
+/// as this within so many comparisons, over at least so long,
+const RECURRING: f64 = 4.5;
+const RECURS_AMONG: f64 = 64.0;
+const RECURS_OVER: Span = Span::from_millis(5_000);
+/// until they are half as many. Less than this is none.
+const FEW: f64 = 0.01;
 
 /// Evidence is stale after this many periods without a comparison.
 const STALE_PERIODS: i64 = 6;
@@ -97,6 +109,9 @@ impl Window {
             span: debounce.span,
             lifetime,
             lag,
+            outliers: 0.0,
+            memory: period.map_or(0.0, |period| RECURS_OVER.seconds() / period.seconds()).max(RECURS_AMONG),
+            recurs: false,
         }
     }
 
@@ -136,7 +151,26 @@ impl Window {
         self.bits = (self.bits << 1 | u64::from(disagrees)) & mask;
         self.compared = (self.compared + 1).min(self.n);
         self.last = Some(now);
+        if disagrees || self.outliers > 0.0 {
+            self.count(disagrees);
+        }
         before
+    }
+
+    /// Counts single disagreements over many comparisons. One that lasts is one: the window tells of it.
+    fn count(&mut self, disagrees: bool) {
+        self.outliers -= self.outliers / self.memory;
+        let is_single = disagrees && self.bits & 0b10 == 0;
+        self.outliers += if is_single { 1.0 } else { 0.0 };
+        if self.outliers < FEW {
+            self.outliers = 0.0;
+        }
+        self.recurs = self.outliers >= if self.recurs { 0.5 * RECURRING } else { RECURRING };
+    }
+
+    /// Whether something in it has disagreed of late, or has done so again and again.
+    pub(super) fn is_restless(&self) -> bool {
+        self.bits != 0 || self.recurs
     }
 
     /// Forgets all comparisons.
@@ -145,6 +179,7 @@ impl Window {
         self.compared = 0;
         self.last = None;
         self.last_conflict = None;
+        (self.outliers, self.recurs) = (0.0, false);
     }
 
     /// Its comparisons are in conflict; one that comes again within `memory` is the same.
@@ -169,8 +204,8 @@ impl Window {
     fn said(&self) -> Relationship {
         match self.bits {
             // Most often, and without a count.
-            0 => Relationship::Agree,
-            bits if bits.count_ones() >= self.k => Relationship::Conflict,
+            0 if !self.recurs => Relationship::Agree,
+            bits if self.recurs || bits.count_ones() >= self.k => Relationship::Conflict,
             _ => Relationship::Undecided,
         }
     }
@@ -314,7 +349,7 @@ impl Pair {
     /// Whether one of its recent comparisons disagrees, or something comes together over many: without that it is neither
     /// undecided nor in conflict.
     pub(super) fn is_restless(&self) -> bool {
-        self.window.bits != 0 || self.trend.tendency() != Tendency::Calm
+        self.window.is_restless() || self.trend.tendency() != Tendency::Calm
     }
 
     /// When what they say against each other began, or together was enough to count.
