@@ -6,7 +6,7 @@
 
 use super::history::{History, Reach, Sample};
 use crate::interval::Interval;
-use crate::time::{Span, Time, Validity};
+use crate::time::{Span, Validity};
 
 /// So many samples tell what the plant has done lately.
 const LATELY: usize = 3;
@@ -47,23 +47,29 @@ impl History {
     #[inline]
     #[must_use]
     pub fn about(&self, moment: Validity, reach: Reach) -> Known {
-        let is_point = moment.from == moment.to;
-        if is_point && let Some(value) = self.point_at(moment.to) {
-            return Known::Value(value);
+        let newest = self.top();
+        let Validity { from, to } = newest.validity;
+        if from == to && moment.from == moment.to && to <= moment.from && self.before() < to {
+            // As most often: of this very moment, or the last one before it.
+            let gap = moment.from - to;
+            if gap == Span::ZERO {
+                return Known::Value(newest.value);
+            }
+            return match reach.max_rate > 0.0 && gap <= reach.max_gap {
+                true => Known::Value(newest.value.widened(gap.seconds() * reach.max_rate)),
+                false => Known::Later,
+            };
         }
+        self.about_any(moment, reach)
+    }
+
+    #[inline(never)]
+    fn about_any(&self, moment: Validity, reach: Reach) -> Known {
         if reach.max_rate > 0.0 {
             self.within_reach(moment, reach)
         } else {
             self.around(moment, reach.max_gap)
         }
-    }
-
-    /// The newest value when it alone is of this very moment, as it is most often.
-    #[inline]
-    fn point_at(&self, moment: Time) -> Option<Interval> {
-        let at = Validity { from: moment, to: moment };
-        let newest = self.newest(0)?;
-        (newest.validity == at).then(|| self.alone_at(at)).flatten()
     }
 
     /// The value of the sample with this validity; of several, their hull. Complexity: O(samples that are newer).
@@ -88,7 +94,7 @@ impl History {
         }
         match nearest {
             Some((away, sample)) if sample.validity.gap(moment) <= reach.max_gap => {
-                Known::Value(sample.value.widened((away.seconds() * reach.max_rate).next_up()))
+                Known::Value(sample.value.widened(away.seconds() * reach.max_rate))
             }
             Some((_, sample)) if sample.validity.to >= moment.from => Known::Never,
             _ => Known::Later,
@@ -171,6 +177,7 @@ fn bulge(older: &Sample, sample: &Sample, later: &Sample) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::time::Time;
     use proptest::prelude::*;
 
     const SECOND: Span = Span(1_000_000_000);

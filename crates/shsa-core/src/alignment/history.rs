@@ -231,6 +231,18 @@ impl History {
         Some(Reading { value, gap })
     }
 
+    /// The newest sample; an empty one at the earliest time where there is none.
+    #[inline]
+    pub(super) fn top(&self) -> &Sample {
+        &self.top
+    }
+
+    /// The end of the sample before the newest; the earliest time where there is none.
+    #[inline]
+    pub(super) fn before(&self) -> Time {
+        self.before
+    }
+
     /// Whether the newest two samples end at the same time.
     #[inline]
     pub(super) fn is_repeated(&self) -> bool {

@@ -43,8 +43,11 @@ impl Round<'_> {
                 Known::Value(value) => {
                     let known = other.measure(value);
                     self.panel.hear(number as usize, &known);
-                    let sample = Sample { validity, value: measured.value };
-                    self.record(number, (measured, &known), &sample);
+                    let recorded = pair.record(measured, &known, validity, self.now);
+                    self.changed |= recorded.changed;
+                    if let Some(restless) = recorded.restless {
+                        self.index.note(number, restless);
+                    }
                 }
                 Known::Later => {
                     pair.due = Some(validity.to);
@@ -91,7 +94,12 @@ impl Round<'_> {
             match other.beside(watched, sample.validity) {
                 Known::Value(value) => {
                     let (measured, known) = (Measured::of(sample.value), other.measure(value));
-                    self.record(number, (&measured, &known), &sample);
+                    let Some(pair) = self.pairs.get_mut(number as usize) else { return true };
+                    let recorded = pair.record(&measured, &known, sample.validity, self.now);
+                    self.changed |= recorded.changed;
+                    if let Some(restless) = recorded.restless {
+                        self.index.note(number, restless);
+                    }
                     self.rate_late((slow, watched), (&measured, &sample));
                 }
                 Known::Later => {
@@ -105,15 +113,6 @@ impl Round<'_> {
             }
         }
         true
-    }
-
-    fn record(&mut self, number: u32, (measured, known): (&Measured, &Measured), sample: &Sample) {
-        let Some(pair) = self.pairs.get_mut(number as usize) else { return };
-        let recorded = pair.record(measured, known, sample.validity, self.now);
-        self.changed |= recorded.changed;
-        if let Some(restless) = recorded.restless {
-            self.index.note(number, restless);
-        }
     }
 
     /// Once all that an output was to be compared with has spoken, they are heard together.

@@ -158,6 +158,7 @@ impl Window {
     }
 
     /// Counts single disagreements over many comparisons. One that lasts is one: the window tells of it.
+    #[cold]
     fn count(&mut self, disagrees: bool) {
         self.outliers -= self.outliers / self.memory;
         let is_single = disagrees && self.bits & 0b10 == 0;

@@ -231,11 +231,13 @@ impl Trend {
         approach(&mut self.recent, clipped * clipped, quick);
         let gain = gain / MEMORY;
         approach(&mut self.mean, difference, gain);
-        approach(&mut self.square, clipped * clipped, gain);
-        let slope = (middle - before.other) * shares / elapsed;
-        approach(&mut self.slope_slope, slope * slope, gain);
-        approach(&mut self.slope_difference, slope * clipped, gain);
         approach(&mut self.weight, 1.0, gain);
+        if self.noise != Noise::Unknown {
+            approach(&mut self.square, clipped * clipped, gain);
+            let slope = (middle - before.other) * shares / elapsed;
+            approach(&mut self.slope_slope, slope * slope, gain);
+            approach(&mut self.slope_difference, slope * clipped, gain);
+        }
         if self.usual.is_none() && self.weight > FULL {
             self.usual = Some(self.mean / self.weight);
         }
