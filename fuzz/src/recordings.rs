@@ -39,7 +39,10 @@ pub fn run(bytes: &[u8]) {
         let Ok(recording) = read_bytes(Path::new(name), bytes, &wanted, &ReadOptions::default()) else {
             continue;
         };
-        assert!(recording.samples.is_sorted_by_key(|sample| sample.received), "out of order");
+        for (session, samples) in recording.by_session() {
+            assert!(samples.is_sorted_by_key(|sample| sample.received), "out of order");
+            assert_eq!(samples.len(), session.samples.len(), "of no session");
+        }
         assert!(recording.samples.iter().all(|sample| sample.wanted < sources.len()), "not asked for");
         let counted: usize = recording.found.iter().map(|found| found.samples).sum();
         assert_eq!(counted, recording.samples.len(), "counted wrong");

@@ -6,7 +6,9 @@ use std::sync::mpsc::SyncSender;
 
 use shsa_core::time::Time;
 
-use super::{Found, Place, RawValue, Recording, RecordingError, Sample, Want, Warning, names};
+use super::cut::Stretch;
+use super::session::{Group, Piece, Session, groups};
+use super::{Found, Place, RawValue, Recording, RecordingError, Sample, Want, Warning, clock, names};
 
 /// Samples handed over at once.
 pub(super) type Batch = Result<Vec<Sample>, RecordingError>;
@@ -31,8 +33,7 @@ pub(super) struct Surveyed {
     pub(super) count: usize,
     /// The earliest and the latest reception.
     pub(super) span: Option<(Time, Time)>,
-    /// Whether a file has one that was received before the one ahead of it, or what counts as a change in one file
-    /// depends on another.
+    /// Whether a file has one that was received before the one ahead of it, or so long after it that its clock may have been set.
     pub(super) is_mixed: bool,
     /// The last reception in the current file.
     last: Option<Time>,
@@ -44,6 +45,12 @@ pub(super) struct Gathered {
     destination: Destination,
     streams: Vec<Stream>,
     file: PathBuf,
+    /// How many files have been begun.
+    files: usize,
+    /// What the files before held; without samples where these are not kept.
+    pieces: Vec<Piece>,
+    /// What the current one holds, where samples are not kept.
+    piece: Piece,
     damages: usize,
     last_untold: Option<Warning>,
     names: BTreeSet<String>,
@@ -58,8 +65,6 @@ struct Stream {
     last_value: Option<RawValue>,
     last_time: Time,
     is_explained: bool,
-    /// Whether a file before the current one has had it.
-    is_of_earlier_file: bool,
 }
 
 impl Gathered {
@@ -70,7 +75,6 @@ impl Gathered {
             last_value: None,
             last_time: Time::MIN,
             is_explained: false,
-            is_of_earlier_file: false,
         };
         let streams: Vec<_> = only_changes.map(stream).collect();
         let found = vec![Found::default(); streams.len()];
@@ -80,6 +84,9 @@ impl Gathered {
             destination,
             streams,
             file: PathBuf::new(),
+            files: 0,
+            pieces: Vec::new(),
+            piece: Piece::default(),
             damages: 0,
             last_untold: None,
             names: BTreeSet::new(),
@@ -89,8 +96,10 @@ impl Gathered {
     /// All that follows is of this file.
     pub(super) fn begin(&mut self, file: &Path) {
         self.file = file.into();
+        self.files += 1;
         for stream in &mut self.streams {
-            stream.is_of_earlier_file |= stream.last_time > Time::MIN;
+            // Another file may be another recording, of which the first value counts.
+            stream.last_value = None;
             stream.last_time = Time::MIN;
         }
         if let Destination::Surveyed(surveyed) = &mut self.destination {
@@ -140,10 +149,12 @@ impl Gathered {
         found.samples += 1;
         found.backward += usize::from(time < stream.last_time);
         stream.last_time = time;
-        let is_of_two_files = stream.only_changes && stream.is_of_earlier_file;
         match &mut self.destination {
             Destination::Kept => self.recording.samples.push(Sample { wanted, time, received, value }),
-            Destination::Surveyed(surveyed) => surveyed.see(received, is_of_two_files),
+            Destination::Surveyed(surveyed) => {
+                surveyed.see(received);
+                self.piece.see(wanted, received);
+            }
             Destination::Sent(_) => {
                 self.recording.samples.push(Sample { wanted, time, received, value });
                 if self.recording.samples.len() == BATCH {
@@ -186,13 +197,48 @@ impl Gathered {
         }
     }
 
-    /// The current file is at its end: says how much of it is lost.
+    /// The current file is at its end: says how much of it is lost, and takes it apart where its clock was set.
     pub(super) fn end(&mut self) {
+        match self.destination {
+            Destination::Kept => self.take_apart(),
+            Destination::Surveyed(_) => {
+                let piece =
+                    Piece { file: self.files, path: self.file.clone(), ..std::mem::take(&mut self.piece) };
+                self.pieces.push(piece);
+            }
+            Destination::Sent(_) => {}
+        }
         if let Some(last) = self.last_untold.take() {
             self.recording.warnings.push(last);
             self.warn(Place::Whole, format!("{} places in all are damaged", self.damages));
         }
         self.damages = 0;
+    }
+
+    fn take_apart(&mut self) {
+        let samples = std::mem::take(&mut self.recording.samples);
+        let found = clock::pieces(&samples);
+        if found.strays > 0 {
+            let left_out = "received at times that are off by hours from those before and after: left out";
+            self.damaged(Place::Whole, format!("{} samples {left_out}", found.strays));
+        }
+        let piece = |step| Piece { file: self.files, path: self.file.clone(), step, ..Piece::default() };
+        let mut pieces: Vec<Piece> = found.steps.into_iter().map(piece).collect();
+        for (sample, of) in samples.into_iter().zip(found.of) {
+            match of.and_then(|of| pieces.get_mut(of)) {
+                Some(piece) => piece.push(sample),
+                None => {
+                    self.recording.found.get_mut(sample.wanted).into_iter().for_each(|it| it.samples -= 1)
+                }
+            }
+        }
+        self.pieces.extend(pieces);
+    }
+
+    /// The pieces in sessions; those without a sample are in none.
+    fn groups(&mut self, wants: &[Want<'_>]) -> Vec<Group> {
+        self.pieces.retain(|piece| !piece.extents.is_empty());
+        groups(std::mem::take(&mut self.pieces), wants)
     }
 
     /// A name of the current file that might have been meant by one that is not found.
@@ -208,15 +254,45 @@ impl Gathered {
         }
     }
 
-    /// Puts the samples into the order of their reception and says what was not found.
-    pub(super) fn finish(mut self, wants: &[Want<'_>]) -> Recording {
+    /// Puts the samples into sessions, in these into the order of their reception, and says what was not found. Whether there
+    /// is one session only is told, too, as without samples the recording has none.
+    pub(super) fn finish(mut self, wants: &[Want<'_>]) -> (Recording, bool) {
         for want in wants {
             if let Some(remark) = self.remark(want) {
                 self.warn(Place::Whole, format!("signal {}: {remark}", want.signal));
             }
         }
-        self.recording.samples.sort_by_key(|sample| sample.received);
-        self.recording
+        let groups = self.groups(wants);
+        let is_one = groups.len() <= 1;
+        if matches!(self.destination, Destination::Kept) {
+            groups.into_iter().for_each(|group| self.begin_session(group));
+        }
+        (self.recording, is_one)
+    }
+
+    fn begin_session(&mut self, group: Group) {
+        let begin = self.recording.samples.len();
+        let mut files: Vec<PathBuf> = Vec::new();
+        for piece in group.pieces {
+            if files.last() != Some(&piece.path) {
+                files.push(piece.path);
+            }
+            self.recording.samples.extend(piece.samples);
+        }
+        let samples = self.recording.samples.get_mut(begin..).unwrap_or_default();
+        samples.sort_by_key(|sample| sample.received);
+        let ends = samples.first().zip(samples.last());
+        let Some(span) = ends.map(|(first, last)| (first.received, last.received)) else { return };
+        if let (Some(because), Some(file)) = (&group.because, files.first()) {
+            let message =
+                format!("a session of its own, in which nothing counts of what came before: {because}");
+            let warning = Warning { file: file.clone(), place: Place::Whole, message };
+            self.recording.warnings.push(warning);
+        }
+        let samples = begin..self.recording.samples.len();
+        let recording = self.recording.sessions.len();
+        let (part, origin, because) = (Stretch::ALL, span.0, group.because);
+        self.recording.sessions.push(Session { samples, recording, part, origin, span, files, because });
     }
 
     /// What should be known of a signal once all is read.
@@ -242,9 +318,9 @@ impl Gathered {
 }
 
 impl Surveyed {
-    fn see(&mut self, received: Time, is_of_two_files: bool) {
+    fn see(&mut self, received: Time) {
         self.count += 1;
-        self.is_mixed |= is_of_two_files || self.last.is_some_and(|last| received < last);
+        self.is_mixed |= self.last.is_some_and(|last| received < last || received - last > clock::LEAP);
         self.last = Some(received);
         let (from, to) = self.span.unwrap_or((received, received));
         self.span = Some((from.min(received), to.max(received)));

@@ -1,17 +1,20 @@
-//! Recordings: files of the past turned into one stream of samples, in the order of their reception.
+//! Recordings: files of the past turned into sessions of samples, in the order of their reception.
 //!
-//! `source text -> Source -> reader of the format (csv, jsonl, rosbag) -> Gathered -> Recording`
+//! `source text -> Source -> reader of the format (csv, jsonl, rosbag) -> Gathered -> clock, session -> Recording`
 //!
 //! A model names signals and where each is found (see [`Source`] for the grammar); [`read`] looks into the files
 //! for exactly these. A file that is cut short or damaged gives what it holds, with warnings that say where.
 
+mod clock;
 mod csv;
+mod cut;
 mod gathered;
 mod jsonl;
 mod names;
 mod ros_message;
 mod ros_topics;
 mod rosbag;
+mod session;
 mod source;
 mod stamp;
 mod stream;
@@ -24,8 +27,10 @@ use std::path::{Path, PathBuf};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 
+pub use cut::{Cuts, Stretch};
 use gathered::{Destination, Gathered};
 pub use jsonl::write_jsonl;
+pub use session::{Because, Session};
 pub use source::{Source, TimeSource};
 pub use stamp::parse_span;
 pub use stream::{Stream, Survey, stream, survey};
@@ -118,8 +123,12 @@ impl fmt::Display for Warning {
 /// A recording, read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recording {
-    /// Sorted by reception; ties keep the order of the files, then of the rows, then in which they were asked for.
+    /// Session by session; in each sorted by reception; ties keep the order of the files, then of the rows, then in which they
+    /// were asked for.
     pub samples: Vec<Sample>,
+    /// Recordings that are given together are replayed one after the other: two of one time, and what came before and after the
+    /// clock was set, are not mixed.
+    pub sessions: Vec<Session>,
     /// One entry for each wanted signal.
     pub found: Vec<Found>,
     /// In the order in which they were noticed.
@@ -133,6 +142,12 @@ impl Recording {
     #[must_use]
     pub fn first(&self) -> Option<Time> {
         self.samples.first().map(|sample| sample.received)
+    }
+
+    /// Every session with its samples, of which there is at least one.
+    pub fn by_session(&self) -> impl Iterator<Item = (&Session, &[Sample])> {
+        let samples = |session: &Session| self.samples.get(session.samples.clone()).unwrap_or_default();
+        self.sessions.iter().map(move |session| (session, samples(session)))
     }
 }
 
@@ -246,7 +261,7 @@ pub fn read(
     let mut wants = understand(wanted)?;
     let files = files_of(paths)?;
     let gathered = read_all(&files, files.len() == 1, &mut wants, options, Destination::Kept)?;
-    Ok(gathered.finish(&wants))
+    Ok(gathered.finish(&wants).0)
 }
 
 /// Reads files one after the other; `is_alone` when there is only one in all.
@@ -286,7 +301,7 @@ pub fn read_bytes(
     }
     gathered.begin(name);
     read_one(format, Cursor::new(bytes), &wants, options, &mut gathered)?;
-    Ok(gathered.finish(&wants))
+    Ok(gathered.finish(&wants).0)
 }
 
 fn read_one(

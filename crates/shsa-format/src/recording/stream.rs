@@ -19,13 +19,14 @@ const BATCHES_AHEAD: usize = 2;
 /// What is in a recording, without its samples.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    /// What [`super::read`] says of it; `samples` is empty.
+    /// What [`super::read`] says of it, but for what is about sessions; `samples` and `sessions` are empty.
     pub recording: Recording,
     /// How many samples there are.
     pub count: usize,
     /// The earliest and the latest reception.
     pub span: Option<(Time, Time)>,
-    /// Whether [`stream`] gives the samples in the order in which [`super::read`] does.
+    /// Whether [`stream`] gives the samples in the order in which [`super::read`] does: there is one session, and no clock was
+    /// set in it.
     pub can_stream: bool,
 }
 
@@ -39,11 +40,12 @@ pub fn survey(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Re
     let destination = Destination::Surveyed(Surveyed::default());
     let gathered = read_all(&files, files.len() == 1, &mut wants, options, destination)?;
     let surveyed = gathered.surveyed();
+    let (recording, is_one_session) = gathered.finish(&wants);
     Ok(Survey {
-        recording: gathered.finish(&wants),
+        recording,
         count: surveyed.count,
         span: surveyed.span,
-        can_stream: !surveyed.is_mixed && files.len() <= MOST_FILES,
+        can_stream: is_one_session && !surveyed.is_mixed && files.len() <= MOST_FILES,
     })
 }
 

@@ -10,7 +10,8 @@ fn is_sound(name: &str, bytes: &[u8], sources: &[&str]) -> bool {
     let Ok(recording) = read_bytes(Path::new(name), bytes, &wanted(sources), &ReadOptions::default()) else {
         return true;
     };
-    recording.samples.is_sorted_by_key(|sample| sample.received)
+    recording.by_session().all(|(_, samples)| samples.is_sorted_by_key(|sample| sample.received))
+        && recording.by_session().map(|(_, samples)| samples.len()).sum::<usize>() == recording.samples.len()
         && recording.samples.iter().all(|sample| sample.wanted < sources.len())
         && recording.found.iter().map(|found| found.samples).sum::<usize>() == recording.samples.len()
 }

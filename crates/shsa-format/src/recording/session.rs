@@ -1,0 +1,273 @@
+//! Which files, and which parts of them, are of one recording: a session. Sessions are never mixed.
+//!
+//! A **piece** is a file, or a part of it between two settings of its clock. Pieces are taken in the order in which they are
+//! given. Two with different signals are of one session where they are of one time. Two with the same signal are of one session
+//! where the one goes on where the other has ended, as the parts of a bag do; else they are two recordings, whether they overlap
+//! in time or lie apart. So no time-out, no window and no comparison goes from one recording to the other.
+
+use super::clock::{LEAP, Step};
+use super::cut::Stretch;
+use super::{Sample, Want};
+use shsa_core::time::{Span, Time};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// A part of a recording goes on within this time, or within three periods of its fastest signal.
+const AT_ONCE: Span = Span::from_millis(1_000);
+
+/// See [`AT_ONCE`].
+const PERIODS: i64 = 3;
+
+/// A recording, or a part of one that is replayed by itself: nothing of what came before counts in it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Session {
+    /// Its samples among all.
+    pub samples: Range<usize>,
+    /// The number of its recording among those that were found, from 0: parts between which something is left out share it.
+    pub recording: usize,
+    /// Which part of its recording it is; all of it where nothing is left out.
+    pub part: Stretch,
+    /// From when on times count in it: the reception of the first sample of its recording, left out or not.
+    pub origin: Time,
+    /// The reception of its first and of its last sample.
+    pub span: (Time, Time),
+    /// Where its samples come from, in the order in which they are given.
+    pub files: Vec<PathBuf>,
+    /// Why it is not one with the session before; `None` for the first.
+    pub because: Option<Because>,
+}
+
+/// Why a session begins.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Because {
+    /// Another recording of the same time: both have this signal.
+    Overlap {
+        /// The signal's name.
+        signal: String,
+        /// A file of the earlier session that has it.
+        file: PathBuf,
+    },
+    /// Another recording, so long after the end of the one with the same signal; negative: before its beginning.
+    Apart {
+        /// From the end of the earlier one to the beginning of this.
+        gap: Span,
+    },
+    /// The clock was set.
+    ClockSet {
+        /// The time before.
+        from: Time,
+        /// The time after.
+        to: Time,
+    },
+    /// What comes before is left out.
+    LeftOut {
+        /// How long that is.
+        length: Span,
+    },
+}
+
+impl fmt::Display for Because {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Because::Overlap { signal, file } => {
+                write!(f, "it overlaps in time with {}, and both have {signal}", file.display())
+            }
+            Because::Apart { gap } if *gap < Span::ZERO => {
+                write!(f, "it ends {} before the recording ahead of it begins", length(*gap))
+            }
+            Because::Apart { gap } => {
+                write!(f, "it begins {} after the end of the recording before", length(*gap))
+            }
+            Because::ClockSet { from, to } => {
+                let direction = if to < from { "back" } else { "forward" };
+                write!(f, "its clock was set {direction} by {}", length(*to - *from))
+            }
+            Because::LeftOut { length: left_out } => {
+                write!(f, "{} before it are left out", length(*left_out))
+            }
+        }
+    }
+}
+
+/// A length of time in the unit that suits it.
+fn length(span: Span) -> String {
+    match span.abs().seconds() {
+        seconds if seconds < 120.0 => format!("{seconds:.3} s"),
+        seconds if seconds < 7_200.0 => format!("{:.1} min", seconds / 60.0),
+        seconds if seconds < 172_800.0 => format!("{:.1} h", seconds / 3_600.0),
+        seconds => format!("{:.1} d", seconds / 86_400.0),
+    }
+}
+
+/// A signal in a piece: its first and its last reception, and how many samples there are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Extent {
+    from: Time,
+    to: Time,
+    count: i64,
+}
+
+impl Extent {
+    /// With another sample; `None` is none so far.
+    pub(super) fn with(extent: Option<Extent>, received: Time) -> Extent {
+        match extent {
+            None => Extent { from: received, to: received, count: 1 },
+            Some(Extent { from, to, count }) => {
+                Extent { from: from.min(received), to: to.max(received), count: count + 1 }
+            }
+        }
+    }
+
+    fn period(&self) -> Span {
+        Span((self.to - self.from).0 / (self.count - 1).max(1))
+    }
+}
+
+/// A file, or a part of it between two settings of its clock.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Piece {
+    /// The number of the file, as the same may be given twice.
+    pub(super) file: usize,
+    pub(super) path: PathBuf,
+    /// How the clock was set before it.
+    pub(super) step: Option<Step>,
+    /// By wanted signal.
+    pub(super) extents: BTreeMap<usize, Extent>,
+    /// In the order of the file; empty where they are not kept.
+    pub(super) samples: Vec<Sample>,
+}
+
+impl Piece {
+    pub(super) fn push(&mut self, sample: Sample) {
+        self.see(sample.wanted, sample.received);
+        self.samples.push(sample);
+    }
+
+    pub(super) fn see(&mut self, wanted: usize, received: Time) {
+        let extent = Extent::with(self.extents.get(&wanted).copied(), received);
+        self.extents.insert(wanted, extent);
+    }
+
+    fn span(&self) -> (Time, Time) {
+        let from = self.extents.values().map(|it| it.from).min();
+        let to = self.extents.values().map(|it| it.to).max();
+        (from.unwrap_or_default(), to.unwrap_or_default())
+    }
+}
+
+/// How a piece stands to pieces of a session.
+enum Relation {
+    /// No signal is in both, and they are of one time, with this much in common.
+    Beside(Span),
+    /// The one goes on where the other ends.
+    GoesOn,
+    /// Another session, for this reason.
+    Other(Because),
+}
+
+/// Pieces of one recording.
+#[derive(Debug)]
+pub(super) struct Group {
+    pub(super) pieces: Vec<Piece>,
+    pub(super) because: Option<Because>,
+}
+
+/// Puts pieces into sessions. Time: O(pieces^2 signals).
+pub(super) fn groups(pieces: Vec<Piece>, wants: &[Want<'_>]) -> Vec<Group> {
+    let mut groups: Vec<Group> = Vec::new();
+    for piece in rejoined(pieces) {
+        match group_of(&groups, &piece, wants) {
+            Ok(group) => groups.get_mut(group).into_iter().for_each(|it| it.pieces.push(piece.clone())),
+            Err(because) => groups.push(Group { pieces: vec![piece], because }),
+        }
+    }
+    groups
+}
+
+/// The session that a piece is of, or why a new one begins. Of several in which it could be, one that it goes on, then one with
+/// files of its folder, then that with which it has most time in common; the latest of equals.
+fn group_of(groups: &[Group], piece: &Piece, wants: &[Want<'_>]) -> Result<usize, Option<Because>> {
+    let mut because = None;
+    let mut best: Option<((bool, bool, Span), usize)> = None;
+    for (number, group) in groups.iter().enumerate() {
+        let rank = match relation(group, piece, wants) {
+            Relation::Other(reason) => {
+                because = Some(reason);
+                continue;
+            }
+            Relation::GoesOn => (true, true, Span::MAX),
+            Relation::Beside(common) => {
+                let folder = |path: &Path| path.parent().map(Path::to_path_buf);
+                let is_beside = group.pieces.iter().any(|it| folder(&it.path) == folder(&piece.path));
+                (false, is_beside, common)
+            }
+        };
+        if best.is_none_or(|(most, _)| rank >= most) {
+            best = Some((rank, number));
+        }
+    }
+    let set = piece.step.map(|Step { from, to }| Because::ClockSet { from, to });
+    best.map(|(_, number)| number).ok_or(set.or(because))
+}
+
+fn relation(group: &Group, piece: &Piece, wants: &[Want<'_>]) -> Relation {
+    if group.pieces.iter().any(|it| it.file == piece.file) {
+        let (from, to) = piece.step.map_or_else(Default::default, |step| (step.from, step.to));
+        return Relation::Other(Because::ClockSet { from, to });
+    }
+    let mut nearest: Option<(Span, Span)> = None;
+    for (wanted, own) in &piece.extents {
+        for other in &group.pieces {
+            let Some(extent) = other.extents.get(wanted) else { continue };
+            let gap = if own.from >= extent.to { own.from - extent.to } else { own.to - extent.from };
+            let is_apart = own.from >= extent.to || own.to <= extent.from;
+            if !is_apart || own.from == extent.from && own.to == extent.to {
+                let signal = wants.get(*wanted).map_or("", |want| want.signal).to_owned();
+                return Relation::Other(Because::Overlap { signal, file: other.path.clone() });
+            }
+            let period = own.period().min(extent.period());
+            if nearest.is_none_or(|(least, _)| gap.abs() < least.abs()) {
+                nearest = Some((gap, period));
+            }
+        }
+    }
+    let (from, to) = piece.span();
+    match nearest {
+        Some((gap, period)) if gap.abs() <= AT_ONCE.max(period.times(PERIODS)) => Relation::GoesOn,
+        Some((gap, _)) => Relation::Other(Because::Apart { gap }),
+        None => {
+            let begins = group.pieces.iter().map(|it| it.span().0).min().unwrap_or_default();
+            let ends = group.pieces.iter().map(|it| it.span().1).max().unwrap_or_default();
+            let common = to.min(ends) - from.max(begins);
+            let gap = if from > ends { from - ends } else { to - begins };
+            if common < -LEAP { Relation::Other(Because::Apart { gap }) } else { Relation::Beside(common) }
+        }
+    }
+}
+
+/// Joins again what was parted by a leap of time in one file while another file of the recording has gone on: then the clock was
+/// not set, and the file's signals were silent.
+fn rejoined(pieces: Vec<Piece>) -> Vec<Piece> {
+    let spans: Vec<(usize, (Time, Time), Vec<usize>)> =
+        pieces.iter().map(|it| (it.file, it.span(), it.extents.keys().copied().collect())).collect();
+    let goes_on = |piece: &Piece, step: Step| {
+        let is_beside = |signals: &[usize]| !signals.iter().any(|it| piece.extents.contains_key(it));
+        let is_there = |(from, to): (Time, Time)| from <= step.from && step.to <= to;
+        let of_other = spans.iter().filter(|(file, ..)| *file != piece.file);
+        step.to > step.from
+            && of_other.into_iter().any(|(_, span, signals)| is_there(*span) && is_beside(signals))
+    };
+    let mut joined: Vec<Piece> = Vec::new();
+    for piece in pieces {
+        let before = joined.last_mut().filter(|before| before.file == piece.file);
+        match (before, piece.step) {
+            (Some(before), Some(step)) if goes_on(&piece, step) => {
+                piece.samples.into_iter().for_each(|sample| before.push(sample));
+            }
+            _ => joined.push(piece),
+        }
+    }
+    joined
+}
