@@ -41,6 +41,32 @@ pub struct Counts {
     pub out_of_order: u64,
 }
 
+/// The counts of several runs together.
+impl core::ops::AddAssign for Counts {
+    fn add_assign(&mut self, other: Counts) {
+        let Counts {
+            accepted,
+            reordered,
+            duplicates,
+            dropped,
+            invalid,
+            out_of_range,
+            too_fast,
+            late,
+            out_of_order,
+        } = other;
+        self.accepted += accepted;
+        self.reordered += reordered;
+        self.duplicates += duplicates;
+        self.dropped += dropped;
+        self.invalid += invalid;
+        self.out_of_range += out_of_range;
+        self.too_fast += too_fast;
+        self.late += late;
+        self.out_of_order += out_of_order;
+    }
+}
+
 /// What a port says about an observation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reception {

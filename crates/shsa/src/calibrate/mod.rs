@@ -104,6 +104,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             "none of the model's signals is in the recording; `source` in the model says where each is found"
         );
     };
+    anyhow::ensure!(
+        recording.sessions.len() == 1,
+        "these are {} sessions; calibrate on one recording",
+        recording.sessions.len()
+    );
     let duration = last.received - first;
     let split = arguments.split.unwrap_or(Span(duration.0 / 2));
     anyhow::ensure!(

@@ -1,6 +1,6 @@
 //! A model calibrated on the first half of the recording, and the smallest faults that are seen there.
 
-use super::grid::{Detectable, Kind};
+use super::grid::{Detectable, Kind, Recorded};
 use super::smallest::{self, Smallest};
 use anyhow::{anyhow, bail};
 use shsa_core::knowledge::{Id, KnowledgeBase, Severity, SignalId, build};
@@ -8,7 +8,7 @@ use shsa_core::observation::Observation;
 use shsa_core::time::Span;
 use shsa_estimate::{Options, calibrate};
 use shsa_format::model::live::Live;
-use shsa_format::recording::{Recording, Sample};
+use shsa_format::recording::Sample;
 use std::num::NonZeroUsize;
 
 /// What is wanted of the search for the smallest faults.
@@ -25,15 +25,20 @@ pub(super) struct Wish<'a> {
 /// Calibrates as `shsa calibrate` does without further options.
 ///
 /// # Errors
-/// When the recording is empty, or nothing in it can be compared.
+/// When there are several sessions, or nothing in the recording can be compared.
 pub(super) fn calibrated(
     live: &Live,
-    recording: &Recording,
+    sessions: &[Recorded<'_>],
     wish: &Wish<'_>,
 ) -> anyhow::Result<(KnowledgeBase, Detectable)> {
-    let samples = &recording.samples;
-    let (Some(first), Some(last)) = (recording.first(), samples.last()) else { bail!("nothing recorded") };
-    let half = Span((last.received - first).0 / 2);
+    let [session] = sessions else {
+        bail!(
+            "what is detectable is found in one session, and these are {}; say which with --session",
+            sessions.len()
+        );
+    };
+    let ((first, last), samples) = (session.span(), session.samples);
+    let half = Span((last - first).0 / 2);
     let observation = |sample: &Sample| Observation {
         signal: SignalId::from_index(sample.wanted),
         stamp: sample.time,
@@ -46,8 +51,8 @@ pub(super) fn calibrated(
     if let Some(error) = remarks.into_iter().find(|it| it.severity == Severity::Error) {
         return Err(anyhow!("the calibrated model has an error: {}", error.message));
     }
-    let is_early = |sample: &&Sample| sample.received < first + half;
-    let early: Vec<Sample> = samples.iter().take_while(is_early).cloned().collect();
+    let early = samples.partition_point(|sample| sample.received < first + half);
+    let early = Recorded { samples: samples.get(..early).unwrap_or_default(), ..*session };
     // What a value that sticks is compared with is always looked for.
     let mut kinds = wish.kinds.to_vec();
     kinds.extend([Kind::Bias, Kind::Drift].into_iter().filter(|kind| !wish.kinds.contains(kind)));
@@ -60,6 +65,6 @@ pub(super) fn calibrated(
         unhealthy: found.unhealthy.iter().map(|it| (it.from, it.to)).collect(),
         threads: wish.threads,
     };
-    let smallest = Smallest::find(&knowledge, &early, &wish)?;
+    let smallest = Smallest::find_in(&knowledge, &[early], &wish)?;
     Ok((knowledge, Detectable { from: half, smallest }))
 }

@@ -7,6 +7,7 @@ use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_format::fault::{Fault, FaultKind};
 use shsa_format::recording::Sample;
+use std::collections::BTreeMap;
 
 /// What a drift reaches at least, in smallest detectable biases, where amounts are multiples of what is seen: it is to be
 /// found before.
@@ -115,18 +116,86 @@ pub(super) struct Cell {
     pub(super) size: Option<f64>,
 }
 
+/// When a fault begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Onset {
+    /// The number of the session, from 0.
+    pub(super) session: usize,
+    /// From the first sample of its recording on.
+    pub(super) at: Span,
+}
+
+/// A session that faults are tried in; there is at least one sample.
+#[derive(Clone, Copy)]
+pub(crate) struct Recorded<'a> {
+    /// From which times count.
+    pub(crate) origin: Time,
+    /// In the order of reception.
+    pub(crate) samples: &'a [Sample],
+}
+
+impl<'a> Recorded<'a> {
+    pub(super) fn span(&self) -> (Time, Time) {
+        let received = |sample: Option<&Sample>| sample.map_or(self.origin, |sample| sample.received);
+        (received(self.samples.first()), received(self.samples.last()))
+    }
+
+    pub(super) fn length(&self) -> Span {
+        let (first, last) = self.span();
+        last - first
+    }
+
+    /// What one signal has said.
+    pub(super) fn own(&self, signal: SignalId) -> Vec<&'a Sample> {
+        self.samples.iter().filter(|sample| sample.wanted == signal.index()).collect()
+    }
+}
+
+/// Faults that are not tried.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Untried {
+    pub(super) signal: SignalId,
+    pub(super) what: What,
+    pub(super) reason: Reason,
+    /// How many runs these would have been.
+    pub(super) runs: usize,
+}
+
+/// Why faults are not tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Reason {
+    /// No amount is seen at each moment of the first half.
+    Unseen,
+    /// The signal has nothing to break at that time: it is silent, or ends within the fault.
+    Absent,
+    /// Nothing says how large a fault should be: its values are all the same, and no error is declared.
+    NoAmount,
+}
+
+impl Reason {
+    pub(super) const ALL: [Reason; 3] = [Reason::Unseen, Reason::Absent, Reason::NoAmount];
+
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Reason::Unseen => "of no amount that is seen at each moment of the first half",
+            Reason::Absent => "when their signal is silent",
+            Reason::NoAmount => "without an amount",
+        }
+    }
+}
+
 /// One run.
 #[derive(Clone, Debug)]
 pub(super) struct Trial {
     pub(super) cell: usize,
+    /// The number of the session that it runs in, from 0.
+    pub(super) session: usize,
     pub(super) fault: Fault,
     /// When the fault ends, and the run with it.
     pub(super) end: Time,
     pub(super) seed: u64,
     /// A value that sticks while it would hardly move: less of a fault than what is seen.
     pub(super) is_below: bool,
-    /// Whether it is as large as what is seen, so that it is expected to be.
-    pub(super) is_measured: bool,
 }
 
 /// What the user wants to be tried.
@@ -139,11 +208,13 @@ pub(super) struct Wish<'a> {
     pub(super) duration: Option<Span>,
     /// Multiples are of these, and not of declared errors.
     pub(super) detectable: Option<&'a Detectable>,
+    /// By signal, what takes the place of an error of value where none is declared, in the signal's unit.
+    pub(super) instead: &'a BTreeMap<SignalId, f64>,
 }
 
 /// What is seen of each signal with a calibrated model.
 pub(super) struct Detectable {
-    /// Where the part begins that the model was not fitted to; no fault begins before.
+    /// Where the part begins that the model was not fitted to, in the time of all sessions together; no fault begins before.
     pub(super) from: Span,
     /// The smallest faults that are seen in the part before.
     pub(super) smallest: Smallest,
@@ -155,12 +226,13 @@ pub(super) struct Grid {
     pub(super) signals: Vec<SignalId>,
     pub(super) cells: Vec<Cell>,
     pub(super) trials: Vec<Trial>,
-    /// When faults begin, from the first sample on.
-    pub(super) onsets: Vec<Span>,
+    pub(super) onsets: Vec<Onset>,
     /// How long a fault lasts.
     pub(super) duration: Span,
     /// What cannot be tried, and why.
     pub(super) left_out: Vec<String>,
+    /// The same, counted.
+    pub(super) untried: Vec<Untried>,
 }
 
 /// How large the values of a signal are, and how well they are known.
@@ -176,24 +248,23 @@ pub(super) struct Size {
 }
 
 impl Grid {
-    /// Lays out the grid over samples that are in the order of reception; there is at least one.
+    /// Lays out the grid over sessions, of which there is at least one.
     ///
     /// # Errors
-    /// When the recording is too short, or nothing is left to try.
+    /// When all are too short, or nothing is left to try.
     pub(super) fn new(
         knowledge: &KnowledgeBase,
-        samples: &[Sample],
+        sessions: &[Recorded<'_>],
         wish: &Wish<'_>,
     ) -> anyhow::Result<Grid> {
-        let received = |sample: Option<&Sample>| sample.map_or(Time(0), |sample| sample.received);
-        let first = received(samples.first());
-        let length = received(samples.last()) - first;
+        let longest = sessions.iter().map(Recorded::length).max().unwrap_or_default();
+        let duration = wish.duration.unwrap_or(Span(longest.0 / 4));
         let earliest = wish.detectable.map_or(Span::ZERO, |it| it.from);
-        let duration = wish.duration.unwrap_or(Span(length.0 / 4));
-        if duration <= Span::ZERO || duration >= length - earliest {
+        let onsets = onsets(sessions, earliest, duration, wish.onsets);
+        if duration <= Span::ZERO || onsets.is_empty() {
             bail!(
                 "the recording lasts {} s: faults of {} s leave no time before them",
-                length.seconds(),
+                longest.seconds(),
                 duration.seconds()
             );
         }
@@ -201,17 +272,10 @@ impl Grid {
         for &kind in wish.kinds {
             whats.extend(kind.multiples(wish.multiples).into_iter().map(|multiple| What { kind, multiple }));
         }
-        let mut grid = Grid {
-            whats,
-            signals: Vec::new(),
-            cells: Vec::new(),
-            trials: Vec::new(),
-            onsets: evenly(length - duration - earliest, wish.onsets).map(|onset| earliest + onset).collect(),
-            duration,
-            left_out: Vec::new(),
-        };
+        let (signals, cells, trials, left_out, untried) = Default::default();
+        let mut grid = Grid { whats, signals, cells, trials, onsets, duration, left_out, untried };
         for &signal in wish.signals {
-            grid.add(&knowledge.signals()[signal], signal, samples, wish);
+            grid.add(&knowledge.signals()[signal], signal, sessions, wish);
         }
         if grid.trials.is_empty() {
             bail!("nothing to try: {}", grid.left_out.join("; "));
@@ -219,46 +283,100 @@ impl Grid {
         Ok(grid)
     }
 
-    fn add(&mut self, signal: &Signal, id: SignalId, samples: &[Sample], wish: &Wish<'_>) {
-        let own: Vec<&Sample> = samples.iter().filter(|sample| sample.wanted == id.index()).collect();
-        let Some(size) = Size::of(signal, &own) else {
+    fn add(&mut self, signal: &Signal, id: SignalId, sessions: &[Recorded<'_>], wish: &Wish<'_>) {
+        let own: Vec<Vec<&Sample>> = sessions.iter().map(|session| session.own(id)).collect();
+        let Some(mut size) = Size::of(signal, &own) else {
             self.left_out.push(format!("{}: not in the recording", signal.name));
             return;
         };
+        if size.error <= 0.0 {
+            size.error = wish.instead.get(&id).copied().unwrap_or(0.0);
+        }
         if size.error <= 0.0 && wish.detectable.is_none() {
-            let reason =
-                "faults with an amount, as no value error is declared that it could be a multiple of";
+            let reason = "faults with an amount, as no value error is declared that it could be a multiple of, \
+                          and its values are all the same";
             self.left_out.push(format!("{}: {reason}", signal.name));
         }
         self.signals.push(id);
         for what in self.whats.clone() {
-            let amount = match wish.detectable {
-                Some(detectable) => detectable.amount(what, id, self.duration),
-                None => size.amount(what, self.duration),
+            let runs = self.onsets.len() * if what.kind.is_random() { wish.seeds as usize } else { 1 };
+            let (amount, reason) = match wish.detectable {
+                Some(detectable) => (detectable.amount(what, id, self.duration), Reason::Unseen),
+                None => (size.amount(what, self.duration), Reason::NoAmount),
             };
-            let Some(size) = amount else { continue };
-            let cell = self.cells.len();
+            let Some(size) = amount else {
+                self.untried.push(Untried { signal: id, what, reason, runs });
+                continue;
+            };
+            let before = self.trials.len();
             self.cells.push(Cell { what, signal: id, size });
-            for &from in &self.onsets {
-                let Some(kind) = fault_kind(what.kind, size.unwrap_or(0.0), &own, from, samples) else {
-                    continue;
-                };
-                let to = from + self.duration;
-                let fault = Fault { kind, signal: signal.name.clone(), from, to: Some(to) };
-                let end = samples.first().map_or(Time(0), |sample| sample.received) + to;
-                let seeds = 1..=if what.kind.is_random() { wish.seeds } else { 1 };
-                let is_below = wish.detectable.is_some_and(|it| it.is_below(&fault, id, &own, end));
-                let is_measured = wish.detectable.is_some();
-                // A signal that ends within the time of a fault has a shorter one.
-                if is_measured
-                    && own.last().is_none_or(|last| last.received < end - Span(self.duration.0 / 10))
-                {
-                    continue;
-                }
-                let trial = |seed| Trial { cell, fault: fault.clone(), end, seed, is_below, is_measured };
-                self.trials.extend(seeds.map(trial));
+            self.add_runs(signal, sessions, &own, wish);
+            let runs = runs - (self.trials.len() - before);
+            if runs > 0 {
+                self.untried.push(Untried { signal: id, what, reason: Reason::Absent, runs });
             }
         }
+    }
+
+    /// The runs of the last cell.
+    fn add_runs(
+        &mut self,
+        signal: &Signal,
+        sessions: &[Recorded<'_>],
+        own: &[Vec<&Sample>],
+        wish: &Wish<'_>,
+    ) {
+        let Some(&Cell { what, signal: id, size }) = self.cells.last() else { return };
+        for &Onset { session, at: from } in &self.onsets {
+            let (Some(recorded), Some(own)) = (sessions.get(session), own.get(session)) else { continue };
+            let onset = recorded.origin + from;
+            let Some(kind) = fault_kind(what.kind, size.unwrap_or(0.0), own, onset) else { continue };
+            let to = from + self.duration;
+            let fault = Fault { kind, signal: signal.name.clone(), from, to: Some(to) };
+            let end = recorded.origin + to;
+            // A signal that ends within the time of a fault has a shorter one.
+            let is_cut = own.last().is_none_or(|last| last.received < end - Span(self.duration.0 / 10));
+            if wish.detectable.is_some() && is_cut {
+                continue;
+            }
+            let is_below = wish.detectable.is_some_and(|it| it.is_below(&fault, id, own, end));
+            let seeds = 1..=if what.kind.is_random() { wish.seeds } else { 1 };
+            let cell = self.cells.len() - 1;
+            let trial = |seed| Trial { cell, session, fault: fault.clone(), end, seed, is_below };
+            self.trials.extend(seeds.map(trial));
+        }
+    }
+}
+
+/// So many moments evenly over the time in which a fault can begin and end within one session: from `earliest` on in the time of
+/// all sessions together.
+pub(super) fn onsets(sessions: &[Recorded<'_>], earliest: Span, duration: Span, count: usize) -> Vec<Onset> {
+    let mut before = Span::ZERO;
+    let mut rooms: Vec<(Onset, Span)> = Vec::new();
+    for (session, recorded) in sessions.iter().enumerate() {
+        let length = recorded.length();
+        let early = (earliest - before).max(Span::ZERO).min(length);
+        let room = length - early - duration;
+        if room > Span::ZERO {
+            let at = recorded.span().0 - recorded.origin + early;
+            rooms.push((Onset { session, at }, room));
+        }
+        before = before + length;
+    }
+    let all = Span(rooms.iter().map(|(_, room)| room.0).sum());
+    let place = |mut onset: Span| {
+        rooms.iter().find_map(|&(Onset { session, at }, room)| {
+            if onset <= room {
+                return Some(Onset { session, at: at + onset });
+            }
+            onset = onset - room;
+            None
+        })
+    };
+    if all <= Span::ZERO {
+        Vec::new()
+    } else {
+        evenly(all, count).filter_map(|onset| place(onset.min(all))).collect()
     }
 }
 
@@ -269,9 +387,10 @@ pub(super) fn evenly(room: Span, count: usize) -> impl Iterator<Item = Span> {
 }
 
 impl Size {
-    /// `None` without a finite value.
-    pub(super) fn of(signal: &Signal, own: &[&Sample]) -> Option<Size> {
-        let values = own.iter().flat_map(|sample| numbers(&sample.value)).filter(|value| value.is_finite());
+    /// By its samples in each session; `None` without a finite value.
+    pub(super) fn of(signal: &Signal, own: &[Vec<&Sample>]) -> Option<Size> {
+        let values = own.iter().flatten().flat_map(|sample| numbers(&sample.value));
+        let values = values.filter(|value| value.is_finite());
         let (lowest, highest) = values
             .clone()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), value| (lo.min(value), hi.max(value)));
@@ -282,8 +401,9 @@ impl Size {
         let scale = signal.unit.as_ref().map_or(1.0, |unit| unit.scale);
         let declared = signal.value_error;
         let error = declared.lo.abs().max(declared.hi.abs()) / scale + declared.relative * median;
-        let (first, last) = (own.first()?.received, own.last()?.received);
-        let period = Span((last - first).0 / (own.len() as i64 - 1).max(1));
+        let lasts = |own: &Vec<&Sample>| Some((own.last()?.received - own.first()?.received).0);
+        let steps: usize = own.iter().map(|own| own.len().saturating_sub(1)).sum();
+        let period = Span(own.iter().filter_map(lasts).sum::<i64>() / (steps as i64).max(1));
         let (early, late) = signal.time_error;
         Some(Size { error, median, range: highest - lowest, time: early.abs().max(late.abs()) + period })
     }
@@ -327,7 +447,10 @@ impl Detectable {
             return false;
         }
         let seen = |kind| self.smallest.seen(signal, kind);
-        let Some(((bias, within), (drift, _))) = seen(Kind::Bias).zip(seen(Kind::Drift)) else { return true };
+        // What is never seen hides nothing: such a run counts.
+        let Some(((bias, within), (drift, _))) = seen(Kind::Bias).zip(seen(Kind::Drift)) else {
+            return false;
+        };
         let number = |sample: &Sample| numbers(&sample.value).first().copied();
         let onset = end - fault.to.map_or(Span::ZERO, |to| to - fault.from);
         let begin = own.partition_point(|sample| sample.received < onset);
@@ -355,13 +478,7 @@ fn numbers(value: &RawValue) -> Vec<f64> {
 }
 
 /// The fault of a size; `None` for a spoof before which no value has come.
-pub(super) fn fault_kind(
-    kind: Kind,
-    size: f64,
-    own: &[&Sample],
-    from: Span,
-    samples: &[Sample],
-) -> Option<FaultKind> {
+pub(super) fn fault_kind(kind: Kind, size: f64, own: &[&Sample], onset: Time) -> Option<FaultKind> {
     Some(match kind {
         Kind::Stuck => FaultKind::Stuck(None),
         Kind::Bias => FaultKind::Bias(size),
@@ -372,7 +489,6 @@ pub(super) fn fault_kind(
         Kind::Scale => FaultKind::Scale(size),
         Kind::Delay => FaultKind::Delay(Span::from_seconds(size)),
         Kind::Spoof => {
-            let onset = samples.first()?.received + from;
             let before = own.partition_point(|sample| sample.received < onset).checked_sub(1)?;
             FaultKind::Spoof(numbers(&own.get(before)?.value).first()? + size)
         }

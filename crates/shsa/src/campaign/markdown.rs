@@ -4,7 +4,7 @@ use super::Arguments;
 use super::grid::{Cell, Detectable, Kind, Trial};
 use super::smallest::Smallest;
 use super::tally::Campaign;
-use super::text::rounded;
+use super::text::{NOT_COUNTED, headline, not_counted_rows, onsets, rounded};
 use super::trial::Measured;
 use shsa_core::analysis::{Analysis, Comparison, Options, analyze};
 use shsa_core::computation::Computation;
@@ -42,23 +42,24 @@ pub(super) fn section(
     let periods = periods(campaign, &analysis);
     let section = Section { campaign, analysis, periods };
     let title = arguments.model.file_stem().unwrap_or_default().to_string_lossy();
-    let ground = campaign.ground;
     let mut text = format!(
-        "## {title}\n\n    {}\n\nFaults of {:.1} s, beginning at {} s of {:.1} s. Without a fault: {} alarms in all.\n\n",
+        "## {title}\n\n    {}\n\nFaults of {:.1} s, beginning at {} of {:.1} s. Without a fault: {} alarms in all.\n\n{}.\n\n",
         command(arguments),
         campaign.grid.duration.seconds(),
-        campaign.grid.onsets.iter().map(|at| format!("{:.1}", at.seconds())).collect::<Vec<_>>().join(", "),
+        onsets(campaign),
         campaign.length().seconds(),
-        ground.alarms.len(),
+        campaign.clean_alarms(),
+        headline(campaign),
     );
     if let Some(detectable) = detectable {
-        let late = ground.alarms.iter().filter(|(time, ..)| *time >= ground.first + detectable.from).count();
+        let late = late_alarms(campaign, detectable.from);
         let _ = write!(
             text,
             "The model is the calibrated one. Of those alarms {late} are in the half that it has not seen.\n\n{}",
             section.amounts(&detectable.smallest)
         );
     }
+    text.push_str(&not_counted(campaign));
     text.push_str(&section.table());
     for reason in &campaign.grid.left_out {
         let _ = writeln!(text, "* left out: {reason}");
@@ -67,11 +68,42 @@ pub(super) fn section(
     text
 }
 
+/// Alarms without a fault from a moment on, in the time of all sessions together.
+fn late_alarms(campaign: &Campaign<'_>, from: Span) -> usize {
+    let mut before = Span::ZERO;
+    let mut late = 0;
+    for ground in campaign.grounds {
+        let begin = ground.first + (from - before);
+        late += ground.alarms.iter().filter(|(time, ..)| *time >= begin).count();
+        before = before + (ground.last - ground.first);
+    }
+    late
+}
+
+/// What is in no share, by signal.
+fn not_counted(campaign: &Campaign<'_>) -> String {
+    let rows = not_counted_rows(campaign);
+    if rows.is_empty() {
+        return String::new();
+    }
+    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+    let mut text = line(&NOT_COUNTED.map(str::to_owned)) + "|---|---|---|---|---|---|---|\n";
+    for mut row in rows {
+        row[0] = format!("`{}`", row[0]);
+        text += &line(&row);
+    }
+    text + "\n"
+}
+
 fn command(arguments: &Arguments) -> String {
     let mut text = format!("shsa campaign {}", arguments.model.display());
     for recording in &arguments.recordings {
         let _ = write!(text, " {}", recording.display());
     }
+    for patch in &arguments.patch {
+        let _ = write!(text, " --patch {}", patch.display());
+    }
+    text += &arguments.cut.shown();
     match arguments.detectable {
         Some(by) => text += &format!(" --detectable={by}"),
         None => {
@@ -98,7 +130,7 @@ fn command(arguments: &Arguments) -> String {
 fn periods(campaign: &Campaign<'_>, analysis: &Analysis) -> Vec<Span> {
     let signals = campaign.knowledge().signals();
     let mut seen = vec![0_i64; signals.len()];
-    for sample in campaign.ground.samples {
+    for sample in campaign.grounds.iter().flat_map(|ground| ground.samples) {
         seen.get_mut(sample.wanted).into_iter().for_each(|seen| *seen += 1);
     }
     let length = campaign.length().0;
@@ -181,7 +213,6 @@ impl Section<'_> {
     fn row(&self, text: &mut String, label: &str, is_wanted: impl Fn(&Cell) -> bool) {
         let (below, runs): (Vec<Run<'_>>, Vec<Run<'_>>) =
             self.runs().filter(|(_, cell, _)| is_wanted(cell)).partition(is_passed_over);
-        let too_small = below.iter().filter(|(trial, ..)| trial.is_below).count();
         let count = |is_it: &dyn Fn(&Run<'_>) -> bool| runs.iter().filter(|run| is_it(run)).count();
         let isolable = count(&|run| self.is_isolable(run.1.signal));
         let mut latencies: Vec<f64> = runs.iter().filter_map(|run| self.latency(run)).collect();
@@ -194,8 +225,8 @@ impl Section<'_> {
             text,
             "| {label} | {} | {} | {} | {} | {} of {isolable} | {} | {} | {} | {} | {} | {} |",
             runs.len(),
-            too_small,
-            below.len() - too_small,
+            below.len(),
+            count(&|run| run.2.accused),
             count(&|run| run.2.latency.is_some()),
             count(&|run| self.is_isolable(run.1.signal) && run.2.is_isolated()),
             count(&|run| run.2.blamed_other) + below.iter().filter(|run| run.2.blamed_other).count(),
@@ -257,9 +288,9 @@ impl Section<'_> {
     }
 }
 
-/// Whether nothing is expected of a run: the fault is smaller than what is seen, or its signal stood accused before.
-fn is_passed_over((trial, _, measured): &Run<'_>) -> bool {
-    trial.is_below || (trial.is_measured && measured.accused)
+/// Whether nothing is expected of a run: the fault is smaller than what is seen.
+fn is_passed_over((trial, ..): &Run<'_>) -> bool {
+    trial.is_below
 }
 
 /// The errors of value and time that a model grants a signal, and how late it may be.

@@ -11,6 +11,7 @@
 pub(crate) mod grid;
 mod trial;
 pub(crate) mod smallest;
+mod amount;
 mod tally;
 mod compare;
 mod text;
@@ -20,16 +21,20 @@ mod markdown;
 
 use crate::outcome::Outcome;
 use crate::plan::find_signal;
-use crate::replay::{is_journal, wanted, written};
+use crate::replay::{CutArguments, is_journal, only, wanted, written};
 use crate::show;
-use anyhow::{anyhow, bail};
+use anyhow::{Context, anyhow, bail};
 use compare::Comparison;
-use grid::{Grid, Kind, Wish};
+use grid::{Detectable, Grid, Kind, Recorded, Wish};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::Value;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::time::Span;
-use shsa_format::recording::{self, ReadOptions, Recording, parse_span};
-use std::io::{IsTerminal, Write, stderr, stdout};
+use shsa_format::model::live::{Live, Written};
+use shsa_format::recording::{self, ReadOptions, Recording, Sample, Session, parse_span};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, IsTerminal, Write, stderr, stdout};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -41,8 +46,10 @@ use trial::{Ground, Measured};
 #[command(after_help = "Example: shsa campaign models/car.yaml drive/ --html campaign.html
 
 Amounts are multiples of what the model declares: of the value error of a value of median size, for a delay of the
-error of time and the mean time between values. Faults begin at N onsets, evenly from the N-th part of the time that
-a fault leaves to its end. With --compare the exit status is 1 when fewer faults are detected or isolated, or more
+error of time and the mean time between values. Where a signal declares no error, as its tolerance stands at a relation,
+2 times is the smallest bias of it that is seen in the recording. Faults begin at N onsets, evenly from the N-th part of
+the time that a fault leaves to its end, in all sessions together: what is one is said by `shsa replay --help`. A run
+whose signal is accused before its fault counts like any other. What is left out is told with the shares. With --compare the exit status is 1 when fewer faults are detected or isolated, or more
 signals are blamed wrongly, more alarms are false or more needs unmet in any cell than in the stored campaign.")]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
@@ -50,6 +57,14 @@ pub(crate) struct Arguments {
     /// Recordings: CSV, JSON lines, ROS 1 bags, folders of them.
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
+    /// A change of the model to begin with, as `shsa replay --reload` takes it; may be given several times, in their order.
+    #[arg(long, value_name = "FILE")]
+    patch: Vec<PathBuf>,
+    #[command(flatten)]
+    cut: CutArguments,
+    /// Only the session of this number, where there are several; they are counted from 1.
+    #[arg(long, value_name = "NUMBER", value_parser = show::at_least_one)]
+    session: Option<NonZeroUsize>,
     /// Kinds of faults; all when not given.
     #[arg(long, value_name = "KIND,..", value_delimiter = ',')]
     kinds: Vec<Kind>,
@@ -104,10 +119,12 @@ fn multiple(text: &str) -> Result<f64, String> {
 
 /// Runs the grid and reports; the answer is no when it is worse than the campaign that it is compared with.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let live = show::load_live(&arguments.model)?;
+    let mut live = show::load_live(&arguments.model)?;
+    arguments.patch.iter().try_for_each(|path| patch(&mut live, path))?;
     let before = arguments.compare.as_deref().map(compare::read).transpose()?;
     let signals = signals(arguments, live.knowledge())?;
     let recording = read(arguments, live.knowledge())?;
+    let sessions: Vec<Recorded<'_>> = recording.by_session().map(recorded).collect();
     let (kinds, seeds) = (distinct(&arguments.kinds, &Kind::ALL), arguments.seeds.get() as u64);
     let search = detectable::Wish {
         kinds: &kinds,
@@ -118,13 +135,18 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         threads: arguments.threads,
     };
     let calibrated =
-        arguments.detectable.map(|_| detectable::calibrated(&live, &recording, &search)).transpose()?;
+        arguments.detectable.map(|_| detectable::calibrated(&live, &sessions, &search)).transpose()?;
     let (knowledge, detectable) = match &calibrated {
         Some((knowledge, detectable)) => (knowledge, Some(detectable)),
         None => (live.knowledge(), None),
     };
+    let instead = match detectable {
+        Some(_) => BTreeMap::new(),
+        None => instead(arguments, knowledge, &sessions, &signals)?,
+    };
     let wish = Wish {
         kinds: &kinds,
+        instead: &instead,
         multiples: &arguments.detectable.map_or_else(|| distinct(&arguments.amounts, &[]), |by| vec![by]),
         signals: &signals,
         onsets: arguments.onsets.get(),
@@ -132,48 +154,79 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         duration: arguments.duration,
         detectable,
     };
-    let grid = Grid::new(knowledge, &recording.samples, &wish)?;
+    let grid = Grid::new(knowledge, &sessions, &wish)?;
     grid.left_out.iter().for_each(|reason| show::warn(format_args!("left out: {reason}")));
-    let ground = Ground::new(knowledge, &recording.samples).ok_or_else(|| anyhow!("nothing recorded"))?;
+    let grounds: Option<Vec<Ground<'_>>> =
+        sessions.iter().map(|it| Ground::new(knowledge, it.origin, it.samples)).collect();
+    let grounds = grounds.ok_or_else(|| anyhow!("nothing recorded"))?;
     if let Some(before) = &before {
-        compare::check_settings(before, &tally::settings(&ground, &grid, seeds))?;
+        compare::check_settings(before, &tally::settings(&grounds, &grid, seeds))?;
     }
-    let is_printed = arguments.json.as_deref() == Some(Path::new("-"));
-    let read: Vec<&PathBuf> =
-        arguments.recordings.iter().chain([&arguments.model]).chain(&arguments.compare).collect();
-    let json = arguments.json.as_deref().filter(|_| !is_printed);
-    let [json_file, html_file, markdown_file] =
-        written::open([json, arguments.html.as_deref(), arguments.markdown.as_deref()], &read)?;
-    let results = measure(&ground, &grid, arguments.threads)?;
-    let campaign = Campaign { ground: &ground, grid: &grid, seeds, results };
+    let files = files(arguments)?;
+    let results = measure(&grounds, &grid, arguments.threads)?;
+    let campaign = Campaign { grounds: &grounds, knowledge, grid: &grid, seeds, results };
     let mut object = campaign.to_json();
     let comparison = before.map(|before| Comparison::new(&before, &object)).transpose()?;
     if let (Some(object), Some(comparison)) = (object.as_object_mut(), &comparison) {
         object.insert("comparison".to_owned(), comparison.to_json());
     }
-    if let Some(mut file) = json_file {
-        writeln!(file, "{object}")?;
-        file.flush()?;
-    }
-    if let Some(mut file) = html_file {
-        let title = arguments.model.file_name().unwrap_or_default().to_string_lossy();
-        file.write_all(page::page(&campaign, &title, comparison.as_ref()).as_bytes())?;
-        file.flush()?;
-    }
-    if let Some(mut file) = markdown_file {
-        file.write_all(markdown::section(&campaign, arguments, detectable).as_bytes())?;
-        file.flush()?;
-    }
-    let mut output = stdout().lock();
-    match is_printed {
-        true => writeln!(output, "{object}")?,
-        false => writeln!(output, "{}", text::text(&campaign, comparison.as_ref()))?,
-    }
+    tell(
+        arguments,
+        files,
+        &Told { campaign: &campaign, object, comparison: comparison.as_ref(), detectable },
+    )?;
     Ok(match comparison.is_some_and(|comparison| comparison.is_worse()) {
         true => Outcome::No,
         false if recording.degraded => Outcome::Degraded,
         false => Outcome::Done,
     })
+}
+
+/// The files to write: JSON, page, Markdown.
+type Files = [Option<BufWriter<File>>; 3];
+
+/// Opens the files that are wanted, before anything is run.
+fn files(arguments: &Arguments) -> anyhow::Result<Files> {
+    let models = [&arguments.model].into_iter().chain(&arguments.patch);
+    let read: Vec<&PathBuf> = arguments.recordings.iter().chain(models).chain(&arguments.compare).collect();
+    let json = arguments.json.as_deref().filter(|path| !is_printed(path));
+    written::open([json, arguments.html.as_deref(), arguments.markdown.as_deref()], &read)
+}
+
+/// Whether the JSON goes to the standard output.
+fn is_printed(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// What is told of a campaign.
+struct Told<'a> {
+    campaign: &'a Campaign<'a>,
+    object: Value,
+    comparison: Option<&'a Comparison>,
+    detectable: Option<&'a Detectable>,
+}
+
+fn tell(arguments: &Arguments, [json, html, markdown]: Files, told: &Told<'_>) -> anyhow::Result<()> {
+    let Told { campaign, object, comparison, detectable } = told;
+    if let Some(mut file) = json {
+        writeln!(file, "{object}")?;
+        file.flush()?;
+    }
+    if let Some(mut file) = html {
+        let title = arguments.model.file_name().unwrap_or_default().to_string_lossy();
+        file.write_all(page::page(campaign, &title, *comparison).as_bytes())?;
+        file.flush()?;
+    }
+    if let Some(mut file) = markdown {
+        file.write_all(markdown::section(campaign, arguments, *detectable).as_bytes())?;
+        file.flush()?;
+    }
+    let mut output = stdout().lock();
+    match arguments.json.as_deref().is_some_and(is_printed) {
+        true => writeln!(output, "{object}")?,
+        false => writeln!(output, "{}", text::text(campaign, *comparison))?,
+    }
+    Ok(())
 }
 
 /// What is given, each once and in its order; the default when nothing is.
@@ -199,25 +252,61 @@ fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Reco
         bail!("{} is a journal; faults can be injected into recordings only", journal.display());
     }
     let options = ReadOptions { time_column: arguments.time_column.clone(), time_scale: arguments.time_unit };
-    let recording = recording::read(&arguments.recordings, &wanted(knowledge), &options)?;
+    let mut recording = recording::read(&arguments.recordings, &wanted(knowledge), &options)?;
     recording.warnings.iter().for_each(show::warn);
     if recording.samples.is_empty() {
         bail!(
             "none of the model's signals is in the recording; `source` in the model says where each is found"
         );
     }
+    recording.cut(&arguments.cut.cuts()).iter().for_each(show::warn);
+    only(&mut recording, arguments.session)?;
     Ok(recording)
+}
+
+fn recorded<'a>((session, samples): (&'a Session, &'a [Sample])) -> Recorded<'a> {
+    Recorded { origin: session.origin, samples }
+}
+
+/// Applies a change of the model.
+fn patch(live: &mut Live, path: &Path) -> anyhow::Result<()> {
+    let name = path.display().to_string();
+    let text = std::fs::read_to_string(path).with_context(|| format!("{name} cannot be read"))?;
+    match live.change(Written { name: &name, text: &text }) {
+        Ok(report) => show::tell_report(&report),
+        Err(report) => {
+            show::tell_report(&report);
+            bail!("{name} has errors");
+        }
+    }
+    Ok(())
+}
+
+/// What takes the place of errors of value that are not declared.
+fn instead(
+    arguments: &Arguments,
+    knowledge: &KnowledgeBase,
+    sessions: &[Recorded<'_>],
+    signals: &[SignalId],
+) -> anyhow::Result<BTreeMap<SignalId, f64>> {
+    let wish = amount::Wish {
+        signals,
+        onsets: arguments.onsets.get(),
+        duration: arguments.duration,
+        threads: arguments.threads,
+    };
+    amount::instead(knowledge, sessions, &wish)
 }
 
 /// Runs all trials; the results are in the order of the trials.
 fn measure(
-    ground: &Ground<'_>,
+    grounds: &[Ground<'_>],
     grid: &Grid,
     threads: Option<NonZeroUsize>,
 ) -> anyhow::Result<Vec<Option<Measured>>> {
     on_all_cores(grid.trials.len(), threads, "runs", |number| {
         let trial = grid.trials.get(number)?;
-        ground.measure(trial, grid.cells.get(trial.cell)?.signal)
+        grounds.get(trial.session)?.measure(trial, grid.cells.get(trial.cell)?.signal)
     })
 }
 

@@ -3,7 +3,7 @@
 use super::compare::Comparison;
 use super::grid::{Cell, What};
 use super::tally::{Campaign, LEGEND, Tally};
-use super::text::{head, latency, rounded};
+use super::text::{NOT_COUNTED, head, latency, not_counted_rows, rounded};
 use shsa_core::knowledge::SignalId;
 use shsa_format::drawing::{Heat, escaped};
 use std::fmt::Write;
@@ -42,6 +42,11 @@ pub(super) fn page(campaign: &Campaign<'_>, title: &str, comparison: Option<&Com
     }
     if !campaign.grid.left_out.is_empty() {
         put(&mut html, format_args!("<p>Left out: {}</p>", escaped(&campaign.grid.left_out.join("; "))));
+    }
+    let rows = not_counted_rows(campaign);
+    if !rows.is_empty() {
+        put(&mut html, format_args!("<h2>What is in no share, and what was accused before</h2>"));
+        put_table(&mut html, &NOT_COUNTED.map(str::to_owned), rows.into_iter().map(Vec::from));
     }
     if let Some(comparison) = comparison {
         put_comparison(&mut html, comparison);

@@ -6,7 +6,7 @@
 //! above what is not seen any more; twice the amount must be seen, too, so that no lucky one is taken. It is not a property of
 //! one comparison: debouncing, the judge, the gates and time-outs are in it.
 
-use super::grid::{Kind, Size, Trial, evenly, fault_kind};
+use super::grid::{Kind, Onset, Recorded, Size, Trial, fault_kind, onsets};
 use super::on_all_cores;
 use super::text::rounded;
 use super::trial::Ground;
@@ -59,7 +59,7 @@ pub(crate) struct Wish<'a> {
 pub(crate) struct Smallest {
     /// How long a fault lasts; a drift has so long.
     pub(crate) duration: Span,
-    /// When they begin, from the first sample on.
+    /// When they begin, from the first sample of their recording on.
     pub(crate) onsets: Vec<Span>,
     /// By signal, and by kind in the order of the wish.
     pub(crate) found: Vec<Found>,
@@ -102,20 +102,34 @@ impl Smallest {
         samples: &[Sample],
         wish: &Wish<'_>,
     ) -> anyhow::Result<Smallest> {
-        let nothing = |onsets| Smallest { duration: wish.duration, onsets, found: Vec::new() };
-        let Some(ground) = Ground::new(knowledge, samples) else { return Ok(nothing(Vec::new())) };
-        let onsets = healthy_onsets(&ground, wish);
+        let origin = samples.first().map_or(Time(0), |sample| sample.received);
+        Smallest::find_in(knowledge, &[Recorded { origin, samples }], wish)
+    }
+
+    /// The same in several sessions.
+    ///
+    /// # Errors
+    /// As [`Smallest::find`].
+    pub(crate) fn find_in(
+        knowledge: &KnowledgeBase,
+        sessions: &[Recorded<'_>],
+        wish: &Wish<'_>,
+    ) -> anyhow::Result<Smallest> {
+        let grounds: Vec<Ground<'_>> =
+            sessions.iter().filter_map(|it| Ground::new(knowledge, it.origin, it.samples)).collect();
+        let onsets = healthy_onsets(&grounds, wish);
         let pairs =
             wish.signals.iter().flat_map(|&signal| wish.kinds.iter().map(move |&kind| (signal, kind)));
         let jobs: Vec<(SignalId, Kind)> = pairs.filter(|(_, kind)| kind.has_amount()).collect();
         let work = |number: usize| {
             let &(signal, kind) = jobs.get(number)?;
-            let limit = Search::new(&ground, wish, &onsets, signal, kind)
+            let limit = Search::new(&grounds, wish, &onsets, signal, kind)
                 .map_or(Limit::NotRecorded, |mut search| search.limit());
             Some(Found { signal, kind, limit })
         };
         let found = on_all_cores(jobs.len(), wish.threads, "smallest faults", work)?;
-        Ok(Smallest { found: found.into_iter().flatten().collect(), ..nothing(onsets) })
+        let onsets = onsets.into_iter().map(|onset| onset.at).collect();
+        Ok(Smallest { duration: wish.duration, onsets, found: found.into_iter().flatten().collect() })
     }
 
     /// How small a fault of a signal may be; `None` when it was not looked for.
@@ -178,16 +192,16 @@ impl Smallest {
 }
 
 /// As many moments as wanted, evenly among those whose fault meets nothing unhealthy.
-fn healthy_onsets(ground: &Ground<'_>, wish: &Wish<'_>) -> Vec<Span> {
-    let room = ground.last - ground.first - wish.duration;
-    if room <= Span::ZERO {
-        return Vec::new();
-    }
-    let is_healthy = |onset: &Span| {
-        let (from, to) = (ground.first + *onset, ground.first + *onset + wish.duration);
+fn healthy_onsets(grounds: &[Ground<'_>], wish: &Wish<'_>) -> Vec<Onset> {
+    let sessions: Vec<Recorded<'_>> =
+        grounds.iter().map(|it| Recorded { origin: it.origin, samples: it.samples }).collect();
+    let is_healthy = |onset: &Onset| {
+        let Some(ground) = grounds.get(onset.session) else { return false };
+        let (from, to) = (ground.origin + onset.at, ground.origin + onset.at + wish.duration);
         !wish.unhealthy.iter().any(|(begin, end)| from < *end && *begin < to)
     };
-    let healthy: Vec<Span> = evenly(room, CANDIDATES).filter(is_healthy).collect();
+    let all = onsets(&sessions, Span::ZERO, wish.duration, CANDIDATES);
+    let healthy: Vec<Onset> = all.into_iter().filter(is_healthy).collect();
     let count = wish.onsets.min(healthy.len());
     let place = |number: usize| healthy.get((number * healthy.len() / count).saturating_sub(1)).copied();
     (1..=count).filter_map(place).collect()
@@ -196,20 +210,20 @@ fn healthy_onsets(ground: &Ground<'_>, wish: &Wish<'_>) -> Vec<Span> {
 /// A run to try: since when, to which side, with which seed.
 #[derive(Clone, Copy)]
 struct Try {
-    onset: Span,
+    onset: Onset,
     side: f64,
     seed: u64,
 }
 
 /// The search for one amount.
 struct Search<'a> {
-    ground: &'a Ground<'a>,
+    grounds: &'a [Ground<'a>],
     signal: SignalId,
     name: &'a str,
     kind: Kind,
     duration: Span,
-    /// Of the signal, in the order of reception.
-    own: Vec<&'a Sample>,
+    /// Of the signal, by session in the order of reception.
+    own: Vec<Vec<&'a Sample>>,
     /// The one that has failed last comes first: it fails most likely again.
     tries: Vec<Try>,
     start: f64,
@@ -219,14 +233,16 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     /// `None` when there is nothing to try.
     fn new(
-        ground: &'a Ground<'a>,
+        grounds: &'a [Ground<'a>],
         wish: &Wish<'_>,
-        onsets: &[Span],
+        onsets: &[Onset],
         signal: SignalId,
         kind: Kind,
     ) -> Option<Search<'a>> {
-        let description = &ground.knowledge.signals()[signal];
-        let own: Vec<&Sample> = ground.samples.iter().filter(|it| it.wanted == signal.index()).collect();
+        let description = &grounds.first()?.knowledge.signals()[signal];
+        let of_session =
+            |it: &'a Ground<'a>| it.samples.iter().filter(|it| it.wanted == signal.index()).collect();
+        let own: Vec<Vec<&Sample>> = grounds.iter().map(of_session).collect();
         let size = Size::of(description, &own)?;
         let seeds = 1..=if kind.is_random() { wish.seeds } else { 1 };
         let sides: &[f64] = if kind.has_sides() { &[1.0, -1.0] } else { &[1.0] };
@@ -241,7 +257,7 @@ impl<'a> Search<'a> {
         };
         let is_possible = start > 0.0 && start.is_finite();
         is_possible.then(|| Search {
-            ground,
+            grounds,
             signal,
             name: &description.name,
             kind,
@@ -313,13 +329,15 @@ impl<'a> Search<'a> {
 
     /// When a run gives its alarm; `None` when the fault changes nothing.
     fn tried(&self, one: Try, amount: f64) -> Option<Option<Span>> {
+        let Onset { session, at: from } = one.onset;
+        let (ground, own) = (self.grounds.get(session)?, self.own.get(session)?);
         let size = if self.kind == Kind::Scale { 1.0 + one.side * amount } else { one.side * amount };
-        let kind = fault_kind(self.kind, size, &self.own, one.onset, self.ground.samples)?;
-        let to = one.onset + Span(self.duration.0 / part(self.kind));
-        let fault = Fault { kind, signal: self.name.to_owned(), from: one.onset, to: Some(to) };
-        let end = self.ground.first + to;
-        let trial = Trial { cell: 0, fault, end, seed: one.seed, is_below: false, is_measured: true };
-        self.ground.first_alarm(&trial, self.signal)
+        let kind = fault_kind(self.kind, size, own, ground.origin + from)?;
+        let to = from + Span(self.duration.0 / part(self.kind));
+        let fault = Fault { kind, signal: self.name.to_owned(), from, to: Some(to) };
+        let end = ground.origin + to;
+        let trial = Trial { cell: 0, session, fault, end, seed: one.seed, is_below: false };
+        ground.first_alarm(&trial, self.signal)
     }
 
     fn unseen(&self) -> Limit {

@@ -1,27 +1,38 @@
 //! What was measured, counted together: for a cell, a row of cells, or all.
 
-use super::grid::{Cell, Grid, Trial};
+use super::grid::{Cell, Grid, Reason, Trial};
 use super::trial::{Ground, Measured};
 use serde_json::{Map, Value, json};
-use shsa_core::knowledge::{KnowledgeBase, NeedId};
+use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId};
 use shsa_core::time::Span;
 
 /// What the words of the figures mean.
-pub(super) const LEGEND: [(&str, &str); 12] = [
+pub(super) const LEGEND: [(&str, &str); 14] = [
     (
         "amount",
         "2× is twice the error that the model declares for a value of median size of the signal; a drift reaches it \
          at the fault's end, a scale gives it to that value, a spoof sends the last value before the fault with it \
-         on top; for a delay twice its error of time and the mean time between its values; with --detectable it is \
-         twice the smallest fault of that kind that is seen in the first half, and a drift reaches at least three \
+         on top; for a delay twice its error of time and the mean time between its values; of a signal that declares no \
+         error, as its tolerance stands at a relation, it is the smallest bias that is seen in the recording; with \
+         --detectable it is twice the smallest fault of that kind that is seen in the first half, and a drift reaches at least three \
          smallest biases",
     ),
     ("runs", "one for each onset, and for each seed where the fault is random; a run ends with its fault"),
     (
         "without effect",
-        "faults that changed no value, such as stuck where the value did not move; with --detectable also those that are \
-         smaller than what is seen (too_small in the JSON), and those of a signal that stood accused before (accused); of \
-         these only wrong and shared blame count",
+        "runs that are left out of all shares, and told above them: faults that changed no value, such as stuck where the \
+         value did not move; with --detectable also values that stick while they would have moved by less than what is \
+         seen (too_small in the JSON); of these only wrong and shared blame count",
+    ),
+    (
+        "accused before",
+        "runs whose signal was already suspected, failed or silent when its fault began; they count like all others, so one \
+         in which nothing further is told is not detected",
+    ),
+    (
+        "not tried",
+        "faults of which no amount is seen at each moment of the first half (with --detectable), or whose signal is silent \
+         at that time; they are no runs, and told above the shares",
     ),
     (
         "detected",
@@ -51,7 +62,9 @@ pub(super) const LEGEND: [(&str, &str); 12] = [
 
 /// A campaign that is over.
 pub(super) struct Campaign<'a> {
-    pub(super) ground: &'a Ground<'a>,
+    /// By session; there is at least one.
+    pub(super) grounds: &'a [Ground<'a>],
+    pub(super) knowledge: &'a KnowledgeBase,
     pub(super) grid: &'a Grid,
     pub(super) seeds: u64,
     /// In the order of the grid's trials; `None` where the fault had no effect.
@@ -59,14 +72,23 @@ pub(super) struct Campaign<'a> {
 }
 
 /// What a comparison asks to be the same.
-pub(super) fn settings(ground: &Ground<'_>, grid: &Grid, seeds: u64) -> Value {
-    let onsets: Vec<f64> = grid.onsets.iter().map(|onset| onset.seconds()).collect();
-    json!({
-        "recording_s": (ground.last - ground.first).seconds(),
+pub(super) fn settings(grounds: &[Ground<'_>], grid: &Grid, seeds: u64) -> Value {
+    let onsets: Vec<f64> = grid.onsets.iter().map(|onset| onset.at.seconds()).collect();
+    let mut settings = json!({
+        "recording_s": length(grounds).seconds(),
         "onsets_s": onsets,
         "fault_s": grid.duration.seconds(),
         "seeds": seeds,
-    })
+    });
+    if let (Some(settings), [_, _, ..]) = (settings.as_object_mut(), grounds) {
+        let sessions: Vec<usize> = grid.onsets.iter().map(|onset| onset.session + 1).collect();
+        settings.insert("onsets_session".to_owned(), json!(sessions));
+    }
+    settings
+}
+
+fn length(grounds: &[Ground<'_>]) -> Span {
+    Span(grounds.iter().map(|ground| (ground.last - ground.first).0).sum())
 }
 
 /// Counts over runs.
@@ -76,8 +98,11 @@ pub(super) struct Tally {
     pub(super) without_effect: usize,
     /// Of these, values that stuck while they would have moved by less than what is seen.
     pub(super) too_small: usize,
-    /// And those of signals that stood accused before.
+    /// And of these the ones that were detected all the same.
+    pub(super) too_small_detected: usize,
+    /// Of the runs, those of signals that stood accused before, and how many of them are detected.
     pub(super) accused: usize,
+    pub(super) accused_detected: usize,
     pub(super) detected: usize,
     pub(super) isolated: usize,
     pub(super) wrong_blame: usize,
@@ -97,9 +122,7 @@ impl Tally {
         for (trial, result) in results {
             match result {
                 None => tally.without_effect += 1,
-                Some(measured) if trial.is_below || (trial.is_measured && measured.accused) => {
-                    tally.pass_over(measured, trial.is_below);
-                }
+                Some(measured) if trial.is_below => tally.pass_over(measured),
                 Some(measured) => tally.add(measured),
             }
         }
@@ -107,11 +130,11 @@ impl Tally {
         tally
     }
 
-    /// A fault that is smaller than what is seen, or of a signal that stood accused before: nothing is expected but that
-    /// nobody else is blamed.
-    fn pass_over(&mut self, measured: &Measured, is_below: bool) {
+    /// A fault that is smaller than what is seen: nothing is expected but that nobody else is blamed.
+    fn pass_over(&mut self, measured: &Measured) {
         self.without_effect += 1;
-        *(if is_below { &mut self.too_small } else { &mut self.accused }) += 1;
+        self.too_small += 1;
+        self.too_small_detected += usize::from(measured.latency.is_some());
         self.wrong_blame += usize::from(measured.blamed_other);
         self.shared_blame += usize::from(measured.blamed_shared);
     }
@@ -119,6 +142,8 @@ impl Tally {
     fn add(&mut self, measured: &Measured) {
         self.runs += 1;
         self.detected += usize::from(measured.latency.is_some());
+        self.accused += usize::from(measured.accused);
+        self.accused_detected += usize::from(measured.accused && measured.latency.is_some());
         self.isolated += usize::from(measured.is_isolated());
         self.wrong_blame += usize::from(measured.blamed_other);
         self.shared_blame += usize::from(measured.blamed_shared);
@@ -148,7 +173,23 @@ impl Tally {
 
 impl Campaign<'_> {
     pub(super) fn knowledge(&self) -> &KnowledgeBase {
-        self.ground.knowledge
+        self.knowledge
+    }
+
+    /// How many observations are recorded.
+    pub(super) fn observations(&self) -> usize {
+        self.grounds.iter().map(|ground| ground.samples.len()).sum()
+    }
+
+    /// How many alarms there are without a fault.
+    pub(super) fn clean_alarms(&self) -> usize {
+        self.grounds.iter().map(|ground| ground.alarms.len()).sum()
+    }
+
+    /// How many runs were not tried, for a reason, of signals that are wanted.
+    pub(super) fn untried(&self, reason: Reason, is_wanted: impl Fn(SignalId) -> bool) -> usize {
+        let of_reason = self.grid.untried.iter().filter(|it| it.reason == reason && is_wanted(it.signal));
+        of_reason.map(|it| it.runs).sum()
     }
 
     /// All runs of the cells that are wanted.
@@ -171,7 +212,7 @@ impl Campaign<'_> {
 
     /// How long the recording is.
     pub(super) fn length(&self) -> Span {
-        self.ground.last - self.ground.first
+        length(self.grounds)
     }
 
     /// A need's error in the unit of its variable, with that unit.
@@ -194,14 +235,37 @@ impl Campaign<'_> {
         let legend: Map<String, Value> =
             LEGEND.iter().map(|(word, meaning)| ((*word).to_owned(), json!(meaning))).collect();
         json!({
-            "settings": settings(self.ground, self.grid, self.seeds),
-            "observations": self.ground.samples.len(),
-            "clean_alarms": self.ground.alarms.len(),
+            "settings": settings(self.grounds, self.grid, self.seeds),
+            "observations": self.observations(),
+            "clean_alarms": self.clean_alarms(),
             "left_out": self.grid.left_out,
+            "not_counted": self.not_counted_json(),
             "all": self.tally_json(&self.tally(|_| true)),
             "cells": cells,
             "legend": legend,
         })
+    }
+
+    /// What is in no share, and what was accused before, all together and by signal.
+    fn not_counted_json(&self) -> Value {
+        let figures = |tally: &Tally, is_wanted: &dyn Fn(SignalId) -> bool| {
+            json!({
+                "no_value_changed": tally.without_effect - tally.too_small,
+                "too_small": tally.too_small,
+                "too_small_detected": tally.too_small_detected,
+                "no_amount_seen": self.untried(Reason::Unseen, is_wanted),
+                "signal_silent": self.untried(Reason::Absent, is_wanted),
+                "no_amount": self.untried(Reason::NoAmount, is_wanted),
+                "accused_before": tally.accused,
+                "accused_before_detected": tally.accused_detected,
+            })
+        };
+        let of_signal = |&id: &SignalId| {
+            let tally = self.tally(|cell| cell.signal == id);
+            (self.knowledge.signals()[id].name.clone(), figures(&tally, &|it| it == id))
+        };
+        let signals: Map<String, Value> = self.grid.signals.iter().map(of_signal).collect();
+        json!({ "all": figures(&self.tally(|_| true), &|_| true), "signals": signals })
     }
 
     fn cell_json(&self, cell: &Cell, tally: &Tally) -> Value {
@@ -229,7 +293,9 @@ impl Campaign<'_> {
             "runs": tally.runs,
             "without_effect": tally.without_effect,
             "too_small": tally.too_small,
+            "too_small_detected": tally.too_small_detected,
             "accused": tally.accused,
+            "accused_detected": tally.accused_detected,
             "detected": tally.detected,
             "detection_rate": tally.share(tally.detected),
             "isolated": tally.isolated,

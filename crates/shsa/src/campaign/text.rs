@@ -1,7 +1,7 @@
 //! A campaign for the terminal: by fault, by signal, by need, and what has changed since an earlier one.
 
 use super::compare::{Change, Comparison};
-use super::grid::What;
+use super::grid::{Onset, Reason, What};
 use super::tally::{Campaign, LEGEND, Tally};
 use crate::show::{self, Paint};
 use shsa_core::knowledge::{Need, NeedId, SignalId};
@@ -24,7 +24,9 @@ const FIGURES: [&str; 10] = [
 const MOST_CHANGES: usize = 20;
 
 pub(super) fn text(campaign: &Campaign<'_>, comparison: Option<&Comparison>) -> String {
-    let mut parts = vec![head(campaign), by_fault(campaign), by_signal(campaign)];
+    let mut parts = vec![head(campaign)];
+    parts.extend(not_counted(campaign));
+    parts.extend([by_fault(campaign), by_signal(campaign)]);
     if !campaign.knowledge().needs().is_empty() {
         parts.push(by_need(campaign));
     }
@@ -35,22 +37,101 @@ pub(super) fn text(campaign: &Campaign<'_>, comparison: Option<&Comparison>) -> 
 
 /// What was run, in words.
 pub(super) fn head(campaign: &Campaign<'_>) -> String {
-    let (grid, ground) = (campaign.grid, campaign.ground);
-    let onsets: Vec<String> = grid.onsets.iter().map(|onset| format!("{:.1}", onset.seconds())).collect();
-    let alarms = match ground.alarms.len() {
+    let grid = campaign.grid;
+    let alarms = match campaign.clean_alarms() {
         0 => "no alarm".to_owned(),
         count => show::counted(count, "alarm"),
     };
     format!(
-        "{} over {:.1} s; without a fault {alarms}\n{} of {} in {}, each fault for {:.1} s, beginning at {} s",
-        show::counted(ground.samples.len(), "observation"),
+        "{} over {:.1} s{}; without a fault {alarms}\n{} of {} in {}, each fault for {:.1} s, beginning at {}\n{}",
+        show::counted(campaign.observations(), "observation"),
         campaign.length().seconds(),
+        if campaign.grounds.len() > 1 {
+            format!(" in {} sessions", campaign.grounds.len())
+        } else {
+            String::new()
+        },
         show::counted(grid.whats.len(), "fault"),
         show::counted(grid.signals.len(), "signal"),
         show::counted(grid.trials.len(), "run"),
         grid.duration.seconds(),
-        onsets.join(", "),
+        onsets(campaign),
+        headline(campaign),
     )
+}
+
+/// When faults begin, in words.
+pub(super) fn onsets(campaign: &Campaign<'_>) -> String {
+    let told = |onset: &Onset| match campaign.grounds.len() {
+        1 => format!("{:.1}", onset.at.seconds()),
+        _ => format!("{:.1} (session {})", onset.at.seconds(), onset.session + 1),
+    };
+    let told: Vec<String> = campaign.grid.onsets.iter().map(told).collect();
+    format!("{} s", told.join(", "))
+}
+
+/// How many runs are detected, and what is not among them.
+pub(super) fn headline(campaign: &Campaign<'_>) -> String {
+    let tally = campaign.tally(|_| true);
+    let share =
+        tally.share(tally.detected).map_or(String::new(), |share| format!(" ({:.1} %)", 100.0 * share));
+    let mut text = format!("Detected {} of {}{share}", tally.detected, show::counted(tally.runs, "run"));
+    if tally.accused > 0 {
+        let (accused, detected) = (tally.accused, tally.accused_detected);
+        text += &format!(", among them {accused} whose signal was accused before ({detected} detected)");
+    }
+    let not_tried =
+        |reason: Reason| (campaign.untried(reason, |_| true), format!("not tried {}", reason.words()));
+    let too_small = match tally.too_small_detected {
+        0 => "smaller than what is seen".to_owned(),
+        detected => format!("smaller than what is seen ({detected} of them detected)"),
+    };
+    let mut reasons = vec![
+        (tally.without_effect - tally.too_small, "that changed no value".to_owned()),
+        (tally.too_small, too_small),
+    ];
+    reasons.extend(Reason::ALL.map(not_tried));
+    reasons.retain(|(count, _)| *count > 0);
+    let out: usize = reasons.iter().map(|(count, _)| count).sum();
+    let reasons: Vec<String> =
+        reasons.into_iter().map(|(count, reason)| format!("{count} {reason}")).collect();
+    match out {
+        0 => text + "; none left out",
+        out => format!("{text}; left out {out}: {}", reasons.join(", ")),
+    }
+}
+
+/// What is in no share, by signal, and what was accused before; rows of text.
+pub(super) fn not_counted_rows(campaign: &Campaign<'_>) -> Vec<[String; 7]> {
+    let row = |&id: &SignalId| {
+        let tally = campaign.tally(|cell| cell.signal == id);
+        let not_tried = Reason::ALL.map(|reason| campaign.untried(reason, |it| it == id));
+        let left =
+            [tally.without_effect - tally.too_small, tally.too_small, not_tried.iter().sum(), tally.accused];
+        let figures = [left[0], left[1], tally.too_small_detected, left[2], left[3], tally.accused_detected];
+        let name = campaign.knowledge().signals()[id].name.clone();
+        let mut row =
+            [name, String::new(), String::new(), String::new(), String::new(), String::new(), String::new()];
+        row.iter_mut().skip(1).zip(figures).for_each(|(cell, figure)| *cell = figure.to_string());
+        (left.iter().sum::<usize>() > 0).then_some(row)
+    };
+    campaign.grid.signals.iter().filter_map(row).collect()
+}
+
+/// The head of these rows.
+pub(super) const NOT_COUNTED: [&str; 7] = [
+    "signal",
+    "no value changed",
+    "too small",
+    "of these detected",
+    "not tried",
+    "accused before",
+    "of these detected",
+];
+
+fn not_counted(campaign: &Campaign<'_>) -> Option<String> {
+    let rows: Vec<Vec<String>> = not_counted_rows(campaign).into_iter().map(Vec::from).collect();
+    (!rows.is_empty()).then(|| show::table(&NOT_COUNTED, rows))
 }
 
 fn by_fault(campaign: &Campaign<'_>) -> String {

@@ -14,11 +14,13 @@ use std::ops::ControlFlow;
 /// A decision that accuses a signal.
 type Alarm = (Time, EventKind, Option<SignalId>);
 
-/// What all runs share: the recording, and what comes of it without a fault.
+/// What all runs in a session share: what is recorded, and what comes of it without a fault.
 pub(super) struct Ground<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     /// In the order of reception; `wanted` is the index of the signal.
     pub(super) samples: &'a [Sample],
+    /// From which the times of faults count.
+    pub(super) origin: Time,
     pub(super) first: Time,
     pub(super) last: Time,
     /// In the order of time.
@@ -64,7 +66,11 @@ impl Measured {
 
 impl<'a> Ground<'a> {
     /// Runs the recording as it is; `None` when it holds nothing.
-    pub(super) fn new(knowledge: &'a KnowledgeBase, samples: &'a [Sample]) -> Option<Ground<'a>> {
+    pub(super) fn new(
+        knowledge: &'a KnowledgeBase,
+        origin: Time,
+        samples: &'a [Sample],
+    ) -> Option<Ground<'a>> {
         let (first, last) = (samples.first()?.received, samples.last()?.received);
         let mut values = vec![Vec::new(); knowledge.needs().len()];
         let mut alarms = Vec::new();
@@ -77,7 +83,7 @@ impl<'a> Ground<'a> {
             }
             ControlFlow::Continue(())
         });
-        Some(Ground { knowledge, samples, first, last, alarms, values })
+        Some(Ground { knowledge, samples, origin, first, last, alarms, values })
     }
 
     /// Runs the recording with a fault until the fault ends; `None` when the fault changes no value.
@@ -106,14 +112,14 @@ impl<'a> Ground<'a> {
         let target = signal.index();
         let clean = self.samples.iter().filter(|sample| sample.wanted == target);
         let mut own: Vec<Sample> = clean.clone().cloned().collect();
-        trial.fault.inject(&mut own, target, self.first, trial.seed);
+        trial.fault.inject(&mut own, target, self.origin, trial.seed);
         let is_before_end = |sample: &&Sample| sample.received < trial.end;
         if own.iter().take_while(is_before_end).eq(clean.take_while(is_before_end)) {
             return None;
         }
         let others = self.samples.iter().filter(|sample| sample.wanted != target);
         let samples = merged(others, own.iter()).take_while(is_before_end);
-        let onset = self.first + trial.fault.from;
+        let onset = self.origin + trial.fault.from;
         let mut watch = Watch::new(self, signal, (onset, trial.end));
         drive(self.knowledge, samples, (self.first, trial.end), |run| {
             watch.listen(run);

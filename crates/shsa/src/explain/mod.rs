@@ -11,7 +11,7 @@ mod json;
 mod page;
 
 use crate::outcome::{AlreadyTold, Outcome};
-use crate::replay::{Source, SourceArguments, drive, read, written};
+use crate::replay::{Source, SourceArguments, drive, read_one, written};
 use crate::show;
 use anyhow::{Context, bail};
 use chart::{drawings, variables};
@@ -98,7 +98,7 @@ fn source(arguments: &Arguments, recordings: &[PathBuf], text: Option<&Path>) ->
             None => bail!("give a journal or recordings after the model"),
         }
     }
-    read(recordings, &arguments.source, show::load_live(&arguments.model)?)
+    read_one(recordings, &arguments.source, show::load_live(&arguments.model)?)
 }
 
 /// Whether a file is a story: `story:` is its first key.

@@ -8,11 +8,13 @@ mod stream;
 pub(crate) mod written;
 
 pub(crate) use drive::drive;
-pub(crate) use source::{Source, SourceArguments, is_journal, read, wanted};
+pub(crate) use source::{CutArguments, Source, SourceArguments, is_journal, only, read_one, wanted};
 
 use crate::outcome::Outcome;
 use crate::show;
 use crate::watch::Watching;
+use anyhow::{Context, bail};
+use report::Part;
 use shsa_core::engine::Options;
 use shsa_format::drive::{Given, Run};
 use shsa_format::journal::JournalWriter;
@@ -37,6 +39,12 @@ Faults: KIND[=AMOUNT]:SIGNAL@FROM..TO
   drop              nothing comes
 Times count from the first observation; FROM and TO may be left out. Amounts are in the signal's unit.
 
+Recordings with different signals, such as one file for each topic, are replayed together. Two that have the same signal are \
+sessions, one after the other, unless the second goes on at once where the first ends: each has an engine of its own, and its \
+times count from its own first observation, those of faults, --reload, --from, --until and --skip, too. Where the clock was set \
+within a file (by more than an hour forwards, or back over what is recorded already) a new session begins as well, and after each \
+stretch that is left out; there times go on.
+
 --reload FILE@TIME changes the model while it is in use. A file with the key `shsa` is a whole model and takes the \
 place of the old one. Any other is a change: its entries are added, or replace those of the same name, and null \
 removes, as in `relations: { turn: null, double: \"y = 2 * x\" }`. A file with errors changes nothing (exit status 3).")]
@@ -49,12 +57,14 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     source: SourceArguments,
     #[command(flatten)]
+    cut: CutArguments,
+    #[command(flatten)]
     watching: Watching,
     /// Read the recordings while they are replayed, so that memory does not grow with them; by itself from 64 MiB on.
     /// They are looked through once before.
     #[arg(long, conflicts_with_all = ["inject", "reload"])]
     stream: bool,
-    /// Write every input of the run as a journal that can be replayed.
+    /// Write every input of the run as a journal that can be replayed; of one session only.
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
     /// Write every value that the needs are served with, as JSON lines.
@@ -71,17 +81,27 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(outcome) = stream::run(arguments, live.knowledge())? {
         return Ok(outcome);
     }
-    let source = read(&arguments.recordings, &arguments.source, live)?;
-    let [journal, output] = written(arguments)?;
+    let sources = source::read(&arguments.recordings, &arguments.source, &arguments.cut.cuts(), live)?;
+    if let (Some(_), [_, _, ..]) = (&arguments.journal, sources.as_slice()) {
+        bail!(
+            "a journal is of one session, and these are {}; say which with --session NUMBER",
+            sources.len()
+        );
+    }
+    let [mut journal, output] = written(arguments)?;
     let began = Instant::now();
     let options = arguments.options();
-    let run = play(&source, options, journal)?;
+    let runs: Vec<Run> =
+        sources.iter().map(|source| play(source, options, journal.take())).collect::<anyhow::Result<_>>()?;
     let elapsed = began.elapsed();
-    let clean = source.clean.as_ref().map(|eras| drive(eras, source.span, options, give)).transpose()?;
+    let clean = |source: &Source| Some(drive(source.clean.as_ref()?, source.span, options, give));
+    let clean: Vec<Option<Run>> =
+        sources.iter().map(|source| clean(source).transpose()).collect::<anyhow::Result<_>>()?;
+    let parts: Vec<Part<'_>> = sources.iter().zip(&runs).zip(&clean).map(Part::of).collect();
     if let Some(output) = output {
-        report::write_values(&run, output)?;
+        report::write_values(&parts, output)?;
     }
-    finish(arguments, &source, &run, clean.as_ref(), elapsed)
+    finish(arguments, &parts, elapsed)
 }
 
 impl Arguments {
@@ -97,16 +117,10 @@ fn written(arguments: &Arguments) -> anyhow::Result<[Option<BufWriter<File>>; 2]
     written::open([arguments.journal.as_deref(), arguments.output.as_deref()], &read)
 }
 
-fn finish(
-    arguments: &Arguments,
-    source: &Source,
-    run: &Run,
-    clean: Option<&Run>,
-    elapsed: Duration,
-) -> anyhow::Result<Outcome> {
-    let report = report::Report::new(run, clean, source);
+fn finish(arguments: &Arguments, parts: &[Part<'_>], elapsed: Duration) -> anyhow::Result<Outcome> {
+    let report = report::Report::new(parts).context("nothing to replay")?;
     report.print(arguments.json, elapsed)?;
-    Ok(match (report.all_met(), source.degraded) {
+    Ok(match (report.all_met(), parts.iter().any(|part| part.source.degraded)) {
         (false, _) => Outcome::No,
         (true, true) => Outcome::Degraded,
         (true, false) => Outcome::Done,

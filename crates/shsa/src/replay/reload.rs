@@ -6,6 +6,7 @@ use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::Span;
 use shsa_format::fault::moment;
 use shsa_format::model::live::{Live, Written};
+use shsa_format::recording::Session;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -73,4 +74,11 @@ pub(super) fn until(mut stages: Vec<Stage>, length: Span) -> Vec<Stage> {
     }
     stages.retain(|stage| stage.at <= length);
     stages
+}
+
+/// The stages of a session: one that began before what is left of its recording is there from the beginning.
+pub(super) fn of_session<'a>(stages: &'a [Stage], session: &Session) -> &'a [Stage] {
+    let begins = session.span.0 - session.origin;
+    let before = stages.iter().filter(|stage| stage.at < begins).count();
+    stages.get(before.saturating_sub(1)..).unwrap_or_default()
 }

@@ -9,14 +9,17 @@ use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time};
 use shsa_format::drive::Era;
-use shsa_format::fault::Fault;
+use shsa_format::fault::{Fault, moment};
 use shsa_format::journal;
 use shsa_format::model::live::Live;
-use shsa_format::recording::{self, ReadOptions, Recording, Wanted, parse_span};
+use shsa_format::recording::{
+    self, Cuts, ReadOptions, Recording, Sample, Session, Stretch, Wanted, parse_span,
+};
 use shsa_format::story::Story;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 /// How recordings are read, and what is changed in them.
@@ -37,6 +40,9 @@ pub(crate) struct SourceArguments {
     /// A file that changes the model at this time, such as new.yaml@20s; may be given several times.
     #[arg(long, value_name = "FILE@TIME")]
     pub(super) reload: Vec<Reload>,
+    /// Only the session of this number, where there are several; they are counted from 1.
+    #[arg(long, value_name = "NUMBER", value_parser = show::at_least_one)]
+    pub(super) session: Option<NonZeroUsize>,
 }
 
 impl SourceArguments {
@@ -46,14 +52,48 @@ impl SourceArguments {
     }
 }
 
-/// What is to be replayed.
+/// What is left out of recordings.
+#[derive(clap::Args)]
+pub(crate) struct CutArguments {
+    /// Leave out what comes before this time from the first observation on, such as 20s.
+    #[arg(long, value_name = "TIME", value_parser = moment)]
+    from: Option<Span>,
+    /// Leave out what comes at this time and after it.
+    #[arg(long, value_name = "TIME", value_parser = moment)]
+    until: Option<Span>,
+    /// Leave out this stretch, such as 20s..30s; may be given several times. After it a new session begins.
+    #[arg(long, value_name = "FROM..TO")]
+    skip: Vec<Stretch>,
+}
+
+impl CutArguments {
+    pub(crate) fn cuts(&self) -> Cuts {
+        Cuts { from: self.from, until: self.until, skip: self.skip.clone() }
+    }
+
+    /// As on the command line, with a space before each.
+    pub(crate) fn shown(&self) -> String {
+        let at = |name: &str, at: Option<Span>| {
+            at.map_or(String::new(), |at| format!(" --{name} {}s", at.seconds()))
+        };
+        let end = |to: Span| if to == Span::MAX { String::new() } else { format!("{}s", to.seconds()) };
+        let skip = self.skip.iter().map(|it| format!(" --skip {}s..{}", it.from.seconds(), end(it.to)));
+        at("from", self.from) + &at("until", self.until) + &skip.collect::<String>()
+    }
+}
+
+/// What is to be replayed in one session.
 pub(crate) struct Source {
     pub(crate) eras: Vec<Era>,
     /// The same without the injected faults, to compare with.
     pub(super) clean: Option<Vec<Era>>,
     /// When the recording begins and ends, even if a fault has taken its first or last observations away.
     pub(crate) span: Option<(Time, Time)>,
-    /// Rows without a value, by the names of signals.
+    /// From which times count, where that is not the beginning of the run.
+    pub(super) origin: Option<Time>,
+    /// Where it comes from and why it is a session of its own; none of a journal.
+    pub(super) session: Option<Session>,
+    /// Rows without a value in all sessions, by the names of signals.
     pub(super) missing: BTreeMap<String, usize>,
     pub(crate) degraded: bool,
 }
@@ -67,24 +107,43 @@ impl Source {
             eras,
             clean: None,
             span: Some((Time(0), last.unwrap_or_default())),
+            origin: None,
+            session: None,
             missing: BTreeMap::new(),
             degraded: false,
         }
     }
 }
 
-/// Reads recordings with the faults injected, or a journal.
+/// Reads recordings with the faults injected, or a journal: what is replayed, session by session, of which there is one at least.
 ///
 /// # Errors
 /// When there is nothing to replay, or a fault is about a signal that the model does not have.
 pub(crate) fn read(
     recordings: &[PathBuf],
     arguments: &SourceArguments,
+    cuts: &Cuts,
+    live: Live,
+) -> anyhow::Result<Vec<Source>> {
+    match recordings {
+        [only] if is_journal(only) => Ok(vec![read_journal(only, arguments, cuts, live)?]),
+        _ => read_recordings(recordings, arguments, cuts, live),
+    }
+}
+
+/// Reads what is replayed in one session.
+///
+/// # Errors
+/// As [`read`], and where there are several sessions.
+pub(crate) fn read_one(
+    recordings: &[PathBuf],
+    arguments: &SourceArguments,
     live: Live,
 ) -> anyhow::Result<Source> {
-    match recordings {
-        [only] if is_journal(only) => read_journal(only, arguments, live),
-        _ => read_recordings(recordings, arguments, live),
+    let mut sources = read(recordings, arguments, &Cuts::default(), live)?;
+    match (sources.pop(), sources.len()) {
+        (Some(only), 0) => Ok(only),
+        (_, more) => bail!("these are {} sessions; say which with --session NUMBER", more + 1),
     }
 }
 
@@ -103,9 +162,9 @@ pub(crate) fn is_journal(path: &Path) -> bool {
         })
 }
 
-fn read_journal(path: &Path, arguments: &SourceArguments, live: Live) -> anyhow::Result<Source> {
-    if arguments.changes() {
-        bail!("a journal is replayed as it was; faults and other models are for recordings only");
+fn read_journal(path: &Path, arguments: &SourceArguments, cuts: &Cuts, live: Live) -> anyhow::Result<Source> {
+    if arguments.changes() || arguments.session.is_some() || !cuts.is_empty() {
+        bail!("a journal is replayed as it was; faults, other models and parts are for recordings only");
     }
     let file = File::open(path).with_context(|| format!("{} cannot be read", path.display()))?;
     let journal = journal::read_journal(BufReader::new(file), live)
@@ -117,6 +176,8 @@ fn read_journal(path: &Path, arguments: &SourceArguments, live: Live) -> anyhow:
         eras: journal.eras,
         clean: None,
         span: None,
+        origin: None,
+        session: None,
         missing: BTreeMap::new(),
         degraded: journal.damage.is_some(),
     })
@@ -125,8 +186,9 @@ fn read_journal(path: &Path, arguments: &SourceArguments, live: Live) -> anyhow:
 fn read_recordings(
     recordings: &[PathBuf],
     arguments: &SourceArguments,
+    cuts: &Cuts,
     live: Live,
-) -> anyhow::Result<Source> {
+) -> anyhow::Result<Vec<Source>> {
     let (stages, is_refused) = reload::stages(live, &arguments.reload)?;
     let mut wanted: Vec<Wanted> = Vec::new();
     for one in stages.iter().flat_map(|stage| self::wanted(&stage.knowledge)) {
@@ -147,31 +209,78 @@ fn read_recordings(
             "none of the model's signals is in the recording; `source` in the model says where each is found"
         );
     }
-    let received = |sample: &recording::Sample| sample.received;
-    let span = recording.samples.first().map(received).zip(recording.samples.last().map(received));
-    let (first, end) = span.unwrap_or_default();
-    let stages = reload::until(stages, end - first);
-    let clean = (!arguments.inject.is_empty()).then(|| eras(&stages, &recording, &wanted, first));
-    for (number, (fault, targets)) in arguments.inject.iter().zip(&targets).enumerate() {
-        if !targets.iter().any(|&target| strikes(fault, &recording, target, first)) {
+    let broken: Option<Vec<Vec<Sample>>> = (!arguments.inject.is_empty())
+        .then(|| recording.by_session().map(|it| broken(it, &targets, arguments)).collect());
+    recording.cut(cuts).iter().for_each(show::warn);
+    only(&mut recording, arguments.session)?;
+    tell_idle(&recording, &targets, arguments);
+    let longest = recording.sessions.iter().map(|it| it.span.1 - it.origin).max().unwrap_or_default();
+    let stages = reload::until(stages, longest);
+    let missing =
+        recording.found.iter().zip(&wanted).map(|(found, wanted)| (wanted.signal.clone(), found.missing));
+    let missing: BTreeMap<String, usize> = missing.collect();
+    let source = |(session, clean): (&Session, &[Sample])| {
+        let eras =
+            |samples: &[Sample]| eras(reload::of_session(&stages, session), samples, &wanted, session.origin);
+        let broken = broken.as_ref().and_then(|broken| broken.get(session.recording));
+        let is_kept = |sample: &&Sample| session.part.holds(session.origin, sample);
+        let broken = broken.map(|own| own.iter().filter(is_kept).cloned().collect::<Vec<_>>());
+        Source {
+            eras: eras(broken.as_deref().unwrap_or(clean)),
+            clean: broken.is_some().then(|| eras(clean)),
+            span: Some(session.span),
+            origin: Some(session.origin),
+            session: Some(session.clone()),
+            missing: missing.clone(),
+            degraded: recording.degraded || is_refused,
+        }
+    };
+    Ok(recording.by_session().map(source).collect())
+}
+
+/// Leaves the session of a number; all where none is given.
+///
+/// # Errors
+/// When there is no such session, or none at all.
+pub(crate) fn only(recording: &mut Recording, number: Option<NonZeroUsize>) -> anyhow::Result<()> {
+    let count = recording.sessions.len();
+    if count == 0 {
+        bail!("nothing is left of the recording");
+    }
+    let Some(number) = number else { return Ok(()) };
+    let session = recording.sessions.get(number.get() - 1).cloned();
+    let session = session.with_context(|| format!("there is no session {number}: there are {count}"))?;
+    recording.sessions = vec![session];
+    Ok(())
+}
+
+/// The samples of a session with the faults in it.
+fn broken(
+    (session, samples): (&Session, &[Sample]),
+    targets: &[Vec<usize>],
+    arguments: &SourceArguments,
+) -> Vec<Sample> {
+    let mut samples = samples.to_vec();
+    for (number, (fault, targets)) in arguments.inject.iter().zip(targets).enumerate() {
+        let seed = arguments.seed.wrapping_add(number as u64);
+        targets.iter().for_each(|&target| fault.inject(&mut samples, target, session.origin, seed));
+    }
+    samples
+}
+
+/// Says which faults change nothing.
+fn tell_idle(recording: &Recording, targets: &[Vec<usize>], arguments: &SourceArguments) {
+    for (fault, targets) in arguments.inject.iter().zip(targets) {
+        let strikes = |(session, samples): (&Session, &[Sample])| {
+            targets.iter().any(|&target| strikes(fault, samples, target, session.origin))
+        };
+        if !recording.by_session().any(strikes) {
             show::warn(format_args!(
                 "the fault of {} changes nothing: no observation of it in that time",
                 fault.signal
             ));
         }
-        for &target in targets {
-            fault.inject(&mut recording.samples, target, first, arguments.seed.wrapping_add(number as u64));
-        }
     }
-    let missing =
-        recording.found.iter().zip(&wanted).map(|(found, wanted)| (wanted.signal.clone(), found.missing));
-    Ok(Source {
-        eras: eras(&stages, &recording, &wanted, first),
-        clean,
-        span,
-        missing: missing.collect(),
-        degraded: recording.degraded || is_refused,
-    })
 }
 
 /// What a fault changes: the signal of its name, from whichever sources the models read it.
@@ -185,18 +294,18 @@ fn targets(stages: &[Stage], wanted: &[Wanted], fault: &Fault) -> anyhow::Result
 }
 
 /// Whether there is an observation that the fault can change.
-fn strikes(fault: &Fault, recording: &Recording, target: usize, first: Time) -> bool {
-    let hit = |sample: &recording::Sample| {
+fn strikes(fault: &Fault, samples: &[Sample], target: usize, first: Time) -> bool {
+    let hit = |sample: &Sample| {
         let since = sample.received - first;
         sample.wanted == target && since >= fault.from && fault.to.is_none_or(|to| since < to)
     };
-    recording.samples.iter().any(hit)
+    samples.iter().any(hit)
 }
 
 /// The observations under each knowledge base; those of signals that it does not have, or finds elsewhere, are left out.
-fn eras(stages: &[Stage], recording: &Recording, wanted: &[Wanted], first: Time) -> Vec<Era> {
+fn eras(stages: &[Stage], samples: &[Sample], wanted: &[Wanted], first: Time) -> Vec<Era> {
     let mut eras = Vec::new();
-    let mut rest = recording.samples.as_slice();
+    let mut rest = samples;
     for (number, stage) in stages.iter().enumerate() {
         let until = stages
             .get(number + 1)
@@ -213,7 +322,7 @@ fn eras(stages: &[Stage], recording: &Recording, wanted: &[Wanted], first: Time)
             .iter()
             .map(|wanted| ids.get(&(wanted.signal.as_str(), wanted.source.as_str())).copied())
             .collect();
-        let input = |sample: &recording::Sample| {
+        let input = |sample: &Sample| {
             Some(Input::Observation(Observation {
                 signal: signals.get(sample.wanted).copied().flatten()?,
                 stamp: sample.time,
@@ -224,7 +333,7 @@ fn eras(stages: &[Stage], recording: &Recording, wanted: &[Wanted], first: Time)
         eras.push(Era {
             from: first + stage.at,
             knowledge: stage.knowledge.clone(),
-            change: stage.change.clone(),
+            change: stage.change.clone().filter(|_| number > 0),
             inputs: own.iter().filter_map(input).collect(),
         });
     }

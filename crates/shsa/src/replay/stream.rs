@@ -1,6 +1,7 @@
 //! Replays recordings that are too long to be kept: they are read while they are replayed.
 
 use super::drive::{PROGRESS_STEP, progress};
+use super::report::Part;
 use super::{Arguments, Source, finish, is_journal, report, written};
 use crate::outcome::Outcome;
 use crate::show;
@@ -18,10 +19,11 @@ use std::time::Instant;
 /// Recordings of so many bytes are not kept in memory, where they need not be.
 const LONG: u64 = 64 << 20;
 
-/// Replays long recordings; `None` when they are short, or must be kept: for faults, for a change of the model, or
-/// because they are not in the order of their reception.
+/// Replays long recordings; `None` when they are short, or must be kept: for faults, for a change of the model, because a part of
+/// them is wanted, because they are several sessions, or because they are not in the order of their reception.
 pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Option<Outcome>> {
-    let must_keep = arguments.source.changes();
+    let must_keep =
+        arguments.source.changes() || arguments.source.session.is_some() || !arguments.cut.cuts().is_empty();
     let is_long = || arguments.recordings.iter().map(|path| size(path)).sum::<u64>() >= LONG;
     if must_keep
         || arguments.recordings.iter().any(|path| is_journal(path))
@@ -56,7 +58,7 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
         Ok(journal.as_mut().map_or(Ok(()), |journal| journal.record(given))?)
     };
     let publish = |knowledge: &KnowledgeBase, publication| match &mut values {
-        Some(values) => report::write_value(knowledge, &publication, values),
+        Some(values) => report::write_value(knowledge, &publication, None, values),
         None => Ok(()),
     };
     let run = Run::streamed(knowledge, span, arguments.options(), observations, record, publish)?;
@@ -65,7 +67,9 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
         journal.flush()?;
     }
     values.as_mut().map(BufWriter::<File>::flush).transpose()?;
-    finish(arguments, &source(knowledge, survey), &run, None, began.elapsed()).map(Some)
+    let source = source(knowledge, survey);
+    let parts = [Part { run: &run, clean: None, source: &source }];
+    finish(arguments, &parts, began.elapsed()).map(Some)
 }
 
 fn observation(signals: &[SignalId], sample: Sample) -> Option<Observation> {
@@ -81,6 +85,8 @@ fn source(knowledge: &KnowledgeBase, survey: Survey) -> Source {
         eras: vec![Era::only(knowledge.clone(), Vec::new())],
         clean: None,
         span: survey.span,
+        origin: None,
+        session: None,
         missing: names.zip(missing).collect(),
         degraded: survey.recording.degraded,
     }

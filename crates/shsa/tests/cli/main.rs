@@ -22,6 +22,7 @@ mod reload;
 mod replay;
 mod scan;
 mod service;
+mod sessions;
 mod streams;
 mod thesis;
 mod wrong;

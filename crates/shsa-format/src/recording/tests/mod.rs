@@ -5,6 +5,7 @@ mod bags;
 mod lines;
 mod mutated;
 mod real;
+mod sessions;
 mod tables;
 
 use std::fs;
