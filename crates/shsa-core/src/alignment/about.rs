@@ -266,9 +266,9 @@ mod tests {
             }
             let moment = Validity { from: Time(at), to: Time(at.saturating_add(long)) };
             for max_rate in [0.0, 1.0] {
-                history.about(moment, Reach { max_rate, max_gap: Span(500) });
+                _ = history.about(moment, Reach { max_rate, max_gap: Span(500) });
             }
-            history.roughly_at(moment, Span(500));
+            _ = history.roughly_at(moment, Span(500));
         }
     }
 }

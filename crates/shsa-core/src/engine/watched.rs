@@ -4,7 +4,7 @@ use super::choice::{self, Choice, chosen};
 use super::testimony::{Cost, Testimony};
 use crate::computation::Computation;
 use crate::knowledge::{KnowledgeBase, Shape, SignalId, SignalSet, VariableId};
-use crate::monitor::rests_on;
+use crate::monitor::{ALL_PAIRS, PARTNERS, rests_on};
 use crate::plan::{self, Graph, Limits, Options, StopReason};
 use crate::substitution::{Substitution, Way};
 use alloc::collections::BTreeSet;
@@ -19,7 +19,7 @@ const LIMITS: Limits = Limits { expansions: 20_000, states: 20_000 };
 /// How much is watched at the most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WatchBudget {
-    /// Ways of knowing each variable. All of them are compared with each other; one alone compares nothing.
+    /// Computed ways of knowing each variable; its signals are all watched. One way alone compares nothing.
     pub ways: usize,
     /// Operations a second of all variables together, by the declared rates: those of the formulas, and ten for each
     /// comparison. A signal without a rate counts as one of 100 Hz, a vector as 256 numbers.
@@ -89,9 +89,10 @@ impl Witnesses {
 
 /// What the last of some ways adds to the cost of the others.
 fn added_cost(costs: &[Cost], places: impl DoubleEndedIterator<Item = usize>) -> f64 {
+    let partners = if costs.len() > ALL_PAIRS { PARTNERS.len() } else { costs.len() };
     let mut costs = places.rev().filter_map(|at| costs.get(at));
     let Some(last) = costs.next() else { return 0.0 };
-    last.alone() + costs.map(|other| last.compared(*other)).sum::<f64>()
+    last.alone() + costs.take(partners).map(|other| last.compared(*other)).sum::<f64>()
 }
 
 fn testimony(knowledge: &KnowledgeBase, ways: &[Way]) -> Vec<Testimony> {
@@ -159,13 +160,26 @@ pub fn witnesses(
     let mut witnesses =
         Witnesses { ways: candidates, possible, exact, expanded: found.expanded, candidates: Vec::new() };
     if witnesses.ways.len() > most {
-        witnesses.expanded += (witnesses.ways.len() * most) as u64;
-        let chosen = chosen(&testimony(knowledge, &witnesses.ways), most);
-        witnesses.keep(&chosen.iter().map(|choice| choice.at).collect());
+        witnesses.expanded += (witnesses.ways.len().min(MOST_SEARCHED) * most) as u64;
+        let kept = told_apart(knowledge, &witnesses.ways, most);
+        witnesses.keep(&kept);
     } else if witnesses.ways.len() < possible {
         witnesses.candidates.clone_from(&witnesses.ways);
     }
     witnesses
+}
+
+/// The places of the ways that are watched: all signals of the variable, and of the others those that tell most apart beside
+/// the first of these.
+fn told_apart(knowledge: &KnowledgeBase, ways: &[Way], most: usize) -> BTreeSet<usize> {
+    let is_direct = |at: &usize| ways.get(*at).is_some_and(|way| way.direct().is_some());
+    let (direct, computed): (Vec<usize>, Vec<usize>) = (0..ways.len()).partition(is_direct);
+    let mut looked_at: Vec<usize> = direct.iter().copied().take(most).chain(computed).collect();
+    looked_at.sort_unstable();
+    let some: Vec<Way> = looked_at.iter().filter_map(|&at| ways.get(at).cloned()).collect();
+    let chosen = chosen(&testimony(knowledge, &some), most);
+    let chosen = chosen.iter().filter_map(|choice| looked_at.get(choice.at).copied());
+    chosen.chain(direct).collect()
 }
 
 /// The ways of some substitutions, as many as are looked at, and how many there are.
@@ -176,6 +190,11 @@ fn candidates(knowledge: &KnowledgeBase, substitutions: &[&Substitution]) -> (Ve
     let mut ways: Vec<Way> = Vec::new();
     let mut left = MOST_SEARCHED;
     for (number, (substitution, count)) in substitutions.iter().zip(&counts).enumerate() {
+        if substitution.steps.is_empty() {
+            // No signal is left out, however many there are.
+            ways.extend(spread(knowledge, substitution, *count));
+            continue;
+        }
         // Everyone gets its share, and what others leave of theirs.
         let share = (left / (substitutions.len() - number)).max(1).min(*count);
         left = left.saturating_sub(share);
@@ -302,7 +321,11 @@ pub fn afford<'w>(knowledge: &KnowledgeBase, all: impl Iterator<Item = &'w mut W
 
 /// The ways of a variable in the order in which they tell most apart; the first two together.
 fn units(knowledge: &KnowledgeBase, variable: usize, ways: &[Way]) -> Vec<Unit> {
-    let choices = chosen(&testimony(knowledge, ways), ways.len());
+    let choices = match ways.len() <= MOST_SEARCHED {
+        true => chosen(&testimony(knowledge, ways), ways.len()),
+        // Too many to see what each adds: in their order.
+        false => (0..ways.len()).map(|at| Choice { at, gain: 1, round: 0 }).collect(),
+    };
     let costs: Vec<Cost> = ways.iter().map(|way| Cost::of(knowledge, way)).collect();
     let places: Vec<usize> = choices.iter().map(|choice| choice.at).collect();
     let mut units: Vec<Unit> = Vec::new();

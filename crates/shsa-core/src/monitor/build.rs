@@ -100,11 +100,18 @@ impl Monitor {
     }
 }
 
-/// Which ways are compared: all pairs of each variable, but the same signals and relations only once, in whichever
-/// variable.
+/// Up to so many ways of one variable are all compared with each other.
+pub const ALL_PAIRS: usize = 32;
+
+/// Of more ways, each is compared with those that stand so far from it in the list, which is taken for a ring: every way has
+/// twelve others, enough to outvote them, and no two faults share many of them.
+pub const PARTNERS: [usize; 6] = [1, 2, 3, 5, 8, 13];
+
+/// Which ways are compared: all pairs of each variable where there are few, each with some others where there are
+/// [many](ALL_PAIRS); but the same signals and relations only once, in whichever variable. No way is left out.
 ///
 /// Arguments: each way with the signals that it [rests on](rests_on). Returns places in `ways`, the smaller one first,
-/// ascending. Complexity: O(p log p) for p pairs of ways of one variable.
+/// ascending. Complexity: O(p log p) for p pairs, which are at most `16 n` for n ways.
 #[must_use]
 pub fn compared(ways: &[(&Way, &SignalSet)]) -> Vec<(usize, usize)> {
     let mut of_variable: BTreeMap<VariableId, Vec<usize>> = BTreeMap::new();
@@ -114,7 +121,13 @@ pub fn compared(ways: &[(&Way, &SignalSet)]) -> Vec<(usize, usize)> {
     let mut pairs = Vec::new();
     for same in of_variable.values() {
         for (number, &at) in same.iter().enumerate() {
-            pairs.extend(same.iter().skip(number + 1).map(|&after| (at, after)));
+            if same.len() <= ALL_PAIRS {
+                pairs.extend(same.iter().skip(number + 1).map(|&after| (at, after)));
+                continue;
+            }
+            let partner = |offset: &usize| same.get((number + offset) % same.len());
+            let partners = PARTNERS.iter().filter_map(partner);
+            pairs.extend(partners.map(|&other| (at.min(other), at.max(other))));
         }
     }
     pairs.sort_unstable();

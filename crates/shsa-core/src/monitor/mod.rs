@@ -26,7 +26,7 @@ mod build;
 mod inherit;
 mod amend;
 
-pub use build::{compared, rests_on};
+pub use build::{ALL_PAIRS, PARTNERS, compared, rests_on};
 pub use detector::{Detectors, Evidence, Fault, Finding};
 pub use inherit::Inheritance;
 pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};
