@@ -155,7 +155,6 @@ impl<'a> Recorded<'a> {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Untried {
     pub(super) signal: SignalId,
-    pub(super) what: What,
     pub(super) reason: Reason,
     /// How many runs these would have been.
     pub(super) runs: usize,
@@ -305,7 +304,7 @@ impl Grid {
                 None => (size.amount(what, self.duration), Reason::NoAmount),
             };
             let Some(size) = amount else {
-                self.untried.push(Untried { signal: id, what, reason, runs });
+                self.untried.push(Untried { signal: id, reason, runs });
                 continue;
             };
             let before = self.trials.len();
@@ -313,7 +312,7 @@ impl Grid {
             self.add_runs(signal, sessions, &own, wish);
             let runs = runs - (self.trials.len() - before);
             if runs > 0 {
-                self.untried.push(Untried { signal: id, what, reason: Reason::Absent, runs });
+                self.untried.push(Untried { signal: id, reason: Reason::Absent, runs });
             }
         }
     }
