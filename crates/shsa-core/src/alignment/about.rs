@@ -49,16 +49,18 @@ impl History {
     pub fn about(&self, moment: Validity, reach: Reach) -> Known {
         let newest = self.top();
         let Validity { from, to } = newest.validity;
-        if from == to && moment.from == moment.to && to <= moment.from && self.before() < to {
-            // As most often: of this very moment, or the last one before it.
-            let gap = moment.from - to;
-            if gap == Span::ZERO {
+        if to <= moment.to && self.before() < to {
+            // As most often: the newest one is the nearest.
+            let (gap, away) = (moment.from - to, farthest(newest.validity, moment));
+            if away == Span::ZERO {
                 return Known::Value(newest.value);
             }
-            return match reach.max_rate > 0.0 && gap <= reach.max_gap {
-                true => Known::Value(newest.value.widened(gap.seconds() * reach.max_rate)),
-                false => Known::Later,
-            };
+            if reach.max_rate > 0.0 {
+                return match gap <= reach.max_gap {
+                    true => Known::Value(newest.value.widened(away.seconds() * reach.max_rate)),
+                    false => Known::Later,
+                };
+            }
         }
         self.about_any(moment, reach)
     }
