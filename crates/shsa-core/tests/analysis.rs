@@ -173,6 +173,7 @@ fn check_suspects(knowledge: &KnowledgeBase, analysis: &Analysis) -> usize {
     for signal in knowledge.signals().ids() {
         let shown = comparisons.pairs().iter().filter(|&&pair| comparisons.shows(pair).contains(signal));
         let conflict = |&pair: &_| Comparison {
+            conditions: BTreeSet::new(),
             one: comparisons.signals(pair).iter().map(Component::Signal).collect(),
             other: BTreeSet::new(),
             agrees: false,

@@ -95,6 +95,9 @@ struct VerdictForm {
     alone: bool,
     /// Whether its own readings have shown the fault.
     convicted: bool,
+    /// Whether only comparisons can clear it. Left away by earlier versions.
+    #[serde(default)]
+    contradicted: bool,
     relapses: u32,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     cleared_ns: Option<i64>,
@@ -251,6 +254,7 @@ impl From<&Remembered> for VerdictForm {
             verdict: record.verdict.map(|verdict| name_of(&verdict, &ACCUSING)),
             alone: record.alone,
             convicted: record.convicted,
+            contradicted: record.contradicted,
             relapses: record.relapses,
             cleared_ns: record.cleared.map(|time| time.0),
             said: record.said.map(bounds),
@@ -272,6 +276,7 @@ impl VerdictForm {
             verdict,
             alone: self.alone,
             convicted: self.convicted,
+            contradicted: self.contradicted,
             cleared: self.cleared_ns.map(Time),
             relapses: self.relapses,
             said: self.said.map(|said| interval(said.lo, said.hi)),

@@ -88,7 +88,7 @@ relations:
 signals:
   /scan:
     { variable: distances, source: "scan#ranges[0]", unit: cm, rate: 10 Hz, value_error: [-10, 15 cm],
-      time_error: [-100 ms, 0 ms], delay: 0 ms, timeout: 1 s, max_delay: 50 ms, properties: { accuracy: 0.99, prior: 1 % } }
+      time_error: [-100 ms, 0 ms], delay: 0 ms, timeout: 1 s, max_delay: 50 ms, frozen_after: 2 s, properties: { accuracy: 0.99, prior: 1 % } }
   /odom/speed:
     { variable: speed, rate: 20 Hz, value_error: 2 %, noise: 1 cm/s, mean_over: 250 ms, range: [-2, 2 m/s], max_rate: none, derived_from: [/scan],
       shares: { base: 0.002, supply: 1 % } }
@@ -176,13 +176,14 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
     let names = prop::collection::vec(text().prop_map(|name| (name, None)), 0..3);
     let priors = properties()
         .prop_map(|all| all.into_iter().map(|(name, prior)| (name, Some(prior))).collect::<Vec<_>>());
-    let limits = (some((text(), text())), some(text()), some(text()), some(text()), some(text()));
+    let limits =
+        (some((text(), text())), some(text()), some(text()), some(text()), some(text()), some(text()));
     (first, second, prop_oneof![names, priors], limits).prop_map(
         |(
             (variable, source, unit, rate, value_error),
             (time_error, delay, timeout, derived_from, properties),
             shares,
-            (range, max_rate, max_delay, mean_over, noise),
+            (range, max_rate, max_delay, mean_over, noise, frozen_after),
         )| {
             let name = Text::default();
             SignalDraft {
@@ -200,6 +201,7 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
                 range,
                 max_rate,
                 max_delay,
+                frozen_after,
                 derived_from,
                 shares,
                 properties,

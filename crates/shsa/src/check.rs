@@ -12,11 +12,14 @@ use std::path::PathBuf;
 const EXAMPLES: &str = "\
 Example: shsa check models/car.yaml
 
-What no reading of a sound signal goes beyond, its errors allowed for; what does is told as out of range, too fast, or late:
+What no reading of a sound signal goes beyond, its errors allowed for; what does is told as out of range, too fast, late, or
+frozen:
   range: [0.2, 10 m]   possible readings, within the range of the signal's variable
   max_rate: 3 m/s      largest rate of change; that of the variable when left away, `none` for no limit
   max_delay: 300 ms    longest time from the time stamp to the reception; when left away, the `delay` and the `timeout`
                        together where a `delay` is given, else no limit, as with `none`
+  frozen_after: 2 s    longest time for which its readings stay exactly the same while they keep coming (three at least);
+                       no limit when left away: for sensors of which no two readings are equal while they work
 
 How wrong a signal's values may be:
   value_error: 0.3     a bound, plus-minus or [lowest, highest]: what lies inside is sound whatever its pattern, what lies

@@ -4,10 +4,15 @@
 //! the gate ([`Gate::set_open`]): then each reading is measured by the one before it, whatever that was, so that a level
 //! which has come to stay is let in and no glitch is let out.
 //!
+//! Readings that have come in by a jump are away from where they could have got to from the last one before it. That the time
+//! since makes ever more possible brings nothing back: only a reading that could not be there but for having come back, or a
+//! jump that undoes the first one.
+//!
 //! A value that is repeated exactly may be one that is held: rows of a log, or a bus that sends more often than it measures.
 //! It is as old as its first repetition, but not older than the signal may be silent.
 
 use super::history::{Jump, Sample};
+use crate::interval::Interval;
 use crate::knowledge::Signal;
 use crate::time::Span;
 
@@ -26,6 +31,20 @@ pub(super) struct Gate {
     /// The newest reading of this moment that was kept out.
     refused: Option<Sample>,
     is_open: bool,
+    /// Since the readings have left what was possible.
+    away: Option<Away>,
+}
+
+/// Readings that have left what was possible.
+#[derive(Clone, Copy, Debug)]
+struct Away {
+    /// The last reading before.
+    last: Sample,
+    /// How far off they are by the jumps since then.
+    offset: Interval,
+    /// The same after the first of them, at the least and about.
+    least: f64,
+    about: f64,
 }
 
 impl Gate {
@@ -42,6 +61,10 @@ impl Gate {
         }
         self.refused = None;
         let Some(mut next) = self.next.take() else { return };
+        // As most often: only through an open gate a jump comes in.
+        if self.is_open || self.away.is_some() {
+            self.follow(next);
+        }
         if let Some(held) = self.anchor.filter(|held| held.value == next.value) {
             let since = held.validity.from.max(next.validity.to - self.max_hold);
             next.validity.from = next.validity.from.min(since);
@@ -59,6 +82,37 @@ impl Gate {
         jump
     }
 
+    /// Sees whether the readings leave what is possible with this one, or come back.
+    fn follow(&mut self, next: Sample) {
+        let (Some(anchor), Some(max_rate)) = (self.anchor, self.max_rate) else { return };
+        if jump(anchor, next, max_rate).is_some() {
+            let grown = max_rate * longest(anchor, next).seconds();
+            let by = (next.value - anchor.value).widened(grown);
+            let away = self.away.get_or_insert(Away {
+                last: anchor,
+                offset: Interval::point(0.0),
+                least: by.mignitude(),
+                about: by.midpoint().abs(),
+            });
+            away.offset = away.offset + by;
+        }
+        if self.away.is_some_and(|away| away.is_over(next, max_rate)) {
+            self.away = None;
+        }
+    }
+
+    /// Whether the readings are where they could have got to from the last one that was sound.
+    pub(super) fn is_home(&self) -> bool {
+        let leaves = |rate| self.anchor.zip(self.next).and_then(|(anchor, next)| jump(anchor, next, rate));
+        let is_leaving = self.is_open && self.max_rate.and_then(leaves).is_some();
+        self.away.is_none() && !is_leaving
+    }
+
+    /// Where the readings are now is where they can be.
+    pub(super) fn come_home(&mut self) {
+        self.away = None;
+    }
+
     /// Opens or closes it after a moment: open, it goes on from what it has kept out last.
     pub(super) fn set_open(&mut self, open: bool) {
         if open && !self.is_open {
@@ -73,14 +127,32 @@ impl Gate {
     }
 }
 
+impl Away {
+    /// Whether a reading has come back.
+    fn is_over(&self, reading: Sample, max_rate: f64) -> bool {
+        let grown = max_rate * longest(self.last, reading).seconds();
+        // Twice: what is still off may have moved as well.
+        let is_telling = 2.0 * grown < self.least;
+        let is_possible = || self.last.value.widened(grown).overlaps(reading.value);
+        let is_undone = || self.offset.contains(0.0) && 0.5 * self.offset.width() < self.about;
+        is_telling && is_possible() || is_undone()
+    }
+}
+
+/// The longest time between two readings.
+#[inline]
+fn longest(one: Sample, other: Sample) -> Span {
+    let (one, other) = (one.validity, other.validity);
+    (other.to - one.from).max(one.to - other.from)
+}
+
 #[inline]
 fn jump(anchor: Sample, sample: Sample, max_rate: f64) -> Option<Jump> {
     // As most often: what overlaps needs no time in between.
     if anchor.value.overlaps(sample.value) {
         return None;
     }
-    let (one, other) = (anchor.validity, sample.validity);
-    let within = (other.to - one.from).max(one.to - other.from);
+    let within = longest(anchor, sample);
     let reach = anchor.value.widened((max_rate * within.seconds()).next_up());
     (!reach.overlaps(sample.value)).then_some(Jump { from: anchor.value, to: sample.value, within, max_rate })
 }

@@ -4,13 +4,15 @@
 //! validity ([`History::overlapping`], for combinations), and what is known at a validity ([`History::at`]): the
 //! hull of what overlaps, else the nearest value, grown by the largest rate of change over the gap. A [`Port`]
 //! keeps the past of one signal, scalar or vector, says of each observation what is wrong with it in itself (late, out of
-//! order, invalid, out of range, too fast), and counts.
+//! order, invalid, out of range, too fast, the same for too long), and counts. [`Clocks`] know which stamps are wrong.
 
+mod clock;
 mod history;
 mod about;
 mod gate;
 mod port;
 
 pub use about::Known;
+pub use clock::{Clocks, Misdated};
 pub use history::{Acceptance, Defect, History, Jump, Reach, Reading, Sample};
 pub use port::{Counts, LONGEST_VECTOR, Port, Reception};

@@ -1,6 +1,7 @@
 //! The port of one signal: its recent observations, ready to be read at any moment.
 
 use super::about::Known;
+use super::clock::Misdated;
 use super::gate::Gate;
 use super::history::{Acceptance, Defect, History, Reach, Reading, Sample};
 use crate::interval::Interval;
@@ -78,9 +79,19 @@ pub struct Reception {
     pub late: Option<Span>,
     /// By how much the stamp went back from those of the last moment of reception, where it certainly did.
     pub back: Option<Span>,
+    /// Since when the readings have been exactly the same, where that is longer than they may.
+    pub still: Option<Span>,
+    /// What is wrong with its stamp.
+    pub misdated: Option<Misdated>,
 }
 
 impl Reception {
+    /// Of an observation that is dropped, for no fault of its own.
+    fn dropped(validity: Validity) -> Reception {
+        let acceptance = Acceptance::Dropped;
+        Reception { acceptance, validity, late: None, back: None, still: None, misdated: None }
+    }
+
     /// Whether nothing is wrong with the reading in itself.
     #[must_use]
     pub fn is_sound(&self) -> bool {
@@ -88,7 +99,11 @@ impl Reception {
             self.acceptance,
             Acceptance::Invalid(_) | Acceptance::OutOfRange(_) | Acceptance::TooFast(_)
         );
-        !refused && self.late.is_none() && self.back.is_none()
+        !refused
+            && self.late.is_none()
+            && self.back.is_none()
+            && self.still.is_none()
+            && self.misdated.is_none()
     }
 }
 
@@ -115,6 +130,31 @@ pub struct Port {
     /// The newest stamp of this moment of reception, and that of the moment before.
     stamp: Option<Time>,
     stamp_before: Option<Time>,
+    standstill: Standstill,
+}
+
+/// Readings that are exactly the same, one after the other.
+#[derive(Clone, Copy, Debug, Default)]
+struct Standstill {
+    value: Option<Interval>,
+    since: Time,
+    readings: u32,
+}
+
+/// Fewer readings that are the same are no standstill.
+const FEWEST_STILL: u32 = 3;
+
+impl Standstill {
+    /// Takes a reading in: since when the readings have been the same.
+    #[inline]
+    fn record(&mut self, is_same: bool, value: Option<Interval>, now: Time) -> Option<Span> {
+        if is_same {
+            self.readings = self.readings.saturating_add(1);
+        } else {
+            *self = Standstill { value, since: now, readings: 1 };
+        }
+        (self.readings >= FEWEST_STILL).then(|| now - self.since)
+    }
 }
 
 impl Port {
@@ -134,6 +174,7 @@ impl Port {
             received_before: None,
             stamp: None,
             stamp_before: None,
+            standstill: Standstill::default(),
         }
     }
 
@@ -162,12 +203,15 @@ impl Port {
         self.received_before = self.received.replace(now);
         let is_ahead = observation.stamp > now && observation.stamp - now > MOST_AHEAD;
         let validity = signal.validity(observation.stamp);
-        let mut reception = Reception { acceptance: Acceptance::Dropped, validity, late: None, back: None };
+        let mut reception = Reception::dropped(validity);
         if !is_ahead {
             reception.acceptance = self.keep(signal, &observation.value, validity);
             reception.late = lateness(signal, observation);
             if !matches!(reception.acceptance, Acceptance::Duplicate) {
                 reception.back = self.went_back(signal, observation.stamp);
+            }
+            if let Some(most) = signal.limits.frozen_after {
+                reception.still = self.stood_still(signal, observation, now).filter(|still| *still >= most);
             }
         }
         match (&reception.acceptance, reception.late, reception.back) {
@@ -176,6 +220,41 @@ impl Port {
             _ => self.counts.add(&reception),
         }
         reception
+    }
+
+    /// Drops an observation whose stamp is wrong: when it was true, nobody knows.
+    pub fn drop_misdated(
+        &mut self,
+        signal: &Signal,
+        observation: &Observation,
+        misdated: Misdated,
+        now: Time,
+    ) -> Reception {
+        if self.received.is_none_or(|last| last < now) {
+            self.gate.turn();
+        }
+        self.received_before = self.received.replace(now);
+        self.counts.dropped += 1;
+        let dropped = Reception::dropped(signal.validity(observation.stamp));
+        Reception { misdated: Some(misdated), ..dropped }
+    }
+
+    /// Since when the readings have been exactly the same, this one included.
+    fn stood_still(&mut self, signal: &Signal, observation: &Observation, now: Time) -> Option<Span> {
+        if self.shape == Shape::Vector {
+            let newest = self.scans.last().filter(|scan| scan.validity == signal.validity(observation.stamp));
+            let before = self.scans.len().checked_sub(2).and_then(|at| self.scans.get(at));
+            let is_same =
+                newest.zip(before).is_some_and(|(newest, before)| newest.elements == before.elements);
+            return newest.is_some().then(|| self.standstill.record(is_same, None, now)).flatten();
+        }
+        let value = match observation.value {
+            RawValue::Number(number) => signal.enclose_bounds(number, number),
+            RawValue::Interval { lo, hi } => signal.enclose_bounds(lo, hi),
+            RawValue::Vector(_) => return None,
+        };
+        let is_same = self.standstill.value == Some(value);
+        self.standstill.record(is_same, Some(value), now)
     }
 
     /// Notes a stamp: by how much it went back, where its error leaves no doubt that it did.
@@ -191,6 +270,18 @@ impl Port {
     /// become the rule. To be called after all observations of a moment.
     pub fn set_gate(&mut self, open: bool) {
         self.gate.set_open(open);
+    }
+
+    /// Whether its readings are where they could have got to, at the largest rate of change, from the last one before they
+    /// jumped; also where none has.
+    #[must_use]
+    pub fn is_home(&self) -> bool {
+        self.gate.is_home()
+    }
+
+    /// Its readings are trusted where they are: a jump before is forgotten.
+    pub fn come_home(&mut self) {
+        self.gate.come_home();
     }
 
     #[inline]

@@ -13,7 +13,10 @@
 //! * [`ONE_SIDED`] for each agreement in which it touches one of the two ways, and at most [`MOST_ONE_SIDED`] of them:
 //!   faults are not seen in every comparison, and comparisons that overlook the same fault are not independent;
 //! * [`BOTH_SIDED`] for each agreement in which it touches both ways, each in another component: two faults
-//!   rarely err alike. What a component does to both ways, it may do alike: that is no evidence.
+//!   rarely err alike. What a component does to both ways, it may do alike: that is no evidence;
+//! * [`BY_CONDITION`] when it meets some conflict only in what the condition of a relation reads: a wrong value there may let
+//!   a relation count where it does not hold. That a condition goes on to hold says nothing about the size of what it reads, so
+//!   in an agreement that does not count at all.
 //!
 //! Conflicts that share components, directly or over others, are one [`Part`]; what is in no conflict is taken to be sound.
 
@@ -40,6 +43,8 @@ pub struct Comparison {
     pub one: BTreeSet<Component>,
     /// What the other way rests on.
     pub other: BTreeSet<Component>,
+    /// What only conditions of the two ways read; no part of the sets above.
+    pub conditions: BTreeSet<Component>,
     /// Whether they agree; a conflict else.
     pub agrees: bool,
 }
@@ -74,6 +79,9 @@ pub const ONE_SIDED: f64 = 0.5;
 pub const MOST_ONE_SIDED: u32 = 4;
 /// Probability that a comparison agrees although both ways are faulty, each by itself.
 pub const BOTH_SIDED: f64 = 0.01;
+
+/// How probable a conflict is that only a wrong condition explains: as rare as a second fault.
+pub const BY_CONDITION: f64 = 0.01;
 
 /// Priors above this are taken for it: more faults than sound components are no explanation.
 const HIGHEST_PRIOR: f64 = 0.49;
@@ -150,12 +158,15 @@ pub fn probabilities(
 struct Seen {
     one: u32,
     other: u32,
+    conditions: u32,
     agrees: bool,
 }
 
 fn weight(seen: &[Seen], sound: &[f64], hypothesis: u32) -> f64 {
-    let misses = |seen: &Seen| !seen.agrees && (seen.one | seen.other) & hypothesis == 0;
-    if seen.iter().any(misses) {
+    let misses = |seen: &&Seen| !seen.agrees && (seen.one | seen.other) & hypothesis == 0;
+    let mut missed = seen.iter().filter(misses).peekable();
+    let by_condition = if missed.peek().is_some() { BY_CONDITION } else { 1.0 };
+    if missed.any(|seen| seen.conditions & hypothesis == 0) {
         return 0.0;
     }
     let prior: f64 = sound
@@ -167,7 +178,7 @@ fn weight(seen: &[Seen], sound: &[f64], hypothesis: u32) -> f64 {
         let (one, other) = (seen.one & hypothesis, seen.other & hypothesis);
         Touched::new(one != 0, other != 0, one & other != 0)
     });
-    prior * agreement(touched)
+    prior * by_condition * agreement(touched)
 }
 
 /// How a hypothesis touches a comparison.
@@ -219,6 +230,7 @@ fn parts(comparisons: &[Comparison]) -> Vec<Vec<Component>> {
     let mut parts: Vec<BTreeSet<Component>> = Vec::new();
     for conflict in comparisons.iter().filter(|comparison| !comparison.agrees) {
         let mut whole: BTreeSet<Component> = conflict.one.union(&conflict.other).copied().collect();
+        whole.extend(&conflict.conditions);
         let (joined, apart): (Vec<_>, Vec<_>) = parts.into_iter().partition(|part| !part.is_disjoint(&whole));
         whole.extend(joined.into_iter().flatten());
         parts = apart;
@@ -252,8 +264,31 @@ type PlaceSet = IdSet<Place>;
 /// A part with its components numbered from 0.
 struct Local<'c> {
     components: &'c [Component],
-    conflicts: Vec<(PlaceSet, PlaceSet)>,
-    agreements: Vec<(PlaceSet, PlaceSet)>,
+    conflicts: Vec<Sides>,
+    agreements: Vec<Sides>,
+}
+
+/// A comparison by places.
+struct Sides {
+    one: PlaceSet,
+    other: PlaceSet,
+    /// Empty in an agreement.
+    conditions: PlaceSet,
+}
+
+impl Sides {
+    /// Whether one of these is in one of the ways.
+    fn meet(&self, places: &PlaceSet) -> bool {
+        places.meets(&self.one) || places.meets(&self.other)
+    }
+}
+
+/// An explanation of every conflict, with its weight.
+struct Found {
+    places: PlaceSet,
+    weight: f64,
+    /// Whether it explains some conflict only by what a condition reads.
+    by_condition: bool,
 }
 
 /// An explanation that may miss conflicts yet.
@@ -288,11 +323,12 @@ impl<'c> Local<'c> {
         let mut local = Local { components, conflicts: Vec::new(), agreements: Vec::new() };
         for comparison in comparisons {
             let (one, other) = (places(&comparison.one), places(&comparison.other));
-            if one.is_empty() && other.is_empty() {
+            let conditions = if comparison.agrees { PlaceSet::new() } else { places(&comparison.conditions) };
+            if one.is_empty() && other.is_empty() && conditions.is_empty() {
                 continue;
             }
             let list = if comparison.agrees { &mut local.agreements } else { &mut local.conflicts };
-            list.push((one, other));
+            list.push(Sides { one, other, conditions });
         }
         local
     }
@@ -301,7 +337,7 @@ impl<'c> Local<'c> {
     fn candidates(&self, odds: &[f64]) -> Option<Vec<Candidate>> {
         let mut open = BinaryHeap::from([Partial { prior: 1.0, places: PlaceSet::new() }]);
         let mut seen: BTreeSet<PlaceSet> = BTreeSet::new();
-        let mut found: Vec<(PlaceSet, f64)> = Vec::new();
+        let mut found: Vec<Found> = Vec::new();
         let mut best = 0.0_f64;
         let mut steps = 0;
         while let Some(Partial { prior, places }) = open.pop() {
@@ -313,16 +349,24 @@ impl<'c> Local<'c> {
                 return None;
             }
             // A part of it was more probable, so it was found before.
-            if found.iter().any(|(smaller, _)| places.covers(smaller)) {
+            if found.iter().any(|it| !it.by_condition && places.covers(&it.places)) {
                 continue;
             }
-            let Some(missed) = self.first_missed(&places) else {
-                let weight = prior * self.likelihood(&places);
-                best = best.max(weight);
-                found.push((places, weight));
-                continue;
-            };
-            let with = missed.filter_map(|place| Some((place, prior * odds.get(place.0)?)));
+            let missed = self.first_missed(&places);
+            let to_meet = missed.or_else(|| self.first_by_condition(&places));
+            if missed.is_none() {
+                let by_condition = to_meet.is_some();
+                let is_more = by_condition && found.iter().any(|it| places.covers(&it.places));
+                if !is_more {
+                    let weight = prior * self.likelihood(&places);
+                    best = best.max(weight);
+                    found.push(Found { places: places.clone(), weight, by_condition });
+                }
+            }
+            let Some(to_meet) = to_meet else { continue };
+            let conditions = missed.into_iter().flat_map(|missed| missed.conditions.iter());
+            let members = to_meet.one.iter().chain(to_meet.other.iter()).chain(conditions);
+            let with = members.filter_map(|place| Some((place, prior * odds.get(place.0)?)));
             for (place, prior) in with.filter(|(_, prior)| prior * CLEAR_RATIO >= best) {
                 let mut larger = places.clone();
                 larger.insert(place);
@@ -331,9 +375,10 @@ impl<'c> Local<'c> {
                 }
             }
         }
-        found.retain(|(_, weight)| weight * CLEAR_RATIO >= best);
-        found.sort_by(|a, b| b.1.total_cmp(&a.1).then_with(|| a.0.iter().cmp(b.0.iter())));
-        Some(found.iter().map(|(places, weight)| self.candidate(places, *weight)).collect())
+        found.retain(|it| it.weight * CLEAR_RATIO >= best);
+        found
+            .sort_by(|a, b| b.weight.total_cmp(&a.weight).then_with(|| a.places.iter().cmp(b.places.iter())));
+        Some(found.iter().map(|it| self.candidate(&it.places, it.weight)).collect())
     }
 
     fn candidate(&self, places: &PlaceSet, weight: f64) -> Candidate {
@@ -341,25 +386,33 @@ impl<'c> Local<'c> {
         Candidate { components, weight }
     }
 
-    fn first_missed(&self, places: &PlaceSet) -> Option<impl Iterator<Item = Place> + '_> {
-        let missed = self.conflicts.iter().find(|(one, other)| !places.meets(one) && !places.meets(other));
-        missed.map(|(one, other)| one.iter().chain(other.iter()))
+    /// The first conflict that nothing of these explains.
+    fn first_missed(&self, places: &PlaceSet) -> Option<&Sides> {
+        self.conflicts.iter().find(|sides| !sides.meet(places) && !places.meets(&sides.conditions))
+    }
+
+    /// The first conflict that nothing of these explains but by a condition.
+    fn first_by_condition(&self, places: &PlaceSet) -> Option<&Sides> {
+        self.conflicts.iter().find(|sides| !sides.meet(places))
     }
 
     fn likelihood(&self, faulty: &PlaceSet) -> f64 {
-        agreement(self.agreements.iter().map(|(one, other)| {
-            let mut alike = one.iter().filter(|&place| other.contains(place) && faulty.contains(place));
-            Touched::new(faulty.meets(one), faulty.meets(other), alike.next().is_some())
-        }))
+        let by_condition = if self.first_by_condition(faulty).is_some() { BY_CONDITION } else { 1.0 };
+        by_condition
+            * agreement(self.agreements.iter().map(|Sides { one, other, .. }| {
+                let mut alike = one.iter().filter(|&place| other.contains(place) && faulty.contains(place));
+                Touched::new(faulty.meets(one), faulty.meets(other), alike.next().is_some())
+            }))
     }
 
     /// For each component the number of its class: those that stand in the same comparisons on the same sides.
     fn classes(&self) -> Vec<usize> {
         let comparisons = || self.conflicts.iter().chain(&self.agreements);
-        let mut numbers: BTreeMap<Vec<(bool, bool)>, usize> = BTreeMap::new();
+        let mut numbers: BTreeMap<Vec<[bool; 3]>, usize> = BTreeMap::new();
         let class = |number: usize| {
-            let sides = comparisons()
-                .map(|(one, other)| (one.contains(Place(number)), other.contains(Place(number))));
+            let sides = comparisons().map(|Sides { one, other, conditions }| {
+                [one, other, conditions].map(|side| side.contains(Place(number)))
+            });
             let next = numbers.len();
             *numbers.entry(sides.collect()).or_insert(next)
         };
@@ -372,7 +425,12 @@ impl<'c> Local<'c> {
             classes.fold(0_u32, |bits, &class| bits | 1_u32.checked_shl(class as u32).unwrap_or(0))
         };
         let seen = |agrees| {
-            move |(one, other): &(PlaceSet, PlaceSet)| Seen { one: bits(one), other: bits(other), agrees }
+            move |Sides { one, other, conditions }: &Sides| Seen {
+                one: bits(one),
+                other: bits(other),
+                conditions: bits(conditions),
+                agrees,
+            }
         };
         self.conflicts.iter().map(seen(false)).chain(self.agreements.iter().map(seen(true))).collect()
     }

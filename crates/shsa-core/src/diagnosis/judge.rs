@@ -3,12 +3,13 @@
 //! Something has failed when it belongs to every explanation that is probable enough beside the best one, whatever the
 //! comparisons that are still undecided, or only just agree, will say. For the rest of these explanations, the judge first
 //! waits for the comparisons that may yet decide, for a bounded time; then it is suspect. Where what signals share explains
-//! the conflicts, these signals are blamed together. What has failed explains is no evidence about others. A signal is
-//! trusted again after it has moved and every comparison that speaks about it has agreed for the probation time; a relation,
-//! when these comparisons agree. Without a comparison there is no verdict: unknown is not healthy.
+//! the conflicts, these signals are blamed together; what shares a cause with something that has failed a moment ago, before
+//! others. What has failed explains is no evidence about others. How something is trusted again, says [`recovery`]. Without a
+//! comparison there is no verdict: unknown is not healthy.
 
 mod evidence;
 mod orders;
+mod recovery;
 
 use super::explain::{Comparison, Component, Part, explain, probabilities};
 use crate::interval::Interval;
@@ -16,10 +17,11 @@ use crate::knowledge::{CauseId, IdVec, KnowledgeBase, Lineage, RelationId, Signa
 use crate::monitor::{Inheritance, Monitor, Pair, Relationship, WatchedWay};
 use crate::time::{Span, Time};
 use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::cell::OnceCell;
-use core::ops::Bound;
-use evidence::{Dispute, Priors, rests_on_any};
+use evidence::{Beliefs, Dispute, Priors, rests_on_any};
+use recovery::{Ground, MOST_GROUNDS};
 
 pub use evidence::rests_on;
 pub use orders::Record;
@@ -63,7 +65,21 @@ pub enum Decision {
     /// It is trusted again.
     Cleared(Component),
     /// A signal whose own readings had shown a fault is trusted again, after this probation.
-    Recovered(SignalId, Span),
+    Recovered(SignalId, Span, Proof),
+    /// Nothing speaks against something accused any more, and nothing for it, for this long: it may serve where nothing else
+    /// is left, as uncertain.
+    Unproven(Component, Span),
+    /// Something speaks against it again.
+    Contradicted(Component),
+}
+
+/// Why a signal whose own readings had shown a fault is trusted again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Proof {
+    /// Others agree with it.
+    Witness,
+    /// It says what it could say, from what it said before the fault.
+    Return,
 }
 
 /// Settings of the judge.
@@ -102,8 +118,17 @@ struct Standing {
     relapses: u32,
     /// What it said when it was accused. While it still says the same, it is the plant that came back to it.
     said: Option<Interval>,
-    /// Its own readings have shown the fault: no comparison is needed to accuse or to clear it.
+    /// When it was accused, and for which common cause.
+    accused: Option<Time>,
+    cause: Option<CauseId>,
+    /// Its own readings have shown the fault: no comparison is needed to accuse it.
     convicted: bool,
+    /// Comparisons have spoken against it while its readings were where they could be: only comparisons clear it.
+    contradicted: bool,
+    /// Since when nothing speaks against it.
+    quiet_since: Option<Time>,
+    /// Nothing has spoken against it for its probation, and nothing for it: it may serve where nothing else is left.
+    unproven: bool,
     /// The operator vouches for it.
     vouched: bool,
 }
@@ -112,11 +137,13 @@ struct Standing {
 #[derive(Debug)]
 pub struct Judge {
     options: JudgeOptions,
-    priors: Priors,
+    priors: Arc<Priors>,
     /// What stands for each signal and all that it is derived from.
     origins: IdVec<SignalId, SignalSet>,
     /// Of everything that was ever accused.
     standings: BTreeMap<Component, Standing>,
+    /// The comparisons that have spoken against what is accused, by their two ways.
+    grounds: BTreeMap<Component, BTreeSet<Ground>>,
     /// What nothing may rest on, by order.
     forbidden: BTreeSet<Component>,
     /// What has failed by its verdict or is forbidden: comparisons with it say nothing about others.
@@ -133,11 +160,12 @@ impl Judge {
     pub fn new(knowledge: &KnowledgeBase, options: JudgeOptions) -> Judge {
         Judge {
             options,
-            priors: Priors::new(knowledge, &options),
+            priors: Arc::new(Priors::new(knowledge, &options)),
             origins: IdVec::filled(knowledge.signals().len(), |signal| {
                 knowledge.as_witnesses(knowledge.origins(signal))
             }),
             standings: BTreeMap::new(),
+            grounds: BTreeMap::new(),
             forbidden: BTreeSet::new(),
             discounted: BTreeSet::new(),
             convicted: BTreeSet::new(),
@@ -191,7 +219,22 @@ impl Judge {
                 _ => {}
             }
         }
+        self.inherit_grounds(old, lineage, inheritance);
         dropped
+    }
+
+    fn inherit_grounds(&mut self, old: &Judge, lineage: &Lineage, inheritance: &Inheritance) {
+        let same = |&(way, other): &Ground| Some((inheritance.way(way)?, inheritance.way(other)?));
+        for (component, grounds) in &old.grounds {
+            let renamed = match *component {
+                Component::Signal(signal) => lineage.signal(signal).map(Component::Signal),
+                Component::Relation(relation) => lineage.relation(relation).map(Component::Relation),
+                Component::Cause(_) => None,
+            };
+            if let Some(renamed) = renamed.filter(|it| self.accuses(*it)) {
+                self.grounds.insert(renamed, grounds.iter().filter_map(same).collect());
+            }
+        }
     }
 
     /// When [`Judge::review`] must be called although no relationship has changed.
@@ -204,6 +247,18 @@ impl Judge {
     #[must_use]
     pub fn trusts(&self, signal: SignalId) -> bool {
         self.trusts_all() || self.origins[signal].iter().all(|origin| self.may_use(Component::Signal(origin)))
+    }
+
+    /// Whether a signal may serve where nothing else is left: it and all that it is derived from are trusted, or at least
+    /// nothing speaks against them any more.
+    #[must_use]
+    pub fn tolerates(&self, signal: SignalId) -> bool {
+        let is_tolerable = |origin: SignalId| {
+            let component = Component::Signal(origin);
+            self.may_use(component)
+                || self.standing(component).unproven && !self.forbidden.contains(&component)
+        };
+        self.trusts_all() || self.origins[signal].iter().all(is_tolerable)
     }
 
     /// Whether a way rests on nothing that is suspect, failed or forbidden.
@@ -223,10 +278,12 @@ impl Judge {
         self.accusation(component).is_none() && !self.forbidden.contains(&component)
     }
 
-    /// Relations that are suspect, failed or forbidden, ascending: nothing may rest on them.
+    /// Relations that are suspect, failed or forbidden, ascending: nothing may rest on them. When `tolerant`, without those
+    /// that nothing speaks against any more.
     #[must_use]
-    pub fn distrusted_relations(&self) -> Vec<RelationId> {
-        let accused = self.standings.iter().filter(|(_, standing)| standing.verdict.is_some());
+    pub fn distrusted_relations(&self, tolerant: bool) -> Vec<RelationId> {
+        let is_accused = |standing: &Standing| standing.verdict.is_some() && !(tolerant && standing.unproven);
+        let accused = self.standings.iter().filter(|(_, standing)| is_accused(standing));
         let all: BTreeSet<Component> =
             accused.map(|(component, _)| *component).chain(self.forbidden.iter().copied()).collect();
         let relation = |component| match component {
@@ -254,17 +311,13 @@ impl Judge {
 
     fn put(&mut self, component: Component, standing: Standing) {
         self.standings.insert(component, standing);
+        if standing.verdict.is_none() {
+            self.grounds.remove(&component);
+        }
         match standing.verdict == Some(Verdict::Failed) || self.forbidden.contains(&component) {
             true => self.discounted.insert(component),
             false => self.discounted.remove(&component),
         };
-    }
-
-    /// Notes since when all evidence speaks for something, without allocation.
-    fn note(&mut self, component: Component, clean_since: Option<Time>) {
-        if let Some(standing) = self.standings.get_mut(&component) {
-            standing.clean_since = clean_since;
-        }
     }
 
     /// Suspect or failed.
@@ -278,13 +331,6 @@ impl Judge {
         self.probation(self.standing(Component::Signal(signal)).relapses)
     }
 
-    /// Whether a signal that is suspect or failed still says exactly what it said when it was accused.
-    #[must_use]
-    pub fn stands_still(&self, component: Component, monitor: &Monitor) -> bool {
-        let before = self.standing(component).said;
-        before.is_some() && before == said(monitor, component)
-    }
-
     /// What is thought of a signal now.
     #[must_use]
     pub fn verdict(&self, signal: SignalId, monitor: &Monitor, now: Time) -> Verdict {
@@ -295,23 +341,11 @@ impl Judge {
             })
         };
         match self.accusation(Component::Signal(signal)) {
+            Some(_) if self.standing(Component::Signal(signal)).unproven => Verdict::Unknown,
             Some(verdict) => verdict,
             None if self.standing(Component::Signal(signal)).vouched || witnessed() => Verdict::Healthy,
             None => Verdict::Unknown,
         }
-    }
-
-    /// Whether one way of a pair rests on the signal, the other on nothing that the signal comes from, and nothing that
-    /// has failed is in it. About a relation, each pair that rests on it does.
-    fn bears_witness(&self, monitor: &Monitor, pair: &Pair, component: Component) -> bool {
-        if self.is_explained(monitor, pair, Some(component)) {
-            return false;
-        }
-        let Component::Signal(signal) = component else { return rests_on(monitor, pair, component) };
-        let rests = |index| monitor.way(index).map(|way| &way.rests_on);
-        let (Some(one), Some(other)) = (rests(pair.way), rests(pair.other)) else { return false };
-        let origins = &self.origins[signal];
-        (one.contains(signal) && !other.meets(origins)) || (other.contains(signal) && !one.meets(origins))
     }
 
     /// A signal's own readings show that it is faulty, so that what it is compared with is not to blame. It is trusted again
@@ -320,8 +354,8 @@ impl Judge {
         let component = Component::Signal(signal);
         let before = self.standing(component);
         if before.verdict == Some(Verdict::Failed) {
-            self.note(component, None);
-            return false;
+            self.put(component, Standing { clean_since: None, quiet_since: None, unproven: false, ..before });
+            return before.unproven;
         }
         let relapses = self.relapses(component, now);
         let verdict = Some(Verdict::Failed);
@@ -330,7 +364,9 @@ impl Judge {
             alone: true,
             relapses,
             cleared: before.cleared,
+            accused: Some(now),
             convicted: true,
+            contradicted: before.verdict.is_some(),
             ..Standing::default()
         };
         self.put(component, convicted);
@@ -353,8 +389,9 @@ impl Judge {
         if conflicts.is_empty() {
             return;
         }
-        let comparisons = self.comparisons(monitor, now, &conflicts);
-        let parts = explain(&comparisons, |component| self.priors.of(component));
+        let beliefs = self.beliefs(now, &conflicts);
+        let comparisons = self.comparisons(monitor, now, &conflicts, &beliefs);
+        let parts = explain(&comparisons, |component| beliefs.of(component));
         let mut disputed = conflicts.clone();
         disputed.extend(self.open_pairs(monitor, now, Relationship::Undecided));
         // Of faults that grow, the witness with the least tolerance tells first: the others only just agree yet.
@@ -362,18 +399,36 @@ impl Judge {
         disputed.extend(agreements.filter(|pair| pair.is_close()));
         let rivals = match disputed.len() == conflicts.len() {
             true => parts.clone(),
-            false => explain(&self.comparisons(monitor, now, &disputed), |it| self.priors.of(it)),
+            false => explain(&self.comparisons(monitor, now, &disputed, &beliefs), |it| beliefs.of(it)),
         };
-        let case = |part| Case::new(&self.priors, &comparisons, part, &rivals);
+        let case = |part| Case::new(&beliefs, (&comparisons, &conflicts), part, &rivals);
         let cases: Vec<Case> = parts.iter().map(case).collect();
         for case in &cases {
             for &component in &case.certain {
-                self.set((monitor, now), component, case, None, decisions);
+                if !self.is_spared(monitor, component, case, now) {
+                    self.set((monitor, now), component, case, None, decisions);
+                }
             }
         }
         for case in &cases {
             self.suspect((monitor, now), case, &conflicts, decisions);
         }
+    }
+
+    /// Whether something is blamed for what it shares only, and an independent witness agrees with it.
+    fn is_spared(&self, monitor: &Monitor, component: Component, case: &Case<'_>, now: Time) -> bool {
+        let Component::Signal(signal) = component else { return false };
+        case.cause_of(component).is_some()
+            && !case.conflicts.iter().any(|pair| rests_on(monitor, pair, component))
+            && self.verdict(signal, monitor, now) == Verdict::Healthy
+    }
+
+    /// Remembers which comparisons speak against something.
+    fn ground(&mut self, monitor: &Monitor, component: Component, conflicts: &[&Pair]) {
+        let against = conflicts.iter().filter(|pair| rests_on(monitor, pair, component));
+        let grounds: BTreeSet<Ground> =
+            against.map(|pair| (pair.way, pair.other)).take(MOST_GROUNDS).collect();
+        self.grounds.insert(component, grounds);
     }
 
     fn suspect(
@@ -452,14 +507,16 @@ impl Judge {
             verdict: Some(verdict),
             alone: choice.is_none_or(|choice| choice.len() == 1),
             clean_since: None,
-            said: said(monitor, component),
+            said: said(monitor, component).filter(|_| has_moved(monitor, component)),
             relapses,
             cleared: before.cleared,
-            convicted: false,
-            vouched: false,
+            accused: Some(now),
+            cause: case.cause_of(component),
+            ..Standing::default()
         };
         self.put(component, standing);
-        let blame = Blame { relapses, ..case.blame(&self.priors, component) };
+        self.ground(monitor, component, case.conflicts);
+        let blame = Blame { relapses, ..case.blame(component) };
         decisions.push(match choice {
             None => Decision::Failed(blame),
             Some(choice) => Decision::Suspected(blame, choice.to_vec()),
@@ -477,86 +534,6 @@ impl Judge {
         }
     }
 
-    fn clear(&mut self, monitor: &Monitor, now: Time, decisions: &mut Vec<Decision>) {
-        let culprit = |decision: &Decision| match decision {
-            Decision::Failed(blame) => Some(blame.component),
-            Decision::Suspected(..) | Decision::Cleared(_) | Decision::Recovered(..) => None,
-        };
-        let mut culprits = core::mem::take(&mut self.convicted);
-        culprits.extend(decisions.iter().filter_map(culprit));
-        let mut next = self.standings.keys().next().copied();
-        while let Some(component) = next {
-            let after = (Bound::Excluded(component), Bound::Unbounded);
-            next = self.standings.range(after).next().map(|(component, _)| *component);
-            let Some(verdict) = self.accusation(component) else { continue };
-            let before = self.standing(component);
-            if !self.is_clean(monitor, component, now) {
-                self.note(component, None);
-                if before.convicted {
-                    self.await_staleness(monitor, component, now);
-                }
-                continue;
-            }
-            let since = before.clean_since.unwrap_or(now);
-            // Only a culprit that it was compared with explains why it was suspected.
-            let compared =
-                |pair: &Pair| rests_on(monitor, pair, component) && rests_on_any(monitor, pair, &culprits);
-            let explained = verdict == Verdict::Suspect && monitor.pairs().iter().any(compared);
-            let probation = self.probation(before.relapses);
-            let over = since + probation;
-            if explained || now >= over {
-                let relapses = before.relapses;
-                self.put(component, Standing { cleared: Some(now), relapses, ..Standing::default() });
-                decisions.push(match component {
-                    Component::Signal(signal) if before.convicted => Decision::Recovered(signal, probation),
-                    _ => Decision::Cleared(component),
-                });
-            } else {
-                self.note(component, Some(since));
-                self.look_again(over);
-            }
-        }
-    }
-
-    fn probation(&self, relapses: u32) -> Span {
-        self.options.probation.times(1 << relapses.min(MOST_RELAPSES))
-    }
-
-    /// Whether a signal has moved since it was accused, every comparison that speaks about it agrees, there is one (unless
-    /// its own readings have accused it), and its readings are sound.
-    fn is_clean(&self, monitor: &Monitor, component: Component, now: Time) -> bool {
-        if self.stands_still(component, monitor) {
-            return false;
-        }
-        let mut witnessed = self.standing(component).convicted;
-        for pair in monitor.pairs() {
-            if !rests_on(monitor, pair, component) || self.is_explained(monitor, pair, Some(component)) {
-                continue;
-            }
-            match pair.relationship(now) {
-                Relationship::Unknown => {}
-                Relationship::Agree => witnessed |= self.bears_witness(monitor, pair, component),
-                Relationship::Undecided | Relationship::Conflict => return false,
-            }
-        }
-        let is_sound = match component {
-            Component::Signal(signal) => {
-                let watch = monitor.watch();
-                let is_heard = watch.absence(signal).is_none() && watch.has_spoken(signal);
-                is_heard && monitor.detectors().fault(signal).is_none()
-            }
-            Component::Relation(_) | Component::Cause(_) => true,
-        };
-        witnessed && is_sound
-    }
-
-    /// Looks again when the first comparison with a signal that needs no witness is stale.
-    fn await_staleness(&mut self, monitor: &Monitor, component: Component, now: Time) {
-        let pairs = monitor.pairs().iter().filter(|pair| rests_on(monitor, pair, component));
-        let stale = pairs.filter_map(|pair| pair.window.stale_at()).filter(|at| *at > now).min();
-        stale.into_iter().for_each(|at| self.look_again(at));
-    }
-
     /// Asks for a review at a moment.
     pub fn look_again(&mut self, at: Time) {
         self.next_review = Some(self.next_review.map_or(at, |earlier| earlier.min(at)));
@@ -564,16 +541,24 @@ impl Judge {
 
     /// Whether something disagrees with something else than what was accused alone.
     fn disagrees_otherwise(&self, monitor: &Monitor, component: Component, conflicts: &[&Pair]) -> bool {
-        let alone = || self.standings.iter().filter(|(_, standing)| standing.alone).map(|(alone, _)| *alone);
-        let is_claimed =
-            |pair: &Pair| alone().any(|other| other != component && rests_on(monitor, pair, other));
-        conflicts.iter().any(|pair| rests_on(monitor, pair, component) && !is_claimed(pair))
+        let is_open =
+            |pair: &&Pair| rests_on(monitor, pair, component) && !self.is_claimed(monitor, pair, component);
+        conflicts.iter().any(is_open)
+    }
+
+    /// Whether something else that was accused alone is in a pair.
+    fn is_claimed(&self, monitor: &Monitor, pair: &Pair, component: Component) -> bool {
+        let mut alone = self.standings.iter().filter(|(other, it)| it.alone && **other != component);
+        alone.any(|(other, _)| rests_on(monitor, pair, *other))
     }
 }
 
 /// A part of the conflicts, and what follows from it.
 struct Case<'p> {
+    beliefs: &'p Beliefs,
     comparisons: &'p [Comparison],
+    /// All pairs in conflict, of other parts as well.
+    conflicts: &'p [&'p Pair],
     part: &'p Part,
     /// The signals and relations of each candidate, best first.
     candidates: Vec<BTreeSet<Component>>,
@@ -586,9 +571,14 @@ struct Case<'p> {
 }
 
 impl<'p> Case<'p> {
-    fn new(priors: &Priors, comparisons: &'p [Comparison], part: &'p Part, rivals: &[Part]) -> Case<'p> {
+    fn new(
+        beliefs: &'p Beliefs,
+        (comparisons, conflicts): (&'p [Comparison], &'p [&'p Pair]),
+        part: &'p Part,
+        rivals: &[Part],
+    ) -> Case<'p> {
         let accused = |part: &Part| -> Vec<BTreeSet<Component>> {
-            part.candidates.iter().map(|candidate| priors.accused(&candidate.components)).collect()
+            part.candidates.iter().map(|candidate| beliefs.accused(&candidate.components)).collect()
         };
         let first = part.components.first();
         let is_of = |rival: &&Part| first.is_some_and(|first| rival.components.binary_search(first).is_ok());
@@ -596,7 +586,8 @@ impl<'p> Case<'p> {
             (accused(part), rivals.iter().find(is_of).map(accused).unwrap_or_default());
         let mut certain = candidates.first().cloned().unwrap_or_default();
         certain.retain(|component| candidates.iter().chain(&rivals).all(|set| set.contains(component)));
-        Case { comparisons, part, candidates, rivals, certain, probabilities: OnceCell::new() }
+        let probabilities = OnceCell::new();
+        Case { beliefs, comparisons, conflicts, part, candidates, rivals, certain, probabilities }
     }
 
     /// Everything that is in a candidate.
@@ -610,10 +601,10 @@ impl<'p> Case<'p> {
         self.candidates.iter().filter(stays).flatten().copied().collect()
     }
 
-    fn blame(&self, priors: &Priors, component: Component) -> Blame {
-        let cause = self.cause_of(priors, component);
+    fn blame(&self, component: Component) -> Blame {
+        let cause = self.cause_of(component);
         let blamed = cause.map_or(component, Component::Cause);
-        let find = || probabilities(self.comparisons, self.part, |component| priors.of(component));
+        let find = || probabilities(self.comparisons, self.part, |component| self.beliefs.of(component));
         let known =
             self.probabilities.get_or_init(find).iter().flat_map(|all| self.part.components.iter().zip(all));
         let known: Vec<(Component, f64)> = known.map(|(component, share)| (*component, *share)).collect();
@@ -626,7 +617,7 @@ impl<'p> Case<'p> {
     }
 
     /// The cause by which the best candidate that accuses a signal does so.
-    fn cause_of(&self, priors: &Priors, component: Component) -> Option<CauseId> {
+    fn cause_of(&self, component: Component) -> Option<CauseId> {
         let Component::Signal(signal) = component else { return None };
         let place = self.candidates.iter().position(|accused| accused.contains(&component))?;
         let candidate = self.part.candidates.get(place)?;
@@ -634,10 +625,15 @@ impl<'p> Case<'p> {
             return None;
         }
         candidate.components.iter().find_map(|other| match other {
-            Component::Cause(cause) if priors.shares(signal, *cause) => Some(*cause),
+            Component::Cause(cause) if self.beliefs.shares(signal, *cause) => Some(*cause),
             _ => None,
         })
     }
+}
+
+/// Whether what a signal says has ever changed: of what never does it means nothing that it stands still.
+fn has_moved(monitor: &Monitor, component: Component) -> bool {
+    matches!(component, Component::Signal(signal) if monitor.stillness(signal).has_moved())
 }
 
 /// What a signal says now, when it is a number.

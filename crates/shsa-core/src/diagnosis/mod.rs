@@ -4,4 +4,4 @@ pub mod explain;
 mod judge;
 
 pub use explain::Component;
-pub use judge::{Blame, Decision, Judge, JudgeOptions, Record, Verdict, rests_on};
+pub use judge::{Blame, Decision, Judge, JudgeOptions, Proof, Record, Verdict, rests_on};

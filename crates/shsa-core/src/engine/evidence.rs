@@ -63,7 +63,7 @@ pub struct Comparison {
     /// What was last compared, as far as it is still known, SI: of the way that rests on the signal, and of the other one;
     /// and when it was true.
     pub compared: Option<(Interval, Interval, Time)>,
-    /// Whether only one of the ways rests on the signal or what it comes from.
+    /// Whether only one of the ways rests on the signal or what it comes from, and is computed from it.
     pub bears_witness: bool,
     /// Signals in it that have failed or are forbidden, the signal itself apart: they explain what it says.
     pub explained_by: SignalSet,
@@ -144,7 +144,7 @@ impl Engine {
             absence: self.absence(signal),
             clean_since: self.judge.clean_since(signal),
             probation: self.judge.probation_of(signal),
-            stands_still: self.judge.stands_still(Component::Signal(signal), &self.monitor),
+            stands_still: self.judge.stands_still(Component::Signal(signal), &self.monitor, at),
             otherwise: conflicts().map(without).collect(),
             rivals,
             comparisons,
@@ -177,6 +177,7 @@ impl Engine {
         });
         let (slow_side, fast_side) = (self.side(pair.way, slow), self.side(pair.other, fast));
         let (own, other) = if is_slow { (slow_side, fast_side) } else { (fast_side, slow_side) };
+        let is_sized = if is_slow { slow } else { fast }.is_sized_by(signal);
         let failed = |other: &SignalId| *other != signal && self.judge.is_discounted(*other);
         let relationship = pair.relationship(at);
         let counts = pair.window.counts();
@@ -186,7 +187,7 @@ impl Engine {
         Some(Comparison {
             pair: number,
             variable: slow.variable(),
-            bears_witness: !other.rests_on.meets(&self.knowledge.origins(signal)),
+            bears_witness: is_sized && !other.rests_on.meets(&self.knowledge.origins(signal)),
             own,
             other,
             signals: pair.signals.clone(),

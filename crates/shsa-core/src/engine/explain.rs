@@ -2,8 +2,8 @@
 
 use super::message::{Event, EventKind};
 use super::snapshot::Charge;
-use crate::alignment::Defect;
-use crate::diagnosis::{Blame, Component, Decision, rests_on};
+use crate::alignment::{Defect, Misdated};
+use crate::diagnosis::{Blame, Component, Decision, Judge, Proof, rests_on};
 use crate::interval::Interval;
 use crate::knowledge::{Cause, CauseId, KnowledgeBase, SignalId, SignalSet, VariableId};
 use crate::monitor::{Absence, Change, Evidence, Fault, Monitor, Pair, Relationship, Symptom, Tendency};
@@ -102,6 +102,20 @@ pub(super) fn fault(knowledge: &KnowledgeBase, signal: SignalId, fault: &Fault, 
             let most = description.limits.max_delay.unwrap_or(Span::ZERO);
             format!("arrived {} after its time stamp, {} is allowed", span(delay), span(most))
         }
+        Evidence::Frozen(still) => {
+            let most = description.limits.frozen_after.unwrap_or(Span::ZERO);
+            format!("it has said exactly the same for {}, {} is allowed", span(still), span(most))
+        }
+        Evidence::WrongClock(Misdated::Off(off)) => {
+            let side = if off.0 < 0 { "ahead of" } else { "behind" };
+            let off = span(Span(off.0.saturating_abs()));
+            format!(
+                "its time stamps are {off} {side} the time of reception, beside what is usual of it and of the others"
+            )
+        }
+        Evidence::WrongClock(Misdated::Standing(stood)) => {
+            format!("its time stamp has been the same for {}, while its values have changed", span(stood))
+        }
     };
     let (k, n) = fault.count;
     let because = format!("{what} ({k} of {n} values)");
@@ -115,13 +129,41 @@ pub(super) fn returned(knowledge: &KnowledgeBase, signal: SignalId, probation: S
     event(knowledge, EventKind::Restored, Component::Signal(signal), because, now)
 }
 
+/// What decisions are told from.
+pub(super) struct Scene<'a> {
+    pub(super) knowledge: &'a KnowledgeBase,
+    pub(super) monitor: &'a Monitor,
+    pub(super) judge: &'a Judge,
+    pub(super) now: Time,
+}
+
+impl Scene<'_> {
+    /// Whether a pair is in conflict, and speaks against something.
+    fn is_against(&self, pair: &Pair, about: Component) -> bool {
+        pair.relationship(self.now) == Relationship::Conflict
+            && self.judge.speaks_against(self.monitor, pair, about)
+    }
+
+    /// The pairs that speak against something; where all are explained otherwise, those that disagree.
+    fn against(&self, about: Component) -> Vec<&Pair> {
+        let is_conflict = |pair: &&Pair| {
+            rests_on(self.monitor, pair, about) && pair.relationship(self.now) == Relationship::Conflict
+        };
+        let all: Vec<&Pair> = self.monitor.pairs().iter().filter(is_conflict).collect();
+        let open: Vec<&Pair> = all.iter().copied().filter(|pair| self.is_against(pair, about)).collect();
+        if open.is_empty() { all } else { open }
+    }
+
+    fn symptom(&self, signal: SignalId) -> Symptom {
+        let against = self.against(Component::Signal(signal));
+        let counts = |pair: &Pair| against.iter().any(|it| core::ptr::eq(*it, pair));
+        self.monitor.symptom(signal, self.now, counts)
+    }
+}
+
 /// A change of verdict.
-pub(super) fn decision(
-    knowledge: &KnowledgeBase,
-    monitor: &Monitor,
-    decision: &Decision,
-    now: Time,
-) -> Event {
+pub(super) fn decision(scene: &Scene<'_>, decision: &Decision) -> Event {
+    let &Scene { knowledge, now, .. } = scene;
     match decision {
         Decision::Failed(blame) => {
             let why = match (blame.cause, blame.component) {
@@ -131,7 +173,7 @@ pub(super) fn decision(
                 }
                 _ => "no other explanation is as probable".to_string(),
             };
-            accusation((knowledge, monitor, now), EventKind::Failed, blame, &why)
+            accusation(scene, EventKind::Failed, blame, &why)
         }
         Decision::Suspected(blame, choice) => {
             let mut why = match choice.len() {
@@ -141,31 +183,48 @@ pub(super) fn decision(
             if let Some(cause) = blame.cause {
                 why += &format!("; by {}", shared(knowledge, cause));
             }
-            accusation((knowledge, monitor, now), EventKind::Suspected, blame, &why)
+            accusation(scene, EventKind::Suspected, blame, &why)
         }
         Decision::Cleared(component) => {
             let because = "every comparison with it agrees again".to_string();
             event(knowledge, EventKind::Restored, *component, because, now)
         }
-        Decision::Recovered(signal, probation) => {
-            let because =
-                format!("its values are sound, and nothing has contradicted them, for {}", span(*probation));
+        Decision::Recovered(signal, probation, proof) => {
+            let what = match proof {
+                Proof::Witness => "its values are sound and others agree with it",
+                Proof::Return => {
+                    "its values are sound and where they could have got to from the last one before, and nothing has \
+                     contradicted them,"
+                }
+            };
+            let because = format!("{what} for {}", span(*probation));
             event(knowledge, EventKind::Restored, Component::Signal(*signal), because, now)
+        }
+        Decision::Unproven(component, probation) => {
+            let because = format!(
+                "nothing has spoken against it any more for {}, and nothing for it: where nothing else is left it may \
+                 serve, and what rests on it is uncertain",
+                span(*probation)
+            );
+            event(knowledge, EventKind::Suspected, *component, because, now)
+        }
+        Decision::Contradicted(component) => {
+            let because = format!("{}; it is contradicted again", disagreements(scene, *component));
+            event(knowledge, EventKind::Suspected, *component, because, now)
         }
     }
 }
 
-fn accusation(
-    (knowledge, monitor, now): (&KnowledgeBase, &Monitor, Time),
-    kind: EventKind,
-    blame: &Blame,
-    why: &str,
-) -> Event {
+fn accusation(scene: &Scene<'_>, kind: EventKind, blame: &Blame, why: &str) -> Event {
+    let &Scene { knowledge, monitor, now, .. } = scene;
     let symptom = match blame.component {
-        Component::Signal(signal) => Some((signal, monitor.symptom(signal, now))),
+        Component::Signal(signal) => Some((signal, scene.symptom(signal))),
         Component::Relation(_) | Component::Cause(_) => None,
     };
-    let mut because = disagreements(knowledge, monitor, blame.component, now);
+    let mut because = disagreements(scene, blame.component);
+    if because.is_empty() {
+        because = "it disagrees with nothing itself".to_string();
+    }
     if let Some(traits) = symptom.and_then(|(signal, symptom)| traits(monitor, signal, symptom, now)) {
         because += &format!("; {traits}");
     }
@@ -296,20 +355,14 @@ pub(super) fn judged_anew(
     event(knowledge, EventKind::Restored, component, because.to_string(), now)
 }
 
-/// The disagreements that a signal or relation is part of.
-fn disagreements(knowledge: &KnowledgeBase, monitor: &Monitor, about: Component, now: Time) -> String {
-    let against =
-        |pair: &&Pair| rests_on(monitor, pair, about) && pair.relationship(now) == Relationship::Conflict;
-    let count = monitor.pairs().iter().filter(against).count();
-    let mut named: Vec<String> = monitor
-        .pairs()
-        .iter()
-        .filter(against)
-        .take(MOST_NAMED)
-        .filter_map(|pair| disagreement(knowledge, monitor, pair, now))
-        .collect();
-    if count > MOST_NAMED {
-        named.push(format!("and {} more disagreements", count - MOST_NAMED));
+/// The disagreements that speak against a signal or relation.
+fn disagreements(scene: &Scene<'_>, about: Component) -> String {
+    let against = scene.against(about);
+    let named = against.iter().take(MOST_NAMED);
+    let mut named: Vec<String> =
+        named.filter_map(|pair| disagreement(scene.knowledge, scene.monitor, pair, scene.now)).collect();
+    if against.len() > MOST_NAMED {
+        named.push(format!("and {} more disagreements", against.len() - MOST_NAMED));
     }
     named.join("; ")
 }

@@ -65,6 +65,17 @@ pub enum Ties {
     Order,
 }
 
+/// What may be used where a need cannot be served otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Leniency {
+    /// Nothing more.
+    None,
+    /// Signals that have only just come back.
+    Returning,
+    /// Signals and relations that nothing speaks against any more, and nothing for.
+    Unproven,
+}
+
 /// The loop of monitor, analyse, plan and execute over one knowledge base.
 #[derive(Debug)]
 pub struct Engine {
@@ -374,35 +385,54 @@ impl Engine {
 
     fn review(&mut self, now: Time) -> bool {
         let decisions = self.judge.review(&self.monitor, now);
+        let Engine { knowledge, monitor, judge, charges, outputs, .. } = self;
+        let scene = explain::Scene { knowledge, monitor, judge, now };
         for decision in &decisions {
-            let event = explain::decision(&self.knowledge, &self.monitor, decision, now);
+            // Of what is suspect already, and of relations, the needs that it serves tell.
+            if let Decision::Unproven(component, _) | Decision::Contradicted(component) = decision
+                && !matches!(*component, Component::Signal(signal) if judge.has_failed(signal))
+            {
+                continue;
+            }
+            let event = explain::decision(&scene, decision);
             match decision {
                 Decision::Failed(blame) | Decision::Suspected(blame, _) => {
-                    self.charges.insert(blame.component, explain::charge(&self.knowledge, &event));
+                    charges.insert(blame.component, explain::charge(knowledge, &event));
                 }
-                Decision::Cleared(component) => _ = self.charges.remove(component),
-                Decision::Recovered(signal, _) => _ = self.charges.remove(&Component::Signal(*signal)),
+                Decision::Cleared(component) => _ = charges.remove(component),
+                Decision::Recovered(signal, ..) => _ = charges.remove(&Component::Signal(*signal)),
+                Decision::Unproven(..) | Decision::Contradicted(_) => {}
             }
-            self.outputs.push_back(Output::Event(event));
+            outputs.push_back(Output::Event(event));
+        }
+        for decision in &decisions {
+            if let Decision::Recovered(signal, ..) = decision {
+                self.monitor.trust_readings(*signal);
+            }
         }
         !decisions.is_empty()
     }
 
-    /// What may not be used now: relations that are not trusted; signals that are not available, not trusted, or absent. `proven` leaves out those, too, that
-    /// have only just come back.
-    fn lost(&self, proven: bool) -> Lost {
+    /// What may not be used now: relations that are not trusted; signals that are not available, not trusted, or absent.
+    fn lost(&self, leniency: Leniency) -> Lost {
+        let is_proven = leniency == Leniency::None;
+        let is_tolerant = leniency == Leniency::Unproven;
         let present = |signal: SignalId| {
             self.monitor.watch().absence(signal).is_none()
-                && !(proven && self.returning.iter().any(|(returning, _)| *returning == signal))
+                && !(is_proven && self.returning.iter().any(|(returning, _)| *returning == signal))
+        };
+        let is_trusted = |signal: SignalId| match is_tolerant {
+            true => self.judge.tolerates(signal),
+            false => self.judge.trusts(signal),
         };
         let usable = |signal: SignalId| {
             self.knowledge.is_available(signal)
-                && self.judge.trusts(signal)
+                && is_trusted(signal)
                 && self.knowledge.origins(signal).iter().all(present)
         };
         Lost {
             signals: self.knowledge.signals().ids().filter(|signal| !usable(*signal)).collect(),
-            relations: self.judge.distrusted_relations(),
+            relations: self.judge.distrusted_relations(is_tolerant),
         }
     }
 
@@ -420,7 +450,7 @@ impl Engine {
         now: Time,
         order: Option<String>,
     ) -> (&mut IdVec<NeedId, Provider>, &mut VecDeque<Output>, Situation<'_>) {
-        let lost = [self.lost(true), self.lost(false)];
+        let lost = [Leniency::None, Leniency::Returning, Leniency::Unproven].map(|it| self.lost(it));
         let Engine { knowledge, graph, standby, monitor, judge, providers, outputs, .. } = self;
         (providers, outputs, Situation { knowledge, graph, standby, monitor, judge, lost, now, order })
     }

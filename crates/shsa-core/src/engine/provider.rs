@@ -85,8 +85,9 @@ pub(super) struct Situation<'a> {
     pub(super) standby: &'a Standby,
     pub(super) monitor: &'a Monitor,
     pub(super) judge: &'a Judge,
-    /// What may not be used: the first of these losses that lets a need be served counts.
-    pub(super) lost: [Lost; 2],
+    /// What may not be used: the first of these losses that lets a need be served counts. What only the last one lets serve
+    /// is uncertain.
+    pub(super) lost: [Lost; 3],
     pub(super) now: Time,
     /// The order that has brought it about, in words; `None` when the trust in something has changed.
     pub(super) order: Option<String>,
@@ -131,6 +132,8 @@ pub(super) struct Provider {
     /// The only source that may serve it, by order; and whether nobody would choose it.
     forced: Option<Way>,
     is_doubted: bool,
+    /// Whether what serves it is trusted only for want of better.
+    is_unproven: bool,
     published: u64,
     longest_gap: Span,
     widest: f64,
@@ -170,6 +173,7 @@ impl Provider {
             better_by: Better::Trusted,
             forced: None,
             is_doubted: false,
+            is_unproven: false,
             published: 0,
             longest_gap: Span::ZERO,
             widest: 0.0,
@@ -214,8 +218,16 @@ impl Provider {
     /// Looks again for what may serve the need.
     fn find_sources(&mut self, situation: &Situation<'_>) {
         let Situation { knowledge, graph, standby, monitor, now, .. } = situation;
-        let mut found = situation.lost.iter().map(|lost| standby.sources(knowledge, graph, self.need, lost));
-        self.sources = found.find(|sources| !sources.is_empty()).unwrap_or_default();
+        let [proven, returning, unproven] = &situation.lost;
+        let find =
+            |lost| Some(standby.sources(knowledge, graph, self.need, lost)).filter(|it| !it.is_empty());
+        let found = find(proven).or_else(|| Some(returning).filter(|it| *it != proven).and_then(find));
+        let uncertain = || Some(unproven).filter(|it| *it != returning).and_then(find);
+        let (sources, is_unproven) = match found {
+            Some(found) => (found, false),
+            None => uncertain().map_or_else(Default::default, |found| (found, true)),
+        };
+        (self.sources, self.is_unproven) = (sources, is_unproven);
         self.rank(knowledge, monitor, Some(*now));
     }
 
@@ -479,12 +491,18 @@ impl Provider {
         self.last = Some((now, Sample { validity, value: scalar }));
         self.published += 1;
         if core::mem::take(&mut self.unserved) {
-            let event = self.event(knowledge, EventKind::Restored, "it is served again".to_string(), now);
+            let why = match self.is_unproven {
+                true => {
+                    "it is served again, by what nothing speaks against any more, and nothing for: uncertain"
+                }
+                false => "it is served again",
+            };
+            let event = self.event(knowledge, EventKind::Restored, why.to_string(), now);
             outputs.push_back(Output::Event(event));
         }
         let is_preferred = self.active.as_ref().map(Service::way) == self.preferred.as_ref();
         let stands_in = matches!(self.server, Some(Server::StandIn(_)));
-        let is_own = is_preferred && !stands_in && !self.is_doubted;
+        let is_own = is_preferred && !stands_in && !self.is_doubted && !self.is_unproven;
         let delegated = self.delegate.has_given() && !stands_in;
         let quality = if is_own { Quality::Good } else { Quality::Substitute };
         outputs.push_back(Output::Publication(Publication {

@@ -25,7 +25,9 @@ impl Engine {
     pub fn snapshot(&self) -> Snapshot {
         let subject = |component| Subject::of(&self.knowledge, component);
         let verdicts =
-            self.judge.records().filter(|(_, record)| is_worth(record)).map(|(component, record)| {
+            self.judge.records().filter(|(_, record)| is_worth(record)).map(|(component, mut record)| {
+                // What the readings before the jump allow is forgotten.
+                record.contradicted |= record.convicted && !self.is_home(component);
                 let charge = self.charges.get(&component).cloned();
                 Remembered { subject: subject(component), record, charge }
             });
@@ -42,6 +44,10 @@ impl Engine {
             orders: self.standing_orders(),
             needs: self.providers.ids().map(|need| self.served(need)).collect(),
         }
+    }
+
+    fn is_home(&self, component: Component) -> bool {
+        !matches!(component, Component::Signal(signal) if !self.monitor.ports()[signal].is_home())
     }
 
     fn trending(&self, pair: &Pair) -> Option<Trending> {

@@ -2,8 +2,8 @@
 
 use crate::computation::Computation;
 use crate::expression::{Formula, Shape};
-use crate::knowledge::{IdVec, KnowledgeBase, SignalId, SignalSet};
-use crate::monitor::rests_on;
+use crate::knowledge::{Id, IdVec, KnowledgeBase, SignalId, SignalSet, VariableId};
+use crate::monitor::{rests_on, sized_by};
 use crate::substitution::{Step, Way};
 use alloc::vec::Vec;
 
@@ -17,7 +17,9 @@ const USUAL_ELEMENTS: f64 = 256.0;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Testimony {
     rests_on: SignalSet,
-    /// For each signal that the way reads, ascending: the steps through which it reaches the output, ascending. As
+    /// Those that the output is computed from; the others are read by conditions only.
+    sized_by: SignalSet,
+    /// For each signal that the output is computed from, ascending: the steps through which it reaches it, ascending. As
     /// one witness, signals from the same source stand under the first of them.
     paths: Vec<(SignalId, Vec<Step>)>,
 }
@@ -26,10 +28,12 @@ impl Testimony {
     /// Complexity: O(inputs times steps).
     #[must_use]
     pub fn of(knowledge: &KnowledgeBase, way: &Way) -> Testimony {
+        let sized_by = sized_by(knowledge, way);
         let path = |signal| (knowledge.witness(signal), path(knowledge, way, signal));
         let mut paths: Vec<(SignalId, Vec<Step>)> = way.inputs().map(path).collect();
+        paths.retain(|(signal, _)| sized_by.contains(*signal));
         paths.sort_unstable();
-        Testimony { rests_on: rests_on(knowledge, way), paths }
+        Testimony { rests_on: rests_on(knowledge, way), sized_by, paths }
     }
 
     /// The signals whose loss takes the way.
@@ -48,12 +52,12 @@ impl Testimony {
 
     /// The signals whose faults a comparison shows: those that its two ways do not depend on in the same manner.
     ///
-    /// A signal that only one way rests on shows. One that both read shows if it reaches their outputs over different
+    /// A signal that only one way is computed from shows; what only conditions read does not. One that both read shows if it reaches their outputs over different
     /// relations; else it moves both alike (`s + a` and `s + b` say nothing about `s`). One that a signal of the other
     /// way is derived from is in both of them, and does not show.
     #[must_use]
     pub fn shows(&self, other: &Testimony) -> SignalSet {
-        let mut shown = self.rests_on.difference(&other.rests_on);
+        let mut shown = self.sized_by.difference(&other.sized_by);
         for (signal, _) in &self.paths {
             let is_read = other.paths.binary_search_by_key(signal, |(other, _)| *other).is_ok();
             if is_read && self.paths_of(*signal).ne(other.paths_of(*signal)) {
@@ -74,12 +78,14 @@ impl Testimony {
         let path = |(signal, steps): &(SignalId, Vec<Step>)| Some((rename(*signal)?, steps.clone()));
         let mut paths: Vec<_> = self.paths.iter().filter_map(path).collect();
         paths.sort_unstable();
-        Testimony { rests_on: self.rests_on.iter().filter_map(rename).collect(), paths }
+        let renamed = |signals: &SignalSet| signals.iter().filter_map(&rename).collect();
+        Testimony { rests_on: renamed(&self.rests_on), sized_by: renamed(&self.sized_by), paths }
     }
 
     #[cfg(test)]
     pub(super) fn resting_on(signals: impl IntoIterator<Item = SignalId>) -> Testimony {
-        Testimony { rests_on: signals.into_iter().collect(), paths: Vec::new() }
+        let rests_on: SignalSet = signals.into_iter().collect();
+        Testimony { sized_by: rests_on.clone(), rests_on, paths: Vec::new() }
     }
 }
 
@@ -88,7 +94,15 @@ fn path(knowledge: &KnowledgeBase, way: &Way, signal: SignalId) -> Vec<Step> {
     let mut reached = Vec::from([knowledge.signals()[signal].variable]);
     let mut steps = Vec::new();
     for &step in &way.substitution.steps {
-        if knowledge.relations()[step.relation].needs(step.output).any(|input| reached.contains(&input)) {
+        let relation = &knowledge.relations()[step.relation];
+        let is_read = |input: VariableId| reached.contains(&input);
+        let reaches = match relation.formula(step.output) {
+            Some(formula) => {
+                formula.symbols().iter().any(|it| is_read(VariableId::from_index(it.0 as usize)))
+            }
+            None => relation.needs(step.output).any(is_read),
+        };
+        if reaches {
             reached.push(step.output);
             steps.push(step);
         }
@@ -144,7 +158,7 @@ pub(super) fn compacted(testimony: &[Testimony]) -> (Vec<Testimony>, Vec<SignalI
     let mut all = SignalSet::new();
     testimony.iter().for_each(|each| all.extend(&each.rests_on));
     let signals: Vec<SignalId> = all.iter().collect();
-    let rename = |signal: SignalId| signals.binary_search(&signal).ok().map(crate::knowledge::Id::from_index);
+    let rename = |signal: SignalId| signals.binary_search(&signal).ok().map(Id::from_index);
     (testimony.iter().map(|each| each.renamed(rename)).collect(), signals)
 }
 

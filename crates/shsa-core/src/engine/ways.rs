@@ -20,7 +20,7 @@ pub(super) struct Source {
 }
 
 /// What nothing may rest on, ascending.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Lost {
     pub(super) signals: Vec<SignalId>,
     /// Relations that do not hold.

@@ -225,6 +225,8 @@ pub struct SignalDraft {
     pub max_rate: Option<Text>,
     /// Longest time from the time stamp to the reception, or `none`.
     pub max_delay: Option<Text>,
+    /// How long its values may stay exactly the same, or `none`.
+    pub frozen_after: Option<Text>,
     /// Names of signals that it is computed from.
     pub derived_from: Vec<Text>,
     /// What it shares with other signals (a device, a clock, a power supply), each with the probability that it fails.

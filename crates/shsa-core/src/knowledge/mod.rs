@@ -122,6 +122,8 @@ pub struct ReadingLimits {
     /// Longest time from the time stamp to the reception: as declared, else its delay and its timeout together where the
     /// model gives a delay.
     pub max_delay: Option<Span>,
+    /// How long its readings may stay exactly the same while they keep coming.
+    pub frozen_after: Option<Span>,
 }
 
 /// Something on the bus that carries a variable.

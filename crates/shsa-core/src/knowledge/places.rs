@@ -60,6 +60,7 @@ impl Draft {
                 &mut it.timeout,
                 &mut it.max_rate,
                 &mut it.max_delay,
+                &mut it.frozen_after,
             ];
             texts.into_iter().flatten().chain(&mut it.derived_from).for_each(&mut *each);
             it.shares.iter_mut().for_each(|(cause, prior)| {

@@ -32,6 +32,12 @@ impl Monitor {
     pub fn forget_readings(&mut self, signal: SignalId) {
         self.detectors.forget(signal);
         self.ports[signal].set_gate(false);
+        self.ports[signal].come_home();
+    }
+
+    /// The readings of a signal are trusted again where they are.
+    pub fn trust_readings(&mut self, signal: SignalId) {
+        self.ports[signal].come_home();
     }
 
     /// A signal was absent before the start: it counts as that until it speaks, and its absence is no news.

@@ -5,9 +5,9 @@ use super::panel::Panel;
 use super::{
     Detectors, Monitor, Noise, Options, Pair, Stillness, Trend, Watch, WatchedWay, WayIndex, Window,
 };
-use crate::alignment::{History, Port, Reach};
+use crate::alignment::{Clocks, History, Port, Reach};
 use crate::computation::Computation;
-use crate::knowledge::{IdVec, KnowledgeBase, RelationId, Shape, SignalId, SignalSet, VariableId};
+use crate::knowledge::{Id, IdVec, KnowledgeBase, RelationId, Shape, SignalId, SignalSet, VariableId};
 use crate::substitution::Way;
 use crate::time::Span;
 use alloc::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -51,6 +51,7 @@ impl Monitor {
         let count = ways.len();
         let mut monitor = Monitor {
             ports,
+            clocks: Clocks::new(knowledge),
             detectors: Detectors::new(knowledge, options.debounce),
             watch: Watch::new(knowledge),
             stillness: IdVec::filled(knowledge.signals().len(), |_| Stillness::default()),
@@ -165,6 +166,7 @@ fn capacity(rate_hz: Option<f64>, lookback: Span) -> usize {
 
 fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback: Span) -> WatchedWay {
     let rests_on = rests_on(knowledge, computation.way());
+    let conditions = rests_on.difference(&sized_by(knowledge, computation.way()));
     let variable = &knowledge.variables()[computation.way().substitution.sink];
     let timing = computation.timing();
     let rate_hz = timing.period.map(|period| 1.0 / period.seconds());
@@ -175,7 +177,17 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
     let outputs = History::new(capacity(rate_hz, lookback));
     let constant = computation.constant();
     let late = VecDeque::with_capacity(if computation.joined().next().is_some() { MOST_LATE } else { 0 });
-    WatchedWay { computation, rests_on, outputs, measured: None, reach, constant, triggers: Vec::new(), late }
+    WatchedWay {
+        computation,
+        rests_on,
+        conditions,
+        outputs,
+        measured: None,
+        reach,
+        constant,
+        triggers: Vec::new(),
+        late,
+    }
 }
 
 /// The signals of a way with all that they are derived from: when one of them is lost, so is the way. Of signals from the
@@ -187,6 +199,37 @@ pub fn rests_on(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
         all
     });
     knowledge.as_witnesses(all)
+}
+
+/// The signals of a way that its value is computed from, with all that they are derived from: what only a condition reads is
+/// left out, as its size does not reach the output. Of signals from the same source, the one that stands for them.
+#[must_use]
+pub fn sized_by(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
+    let needed = computed_from(knowledge, way);
+    let sources = way.substitution.sources.iter().zip(&way.signals);
+    let signals = sources.filter(|(variable, _)| needed.contains(variable));
+    let all = signals.filter_map(|(_, signal)| *signal).fold(SignalSet::new(), |mut all, signal| {
+        all.extend(&knowledge.origins(signal));
+        all
+    });
+    knowledge.as_witnesses(all)
+}
+
+/// The variables that the value of a way is computed from, itself included.
+fn computed_from(knowledge: &KnowledgeBase, way: &Way) -> Vec<VariableId> {
+    let mut needed = Vec::from([way.substitution.sink]);
+    for step in way.substitution.steps.iter().rev() {
+        if !needed.contains(&step.output) {
+            continue;
+        }
+        let relation = &knowledge.relations()[step.relation];
+        match relation.formula(step.output) {
+            Some(formula) => needed
+                .extend(formula.symbols().iter().map(|symbol| VariableId::from_index(symbol.0 as usize))),
+            None => needed.extend(relation.needs(step.output)),
+        }
+    }
+    needed
 }
 
 /// What a comparison speaks about: the same signals and relations in another variable say the same again.

@@ -1,20 +1,27 @@
-//! What is wrong with the readings of a signal in themselves, whatever others say: invalid, out of range, too fast, out of
-//! order, late. One detector each, all of one kind: enough of the recent moments of reception show the symptom.
+//! What is wrong with the readings of a signal in themselves, whatever others say: invalid, out of range, too fast, frozen,
+//! stamped by a wrong clock, out of order, late. One detector each, all of one kind: enough of the recent moments of reception show the symptom.
 //!
 //! A single bad reading makes no fault (single ones that come again and again do, where they jump), and for as long as a signal may be silent it may say nothing possible, too. One moment of reception counts once, bad when any of its readings is, so that the
 //! order within a moment does not matter. A fault is over when a whole window shows no symptom any more.
 
 use super::pair::Debounce;
 use super::symptom::Symptom;
-use crate::alignment::{Acceptance, Defect, Jump, Port, Reception};
+use crate::alignment::{Acceptance, Defect, Jump, Misdated, Port, Reception};
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Signal, SignalId};
 use crate::time::{Span, Time};
 use alloc::vec::Vec;
 
 /// What is detected; of several at once, the first explains the others best.
-const DETECTED: [Symptom; 5] =
-    [Symptom::Invalid, Symptom::OutOfRange, Symptom::TooFast, Symptom::OutOfOrder, Symptom::Late];
+const DETECTED: [Symptom; 7] = [
+    Symptom::Invalid,
+    Symptom::OutOfRange,
+    Symptom::TooFast,
+    Symptom::Frozen,
+    Symptom::WrongClock,
+    Symptom::OutOfOrder,
+    Symptom::Late,
+];
 
 /// The place of [`Symptom::TooFast`] in [`DETECTED`].
 const TOO_FAST: usize = 2;
@@ -47,6 +54,10 @@ pub enum Evidence {
     OutOfOrder(Span),
     /// Time from its stamp to its reception.
     Late(Span),
+    /// For how long the readings have been exactly the same.
+    Frozen(Span),
+    /// What its stamps are off by.
+    WrongClock(Misdated),
 }
 
 /// How many moments of reception are looked at, and how many bad ones make a fault.
@@ -84,6 +95,8 @@ struct Moment {
     jump: Option<Jump>,
     back: Option<Span>,
     late: Option<Span>,
+    still: Option<Span>,
+    misdated: Option<Misdated>,
 }
 
 /// The recent moments of reception of a signal: a row of bits for each symptom, the newest lowest.
@@ -333,13 +346,21 @@ fn rules(signal: &Signal, period: Option<Span>, debounce: Debounce) -> [Rule; DE
     let swapped = Rule { n, k: (k / 2).max(2).min(k) };
     // After a stall, what has been waiting comes late once.
     let late = Rule { n, k: (n * 3).div_ceil(4).max(k) };
-    [impossible, impossible, Rule { n, k }, swapped, late]
+    // What has been the same for so long is frozen now, and is not with the first reading that moves.
+    let still = Rule { n: 1, k: 1 };
+    // What has been held up may come at once; a clock is wrong for longer.
+    let in_second = period.map_or(0, |period| Span::from_millis(1_000).0 / period.0.max(1));
+    let second = u32::try_from(in_second).unwrap_or(u32::MAX).clamp(4, 64);
+    let misdated = Rule { n: second, k: (second * 3).div_ceil(4) };
+    [impossible, impossible, Rule { n, k }, still, misdated, swapped, late]
 }
 
 impl Moment {
     fn add(&mut self, reception: &Reception) {
         self.late = self.late.max(reception.late);
         self.back = self.back.max(reception.back);
+        self.still = self.still.max(reception.still);
+        self.misdated = self.misdated.max(reception.misdated);
         match reception.acceptance {
             Acceptance::Invalid(defect) => self.defect = self.defect.max(Some(defect)),
             Acceptance::OutOfRange(value) => {
@@ -358,6 +379,8 @@ impl Moment {
             self.defect.map(Evidence::Invalid),
             self.outside.map(Evidence::OutOfRange),
             self.jump.map(Evidence::TooFast),
+            self.still.map(Evidence::Frozen),
+            self.misdated.map(Evidence::WrongClock),
             self.back.map(Evidence::OutOfOrder),
             self.late.map(Evidence::Late),
         ]

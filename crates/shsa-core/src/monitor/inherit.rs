@@ -34,6 +34,7 @@ impl Monitor {
     pub fn inherit(&mut self, old: Monitor, lineage: &Lineage, now: Time) -> Inheritance {
         self.watch.inherit(&old.watch, lineage, now);
         self.detectors.inherit(&old.detectors, lineage);
+        self.clocks.inherit(&old.clocks, lineage);
         for (index, port) in old.ports.into_iter().enumerate() {
             let before = Id::from_index(index);
             if let Some(signal) = lineage.signal(before) {

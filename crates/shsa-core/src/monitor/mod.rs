@@ -26,7 +26,7 @@ mod build;
 mod inherit;
 mod amend;
 
-pub use build::{ALL_PAIRS, PARTNERS, compared, rests_on};
+pub use build::{ALL_PAIRS, PARTNERS, compared, rests_on, sized_by};
 pub use detector::{Detectors, Evidence, Fault, Finding};
 pub use inherit::Inheritance;
 pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};
@@ -37,7 +37,7 @@ pub use trend::{Measured, Noise, Tendency, Trend, TrendOptions, TrendRecord};
 pub use watch::{Absence, Change, Watch};
 pub use way::WatchedWay;
 
-use crate::alignment::{Acceptance, Port, Sample};
+use crate::alignment::{Acceptance, Clocks, Port, Sample};
 use crate::computation::Settled;
 use crate::knowledge::{IdVec, KnowledgeBase, SignalId, SignalSet, VariableId};
 use crate::observation::Observation;
@@ -63,6 +63,7 @@ pub struct Options {
 #[derive(Debug)]
 pub struct Monitor {
     ports: IdVec<SignalId, Port>,
+    clocks: Clocks,
     detectors: Detectors,
     watch: Watch,
     stillness: IdVec<SignalId, Stillness>,
@@ -100,7 +101,10 @@ impl Monitor {
         let signal = observation.signal;
         let description = &knowledge.signals()[signal];
         let port = &mut self.ports[signal];
-        let reception = port.accept(description, observation, now);
+        let reception = match self.clocks.observe(observation, now) {
+            None => port.accept(description, observation, now),
+            Some(misdated) => port.drop_misdated(description, observation, misdated, now),
+        };
         self.detectors.observe(signal, &reception, now);
         let wrong = match reception.acceptance {
             Acceptance::Invalid(_) => Some(Absence::Invalid),
@@ -205,10 +209,11 @@ impl Monitor {
         }
     }
 
-    /// How a signal misbehaves that comparisons speak against: what most of those in conflict look like.
+    /// How a signal misbehaves that comparisons speak against: what most of those in conflict look like, of those that
+    /// `counts`.
     #[must_use]
-    pub fn symptom(&self, signal: SignalId, now: Time) -> Symptom {
-        let against = |pair: &&Pair| pair.relationship(now) == Relationship::Conflict;
+    pub fn symptom(&self, signal: SignalId, now: Time, counts: impl Fn(&Pair) -> bool) -> Symptom {
+        let against = |pair: &&Pair| pair.relationship(now) == Relationship::Conflict && counts(pair);
         let conflicts = || self.pairs_of(signal).filter(against);
         let Some(onset) = conflicts().map(|pair| pair.onset(now)).min() else { return Symptom::Inconsistent };
         if self.stillness[signal].is_still_since(onset, now) {

@@ -42,6 +42,12 @@ impl Stillness {
         self.readings >= FEWEST && self.since <= moment && now - self.since > self.usual.times(LONGER)
     }
 
+    /// Whether it has ever changed.
+    #[must_use]
+    pub fn has_moved(&self) -> bool {
+        self.usual > Span::ZERO
+    }
+
     /// Since when it says the same.
     #[must_use]
     pub fn since(&self) -> Time {

@@ -15,7 +15,9 @@ pub enum Symptom {
     OutOfRange,
     /// Values change faster than the variable can.
     TooFast,
-    /// Values stay the same although related signals move.
+    /// Time stamps are not those of the moments at which values were taken: far off, or standing still.
+    WrongClock,
+    /// Values stay the same: for longer than they may, or although related signals move.
     Frozen,
     /// Values disagree with what other signals imply.
     Inconsistent,
@@ -29,13 +31,14 @@ pub enum Symptom {
 
 impl Symptom {
     /// Every kind.
-    pub const ALL: [Symptom; 11] = [
+    pub const ALL: [Symptom; 12] = [
         Symptom::Silent,
         Symptom::Late,
         Symptom::OutOfOrder,
         Symptom::Invalid,
         Symptom::OutOfRange,
         Symptom::TooFast,
+        Symptom::WrongClock,
         Symptom::Frozen,
         Symptom::Inconsistent,
         Symptom::Drifting,
@@ -53,6 +56,7 @@ impl Symptom {
             Symptom::Invalid => "invalid",
             Symptom::OutOfRange => "out of range",
             Symptom::TooFast => "too fast",
+            Symptom::WrongClock => "wrong clock",
             Symptom::Frozen => "frozen",
             Symptom::Inconsistent => "inconsistent",
             Symptom::Drifting => "drifting",

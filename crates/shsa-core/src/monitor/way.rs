@@ -5,7 +5,7 @@ use super::{Fresh, WayIndex};
 use crate::alignment::{History, Known, Reach, Sample};
 use crate::computation::Computation;
 use crate::interval::Interval;
-use crate::knowledge::{SignalSet, VariableId};
+use crate::knowledge::{SignalId, SignalSet, VariableId};
 use crate::time::{Span, Validity};
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
@@ -17,6 +17,8 @@ pub struct WatchedWay {
     pub computation: Computation,
     /// The signals that it rests on, with those that they are derived from.
     pub rests_on: SignalSet,
+    /// Those of them that only conditions of its relations read: their size does not reach the output.
+    pub conditions: SignalSet,
     /// Its recent outputs.
     pub outputs: History,
     /// The output that was taken in last.
@@ -35,6 +37,12 @@ impl WatchedWay {
     #[must_use]
     pub fn variable(&self) -> VariableId {
         self.computation.way().substitution.sink
+    }
+
+    /// Whether its value is computed from what a signal says; a condition alone does not do that.
+    #[must_use]
+    pub fn is_sized_by(&self, signal: SignalId) -> bool {
+        self.rests_on.contains(signal) && !self.conditions.contains(signal)
     }
 
     /// Takes an output in; it is fresh unless it had come before.

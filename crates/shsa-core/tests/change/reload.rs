@@ -342,16 +342,18 @@ fn verdicts_stay_with_their_evidence_and_go_with_it() {
     alone.change(5.0, &witnesses);
     assert_eq!(alone.verdict("gnss"), Verdict::Unknown);
     assert!(alone.last_event(EventKind::Restored).because.contains("are gone with the changed model"));
-    // What its own readings have shown needs no witness, and nobody is needed to clear it.
+    // What its own readings have shown stays; where the comparisons that spoke against it are gone, nobody knows.
     let mut jumped = Stage::new(two_systems());
     jumped.run(&before);
     jumped.change(5.0, &witnesses);
     assert_eq!((jumped.verdict("gnss"), failures(&jumped)), (Verdict::Failed, 1));
     jumped.run(&after);
     assert_eq!(jumped.verdict("gnss"), Verdict::Unknown);
-    let is_cleared =
-        |event: &Event| event.kind == EventKind::Restored && event.because.contains("its values are sound");
-    assert!(jumped.events.iter().any(is_cleared), "{:?}", jumped.events);
+    let is_unproven =
+        |event: &Event| event.kind == EventKind::Suspected && event.because.contains("nothing for it");
+    assert!(jumped.events.iter().any(is_unproven), "{:?}", jumped.events);
+    let is_cleared = |event: &Event| event.kind == EventKind::Restored && event.signal.is_some();
+    assert!(!jumped.events.iter().any(is_cleared), "{:?}", jumped.events);
     // Described anew, it is judged anew, and found again.
     stage.change(5.0, &[Edit::Signal(signal("gnss", "speed", "10 Hz", "0.4"))]);
     assert!(stage.last_event(EventKind::Restored).because.contains("describes it anew"));

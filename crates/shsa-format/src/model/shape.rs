@@ -17,7 +17,7 @@ const MODEL: [&str; 8] =
     ["shsa", "variables", "constants", "functions", "relations", "signals", "needs", "utility"];
 const VARIABLE: [&str; 5] = ["unit", "shape", "range", "max_rate", "properties"];
 const RELATION: [&str; 8] = ["equation", "for", "when", "error", "output", "outputs", "inputs", "properties"];
-const SIGNAL: [&str; 16] = [
+const SIGNAL: [&str; 17] = [
     "variable",
     "source",
     "unit",
@@ -31,6 +31,7 @@ const SIGNAL: [&str; 16] = [
     "range",
     "max_rate",
     "max_delay",
+    "frozen_after",
     "derived_from",
     "shares",
     "properties",
@@ -253,6 +254,7 @@ fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
             .and_then(|node| keys.reader.pair(node, "the lowest and the highest reading", "range: [0, 5 V]")),
         max_rate: keys.text("max_rate", "a rate of change", "12 m/s^2"),
         max_delay: keys.span("max_delay"),
+        frozen_after: keys.span("frozen_after"),
         derived_from: keys.names("derived_from", "names of signals").unwrap_or_default(),
         shares: keys.fields.get("shares").map(|node| shares(keys.reader, node)).unwrap_or_default(),
         properties: keys.reader.properties(keys.fields.get("properties")),

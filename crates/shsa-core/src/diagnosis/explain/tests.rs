@@ -19,7 +19,7 @@ fn cause(index: usize) -> Component {
 }
 
 /// `"0 c0 | 1 r0"`: signals by number, relations with an `r`, causes with a `c`; between the ways `|` when they conflict,
-/// `~` when they agree.
+/// `~` when they agree; after `?` what only conditions read.
 fn comparison(text: &str) -> Comparison {
     let component = |word: &str| match (word.strip_prefix('r'), word.strip_prefix('c')) {
         (Some(index), _) => relation(index.parse().unwrap()),
@@ -27,9 +27,10 @@ fn comparison(text: &str) -> Comparison {
         _ => signal(word.parse().unwrap()),
     };
     let agrees = text.contains('~');
+    let (text, conditions) = text.split_once('?').unwrap_or((text, ""));
     let (one, other) = text.split_once(['~', '|']).unwrap();
     let side = |side: &str| side.split_whitespace().map(component).collect();
-    Comparison { one: side(one), other: side(other), agrees }
+    Comparison { one: side(one), other: side(other), conditions: side(conditions), agrees }
 }
 
 fn prior(component: Component) -> f64 {
@@ -143,6 +144,23 @@ fn agreements_alone_never_rule_out() {
     check(&all, "1 0");
 }
 
+#[test]
+fn what_a_condition_reads_explains_only_where_nothing_else_does() {
+    check(&["0 | 1 ? 2"], "0 1");
+    // As probable as each of two faults at once.
+    check(&["0 | 1 ? 2", "2 | 3"], "0+2 0+3 1+2 1+3 2");
+    // By agreements alone nothing is ruled out.
+    check(&["0 | 1 ? 2", "0 ~ 3", "0 ~ 6", "1 ~ 4", "1 ~ 5"], "0 1 2");
+}
+
+#[test]
+fn a_condition_that_goes_on_to_hold_exonerates_nobody() {
+    check(&["0 | 1", "2 ~ 3 ? 0"], "0 1");
+    let comparisons = ["0 | 1", "2 ~ 3 ? 0"].map(comparison);
+    let found = probabilities(&comparisons, &explain(&comparisons, prior)[0], prior).unwrap();
+    assert_eq!(found[0], found[1]);
+}
+
 /// The three-sensor vote: b and c agree, a differs from both. With p = 0.01 each, by Bayes, hypotheses in proportion to
 ///
 /// * a alone: p (1 - p)^2, nothing else to explain: 0.009801
@@ -177,12 +195,18 @@ fn by_definition(comparisons: &[Comparison], components: &[Component]) -> Vec<f6
         let mut weight: f64 =
             components.iter().map(|it| if is_faulty(it) { prior(*it) } else { 1.0 - prior(*it) }).product();
         let mut one_sided = 0;
+        let by_condition = |it: &&Comparison| {
+            !it.agrees && !it.one.union(&it.other).any(is_faulty) && it.conditions.iter().any(is_faulty)
+        };
+        if comparisons.iter().any(|it| by_condition(&it)) {
+            weight *= 0.01;
+        }
         for comparison in comparisons {
             let one = comparison.one.iter().any(is_faulty);
             let other = comparison.other.iter().any(is_faulty);
             let alike = comparison.one.intersection(&comparison.other).any(is_faulty);
             weight *= match (comparison.agrees, one, other) {
-                (false, false, false) => 0.0,
+                (false, false, false) if !by_condition(&comparison) => 0.0,
                 (true, true, true) if !alike => 0.01,
                 (true, one, other) if one != other => {
                     one_sided += 1;
@@ -203,7 +227,11 @@ fn component() -> impl Strategy<Value = Component> {
 
 fn any_comparison() -> impl Strategy<Value = Comparison> {
     let side = || prop::collection::btree_set(component(), 1..4);
-    (side(), side(), any::<bool>()).prop_map(|(one, other, agrees)| Comparison { one, other, agrees })
+    let conditions = || prop::collection::btree_set(component(), 0..2);
+    (side(), side(), conditions(), any::<bool>()).prop_map(|(one, other, mut conditions, agrees)| {
+        conditions.retain(|it| !one.contains(it) && !other.contains(it));
+        Comparison { one, other, conditions, agrees }
+    })
 }
 
 proptest! {
@@ -213,7 +241,7 @@ proptest! {
     ) {
         for part in explain(&comparisons, prior) {
             let is_of = |comparison: &&Comparison| {
-                let mut all = comparison.one.union(&comparison.other);
+                let mut all = comparison.one.iter().chain(&comparison.other).chain(&comparison.conditions);
                 all.any(|component| part.components.contains(component))
             };
             let own: Vec<Comparison> = comparisons.iter().filter(is_of).cloned().collect();
@@ -233,20 +261,25 @@ proptest! {
             let conflicts: Vec<BTreeSet<Component>> = comparisons
                 .iter()
                 .filter(|comparison| !comparison.agrees)
-                .map(|comparison| comparison.one.union(&comparison.other).copied().collect())
+                .map(|comparison| {
+                    let all = comparison.one.iter().chain(&comparison.other).chain(&comparison.conditions);
+                    all.copied().collect()
+                })
                 .filter(|conflict: &BTreeSet<Component>| part.components.iter().any(|it| conflict.contains(it)))
                 .collect();
             let local = Local::new(&comparisons, &part.components);
             let meets_all = |set: &PlaceSet| local.first_missed(set).is_none();
             let mut expected: Vec<(Vec<Component>, f64)> = Vec::new();
-            for bits in 0..1_usize << part.components.len() {
+            for bits in 0..1_u32 << part.components.len() {
                 let set: PlaceSet = (0..part.components.len()).filter(|at| bits >> at & 1 == 1).map(Place).collect();
-                let without = |place: Place| {
-                    let mut smaller = set.clone();
-                    smaller.remove(place);
-                    smaller
-                };
-                if meets_all(&set) && !set.iter().any(|place| meets_all(&without(place))) {
+                let needs_condition = |set: &PlaceSet| local.first_by_condition(set).is_some();
+                // A smaller one is better, unless only this one needs no condition.
+                let is_beaten = (0..bits).filter(|smaller| smaller & bits == *smaller).any(|smaller| {
+                    let smaller: PlaceSet =
+                        (0..part.components.len()).filter(|at| smaller >> at & 1 == 1).map(Place).collect();
+                    meets_all(&smaller) && (!needs_condition(&smaller) || needs_condition(&set))
+                });
+                if meets_all(&set) && !is_beaten {
                     let components: Vec<Component> = set.iter().map(|place| part.components[place.0]).collect();
                     prop_assert!(conflicts.iter().all(|it| components.iter().any(|one| it.contains(one))));
                     let odds: f64 = components.iter().map(|it| odds(prior(*it))).product();

@@ -6,6 +6,7 @@ use crate::knowledge::{CauseId, IdVec, KnowledgeBase, RelationId, SignalId, Sign
 use crate::monitor::{Monitor, Pair, Relationship, WatchedWay, WayIndex};
 use crate::time::{Span, Time};
 use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 /// What the judge knows of the components beforehand.
@@ -70,18 +71,109 @@ impl Priors {
         self.sharing[cause].binary_search(&signal).is_ok()
     }
 
-    fn rests_on(&self, way: &WatchedWay) -> BTreeSet<Component> {
-        let causes = |signal: SignalId| self.shared.get(&signal).into_iter().flatten().copied();
-        let causes = way.rests_on.iter().flat_map(causes).map(Component::Cause);
-        let signals = way.rests_on.iter().map(Component::Signal);
+    /// Who shares a cause, ascending.
+    pub(super) fn sharing(&self, cause: CauseId) -> &[SignalId] {
+        &self.sharing[cause]
+    }
+
+    /// A signal with what it shares.
+    fn with_causes(&self, signal: SignalId) -> impl Iterator<Item = Component> + '_ {
+        let causes = self.shared.get(&signal).into_iter().flatten().copied().map(Component::Cause);
+        core::iter::once(Component::Signal(signal)).chain(causes)
+    }
+
+    /// What the value of a way is computed from.
+    fn sized_by(&self, way: &WatchedWay) -> BTreeSet<Component> {
+        let signals = way.rests_on.iter().filter(|signal| !way.conditions.contains(*signal));
         let relations = way.computation.way().substitution.relations();
-        signals.chain(causes).chain(relations.into_iter().map(Component::Relation)).collect()
+        let signals = signals.flat_map(|signal| self.with_causes(signal));
+        signals.chain(relations.into_iter().map(Component::Relation)).collect()
+    }
+
+    fn comparison(&self, one: &WatchedWay, other: &WatchedWay, agrees: bool) -> Comparison {
+        let read = one.conditions.iter().chain(other.conditions.iter());
+        let mut conditions: BTreeSet<Component> = read.flat_map(|signal| self.with_causes(signal)).collect();
+        let (one, other) = (self.sized_by(one), self.sized_by(other));
+        conditions.retain(|component| !one.contains(component) && !other.contains(component));
+        Comparison { one, other, conditions, agrees }
+    }
+}
+
+/// Two faults by chance within so long of each other are as rare as the priors say; those of a common cause come together.
+const COINCIDENCE: Span = Span::from_millis(60_000);
+
+/// How many times more probable a common cause is when something that shares it has failed within that time.
+const COINCIDES: f64 = 10.0;
+
+/// No prior is raised above this.
+const HIGHEST_RAISED: f64 = 0.2;
+
+/// What the judge thinks of the components before it hears the comparisons: their priors, with what it has found before.
+#[derive(Debug)]
+pub(super) struct Beliefs {
+    priors: Arc<Priors>,
+    /// Causes of which something has failed already, with how much more, or less, probable that makes them.
+    shown: BTreeMap<CauseId, f64>,
+    /// What has failed of those that share them.
+    failed: Vec<SignalId>,
+}
+
+impl Beliefs {
+    pub(super) fn of(&self, component: Component) -> f64 {
+        let prior = self.priors.of(component);
+        match component {
+            Component::Cause(cause) => match self.shown.get(&cause) {
+                Some(factor) => (prior * factor).min(HIGHEST_RAISED.max(prior)),
+                None => prior,
+            },
+            Component::Signal(_) | Component::Relation(_) => prior,
+        }
+    }
+}
+
+impl core::ops::Deref for Beliefs {
+    type Target = Priors;
+
+    fn deref(&self) -> &Priors {
+        &self.priors
     }
 }
 
 impl Judge {
+    /// What is thought of the components of some conflicts beforehand. What has failed of those that share something is a
+    /// reason to think that this has failed; the longer ago, the less, as the others would have failed since.
+    pub(super) fn beliefs(&self, now: Time, conflicts: &[&Pair]) -> Beliefs {
+        let mut beliefs = Beliefs { priors: self.priors.clone(), shown: BTreeMap::new(), failed: Vec::new() };
+        let has_failed = |signal: &&SignalId| self.has_failed(**signal);
+        let mut onsets: BTreeMap<CauseId, Time> = BTreeMap::new();
+        for pair in conflicts {
+            let onset = pair.onset(now);
+            let causes = pair.signals.iter().filter_map(|signal| self.priors.shared.get(&signal)).flatten();
+            for cause in causes {
+                onsets.entry(*cause).and_modify(|first| *first = onset.min(*first)).or_insert(onset);
+            }
+        }
+        for (cause, onset) in onsets {
+            let failed = self.priors.sharing(cause).iter().filter(has_failed);
+            beliefs.failed.extend(failed.clone());
+            let accused = failed.map(|signal| self.standing(Component::Signal(*signal)).accused);
+            let Some(last) = accused.max() else { continue };
+            let ago = last.map_or(Span::MAX, |last| (onset - last).max(COINCIDENCE));
+            beliefs.shown.insert(cause, COINCIDES * (COINCIDENCE.seconds() / ago.seconds()));
+        }
+        beliefs.failed.sort_unstable();
+        beliefs.failed.dedup();
+        beliefs
+    }
+
     /// Conflicts, with the agreements that speak about what is in them.
-    pub(super) fn comparisons(&self, monitor: &Monitor, now: Time, conflicts: &[&Pair]) -> Vec<Comparison> {
+    pub(super) fn comparisons(
+        &self,
+        monitor: &Monitor,
+        now: Time,
+        conflicts: &[&Pair],
+        beliefs: &Beliefs,
+    ) -> Vec<Comparison> {
         let mut disputed = SignalSet::new();
         conflicts.iter().for_each(|pair| disputed.extend(&pair.signals));
         // How a value changes does not show a constant error.
@@ -98,12 +190,24 @@ impl Judge {
             .filter(|pair| !looks_at_changes(pair.way) && !looks_at_changes(pair.other));
         let conflicts = conflicts.iter().map(|pair| (*pair, false));
         let all = conflicts.chain(agreements.map(|pair| (pair, true)));
-        all.filter_map(|(pair, agrees)| {
+        let compared = all.filter_map(|(pair, agrees)| {
             let (one, other) = (monitor.way(pair.way)?, monitor.way(pair.other)?);
-            let (one, other) = (self.priors.rests_on(one), self.priors.rests_on(other));
-            Some(Comparison { one, other, agrees })
-        })
-        .collect()
+            Some(self.priors.comparison(one, other, agrees))
+        });
+        // What has failed is faulty by itself, or by what it shares.
+        let failed = beliefs.failed.iter().map(|&signal| Comparison {
+            one: self.priors.with_causes(signal).collect(),
+            other: BTreeSet::new(),
+            conditions: BTreeSet::new(),
+            agrees: false,
+        });
+        compared.chain(failed).collect()
+    }
+
+    /// Whether a pair in conflict speaks against something: nothing else that has failed, or is suspect alone, explains it.
+    #[must_use]
+    pub fn speaks_against(&self, monitor: &Monitor, pair: &Pair, component: Component) -> bool {
+        !self.is_explained(monitor, pair, Some(component)) && !self.is_claimed(monitor, pair, component)
     }
 
     /// Pairs in a relationship that nothing that has failed explains. O(restless pairs) for those that do not agree.

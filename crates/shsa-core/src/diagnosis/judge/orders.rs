@@ -17,6 +17,8 @@ pub struct Record {
     pub alone: bool,
     /// Whether its own readings have shown the fault.
     pub convicted: bool,
+    /// Whether only comparisons can clear it: they have contradicted it.
+    pub contradicted: bool,
     /// When it was last trusted again.
     pub cleared: Option<Time>,
     /// How often it was accused again soon after it was trusted again, in a row; each doubles its probation.
@@ -96,16 +98,17 @@ impl Judge {
     /// What is to be remembered of everything that was ever accused, by component.
     pub fn records(&self) -> impl Iterator<Item = (Component, Record)> + '_ {
         self.standings.iter().map(|(component, standing)| {
-            let &Standing { verdict, alone, cleared, relapses, said, convicted, .. } = standing;
-            (*component, Record { verdict, alone, convicted, cleared, relapses, said })
+            let &Standing { verdict, alone, cleared, relapses, said, convicted, contradicted, .. } = standing;
+            (*component, Record { verdict, alone, convicted, contradicted, cleared, relapses, said })
         })
     }
 
     /// Goes on with what was thought before a restart: an accusation stands until evidence that is new speaks against it.
     pub fn recall(&mut self, component: Component, record: Record) {
-        let Record { verdict, alone, convicted, cleared, relapses, said } = record;
+        let Record { verdict, alone, convicted, contradicted, cleared, relapses, said } = record;
         let relapses = relapses.min(super::MOST_RELAPSES);
-        let standing = Standing { verdict, alone, convicted, cleared, relapses, said, ..Standing::default() };
+        let accused = Standing { verdict, alone, convicted, contradicted, said, ..Standing::default() };
+        let standing = Standing { cleared, relapses, ..accused };
         self.put(component, standing);
     }
 }

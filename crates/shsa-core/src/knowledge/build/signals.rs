@@ -113,6 +113,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
     let mean_over = mean_over(problems, draft, variable.map(|id| &variables.list[id]));
     let timeout = timeout(problems, draft.timeout.as_ref(), rate_hz);
     let max_delay = max_delay(problems, draft.max_delay.as_ref(), delay.zip(timeout));
+    let frozen_after = frozen_after(problems, draft.frozen_after.as_ref());
     let possible = limits(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
     let signal = Signal {
         name: draft.name.text.clone(),
@@ -129,7 +130,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
         delay: delay.unwrap_or(Span::ZERO),
         mean_over: mean_over.unwrap_or(Span::ZERO),
         timeout,
-        limits: ReadingLimits { max_delay, ..possible },
+        limits: ReadingLimits { max_delay, frozen_after, ..possible },
         derived_from: Vec::new(),
         properties: Properties::new(),
         unit,
@@ -219,6 +220,16 @@ fn max_delay(problems: &mut Problems, text: Option<&Text>, usual: Option<(Span, 
     }
 }
 
+fn frozen_after(problems: &mut Problems, text: Option<&Text>) -> Option<Span> {
+    let text = text.filter(|text| text.text != "none")?;
+    let read = quantity::span(problems, text)?;
+    if read == Span::ZERO {
+        problems.error(text, "a signal that may never say the same twice", "write a time, or leave it away");
+        return None;
+    }
+    Some(read)
+}
+
 fn vectors_have_none(problems: &mut Problems, key: &str, text: &Text, variable: &Variable) {
     let message = format!("`{key}` has no meaning for `{}`, which is a vector", variable.name);
     problems.error(text, message, "leave it away");
@@ -250,7 +261,7 @@ fn limits(
         problems.error(text, message, "give readings within the `range` of the variable");
     }
     let max_rate = rate.or(variable.max_rate).filter(|_| !is_unlimited);
-    ReadingLimits { range: both.or(range).or(variable.range), max_rate, max_delay: None }
+    ReadingLimits { range: both.or(range).or(variable.range), max_rate, ..ReadingLimits::default() }
 }
 
 /// From which signals each derived one is derived, ascending; `left_out`: names of signals that were.

@@ -1,0 +1,205 @@
+//! The clocks that stamp the signals: which stamps cannot be those of the moments at which values were taken.
+//!
+//! The time from a stamp to the reception is what the clocks differ by, and the way. Of each signal its usual amount is learnt
+//! from its first readings. Stamps are wrong when
+//!
+//! * it is another amount than usual, by more than any way takes, and stays so: the clock was set;
+//! * its usual amount is another one than that of the other signals: the clock was wrong from the start. Where all are
+//!   off alike (a recording of another host), nothing is wrong;
+//! * values change, and their stamp does not: the clock stands still.
+//!
+//! What was held up on its way and comes at once is late, and no clock is wrong: the amount shrinks with each value.
+
+use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Signal, SignalId};
+use crate::observation::{Observation, RawValue};
+use crate::time::{Span, Time};
+use alloc::vec::Vec;
+
+/// What no way takes longer than, unless the signal says so, and no two clocks of one system differ by.
+const MOST_OFF: Span = Span::from_millis(10_000);
+/// So long it must last, as must what is learnt,
+const LASTS: Span = Span::from_millis(1_000);
+/// for so many readings.
+const FEWEST: u32 = 4;
+/// A stamp that is the same for so long, while values change, stands still.
+const STANDS: Span = Span::from_millis(5_000);
+/// The usual amount follows what comes by this part of the difference.
+const FOLLOWS: i64 = 64;
+
+/// What is wrong with a stamp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Misdated {
+    /// Its clock is so much behind the time of reception, after what is usual; before it where that is negative.
+    Off(Span),
+    /// It has been the same for so long, while values have changed.
+    Standing(Span),
+}
+
+/// The clock of one signal.
+#[derive(Clone, Copy, Debug)]
+struct Clock {
+    /// How far from usual is still no wrong clock.
+    margin: Span,
+    /// The usual time from the stamp to the reception; `None` while it is not known.
+    usual: Option<Span>,
+    /// What may be the usual, or what it is instead; since when and in how many readings.
+    other: Span,
+    since: Time,
+    readings: u32,
+    /// The newest stamp, since when it is that, and the value that came with it first.
+    stamp: Option<Time>,
+    stamped: Time,
+    value: Option<f64>,
+}
+
+/// The clocks of all signals. O(1) an observation; nothing is allocated.
+#[derive(Clone, Debug)]
+pub struct Clocks {
+    list: IdVec<SignalId, Clock>,
+    /// What is usual of the signals of which that is known, when it was learnt, ascending.
+    learnt: Vec<Span>,
+}
+
+impl Clocks {
+    /// For the signals of a knowledge base.
+    #[must_use]
+    pub fn new(knowledge: &KnowledgeBase) -> Clocks {
+        let count = knowledge.signals().len();
+        let clock = |signal| Clock::new(&knowledge.signals()[signal]);
+        Clocks { list: IdVec::filled(count, clock), learnt: Vec::with_capacity(count) }
+    }
+
+    /// Goes on from the clocks before a change, for the signals whose readings mean the same.
+    pub fn inherit(&mut self, old: &Clocks, lineage: &Lineage) {
+        for (id, before) in old.list.enumerate() {
+            let Some(clock) = lineage.signal(id).map(|signal| &mut self.list[signal]) else { continue };
+            *clock = Clock { margin: clock.margin, ..*before };
+            if let Some(usual) = clock.usual {
+                self.learnt.push(usual);
+            }
+        }
+        self.learnt.sort_unstable();
+    }
+
+    /// Takes a stamp in; what is wrong with it.
+    #[inline]
+    pub fn observe(&mut self, observation: &Observation, now: Time) -> Option<Misdated> {
+        let clock = &mut self.list[observation.signal];
+        let amount = now - observation.stamp;
+        // As most often.
+        if let Some(usual) = &mut clock.usual
+            && clock.stamp != Some(observation.stamp)
+            && Span((amount - *usual).0.saturating_abs()) <= clock.margin
+        {
+            (clock.stamp, clock.stamped, clock.value, clock.readings) =
+                (Some(observation.stamp), now, None, 0);
+            usual.0 += (amount - *usual).0 / FOLLOWS;
+            let usual = *usual;
+            return self.is_apart(observation.signal, usual);
+        }
+        self.look_closer(observation, amount, now)
+    }
+
+    /// Whether what is usual of a signal is another amount than of the others.
+    #[inline]
+    fn is_apart(&self, signal: SignalId, usual: Span) -> Option<Misdated> {
+        let off = usual - self.reference()?;
+        (Span(off.0.saturating_abs()) > self.list[signal].margin).then_some(Misdated::Off(off))
+    }
+
+    /// What is usual of the signals altogether: the middle one; of two, that of which the clock agrees with the reception best.
+    #[inline]
+    fn reference(&self) -> Option<Span> {
+        let count = self.learnt.len();
+        let (one, other) = (self.learnt.get(count.checked_sub(1)? / 2)?, self.learnt.get(count / 2)?);
+        Some(if one.0.saturating_abs() <= other.0.saturating_abs() { *one } else { *other })
+    }
+
+    #[inline(never)]
+    fn look_closer(&mut self, observation: &Observation, amount: Span, now: Time) -> Option<Misdated> {
+        let reference = self.reference().unwrap_or(Span::ZERO);
+        let clock = &mut self.list[observation.signal];
+        if let Some(stood) = clock.stood(observation, now) {
+            return (stood > STANDS.max(clock.margin - MOST_OFF)).then_some(Misdated::Standing(stood));
+        }
+        let lasted = clock.lasted(amount, now);
+        let is_near = |one: Span, other: Span| Span((one - other).0.saturating_abs()) <= clock.margin;
+        match clock.usual {
+            Some(usual) if is_near(amount, usual) => {
+                clock.readings = 0;
+                self.is_apart(observation.signal, usual)
+            }
+            // The clock has been set right.
+            Some(usual) if lasted && is_near(amount, reference) && !is_near(usual, reference) => {
+                self.forget(usual);
+                self.learn(observation.signal, amount);
+                None
+            }
+            Some(usual) => lasted.then_some(Misdated::Off(amount - usual)),
+            None if lasted => {
+                self.learn(observation.signal, amount);
+                self.is_apart(observation.signal, amount)
+            }
+            None => None,
+        }
+    }
+
+    fn learn(&mut self, signal: SignalId, usual: Span) {
+        self.list[signal].usual = Some(usual);
+        let place = self.learnt.partition_point(|other| *other < usual);
+        self.learnt.insert(place, usual);
+    }
+
+    /// One that is learnt anew counts no more; what is usual has moved a little since it was learnt.
+    fn forget(&mut self, usual: Span) {
+        let distance = |other: &Span| (*other - usual).0.saturating_abs();
+        let nearest = self.learnt.iter().enumerate().min_by_key(|(_, other)| distance(other));
+        if let Some(place) = nearest.map(|(place, _)| place) {
+            self.learnt.remove(place);
+        }
+    }
+}
+
+impl Clock {
+    fn new(signal: &Signal) -> Clock {
+        let (early, late) = signal.time_error;
+        let longest = signal.limits.max_delay.unwrap_or(Span::ZERO);
+        Clock {
+            margin: MOST_OFF.max(longest) + (late - early),
+            usual: None,
+            other: Span::ZERO,
+            since: Time::MIN,
+            readings: 0,
+            stamp: None,
+            stamped: Time::MIN,
+            value: None,
+        }
+    }
+
+    /// For how long the stamp has been the same, where it is and the value is another one; notes a new one.
+    fn stood(&mut self, observation: &Observation, now: Time) -> Option<Span> {
+        let value = match &observation.value {
+            RawValue::Number(number) => Some(*number),
+            RawValue::Interval { lo, .. } => Some(*lo),
+            RawValue::Vector(elements) => elements.first().copied(),
+        };
+        if self.stamp != Some(observation.stamp) {
+            (self.stamp, self.stamped, self.value) = (Some(observation.stamp), now, value);
+            return None;
+        }
+        let first = *self.value.get_or_insert(value?);
+        (value != Some(first)).then(|| now - self.stamped)
+    }
+
+    /// Whether an amount that is not the usual one has lasted, without a change that would make it a delay which ends.
+    fn lasted(&mut self, amount: Span, now: Time) -> bool {
+        let since = now - self.since;
+        let is_same = Span((amount - self.other).0.saturating_abs()) <= Span(since.0 / 2).max(LASTS);
+        if self.readings == 0 || !is_same {
+            (self.other, self.since, self.readings) = (amount, now, 1);
+            return false;
+        }
+        self.readings = self.readings.saturating_add(1);
+        self.readings >= FEWEST && since >= LASTS
+    }
+}

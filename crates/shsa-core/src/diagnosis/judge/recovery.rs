@@ -1,0 +1,291 @@
+//! How what is accused is trusted again: by evidence, never by its absence.
+//!
+//! * What comparisons have accused is trusted again when the comparisons that have spoken against it agree, one of them at
+//!   least, and no other disagrees, for the probation time. Where something else has been found to be faulty that is in all of
+//!   them, nothing speaks against it any more: it is trusted at once.
+//! * What its own readings have convicted needs a witness that agrees, or must have come back to where it could have got
+//!   to from its last reading that was sound. Once comparisons have contradicted it, only they can clear it.
+//! * Where nothing speaks against it any more and nothing for it, it is unproven: nobody knows. It may serve where nothing else
+//!   is left, and what it gives is uncertain. What has failed by comparisons does not: it is contradicted, though nobody
+//!   repeats it.
+//!
+//! Suspicion of something that usually moves goes on while it still says what it said then: a value that stands still is right
+//! now and then.
+
+use super::evidence::{rests_on, rests_on_any};
+use super::{Component, Decision, Judge, MOST_RELAPSES, Proof, Standing, Verdict, said};
+use crate::knowledge::SignalId;
+use crate::monitor::{Monitor, Pair, Relationship, WatchedWay, WayIndex};
+use crate::time::{Span, Time};
+use alloc::collections::BTreeSet;
+use alloc::vec::Vec;
+use core::ops::Bound;
+
+/// A comparison, by its slower and its faster way.
+pub(super) type Ground = (WayIndex, WayIndex);
+
+/// How many comparisons that have spoken against one thing are remembered.
+pub(super) const MOST_GROUNDS: usize = 64;
+
+/// What the evidence says about something that is accused.
+enum Weighed {
+    /// A comparison speaks against it, or may yet, or its readings do.
+    Against(Option<Ground>),
+    /// Nothing speaks against it, and nothing for it.
+    Silent,
+    /// What has spoken against it agrees again.
+    For(Proof),
+    /// What else has failed explains all that has spoken against it.
+    Groundless,
+}
+
+/// What the comparisons that have spoken against something say now.
+#[derive(Default)]
+struct Grounds {
+    agree: usize,
+    silent: usize,
+    explained: usize,
+    /// Whether another one bears witness.
+    witnessed: bool,
+}
+
+impl Judge {
+    /// Looks whether anything that is accused is trusted again.
+    pub(super) fn clear(&mut self, monitor: &Monitor, now: Time, decisions: &mut Vec<Decision>) {
+        let culprit = |decision: &Decision| match decision {
+            Decision::Failed(blame) => Some(blame.component),
+            _ => None,
+        };
+        let mut culprits = core::mem::take(&mut self.convicted);
+        culprits.extend(decisions.iter().filter_map(culprit));
+        let mut next = self.standings.keys().next().copied();
+        while let Some(component) = next {
+            let after = (Bound::Excluded(component), Bound::Unbounded);
+            next = self.standings.range(after).next().map(|(component, _)| *component);
+            if self.accusation(component).is_none() {
+                continue;
+            }
+            let decision = match self.weigh(monitor, component, now) {
+                Weighed::Against(ground) => self.hear_against(monitor, component, ground, now),
+                Weighed::Silent => self.hear_nothing(component, now),
+                Weighed::For(proof) => self.hear_for((monitor, now), component, proof, &culprits),
+                Weighed::Groundless => Some(self.acquit(component, now)),
+            };
+            decisions.extend(decision);
+        }
+    }
+
+    fn hear_against(
+        &mut self,
+        monitor: &Monitor,
+        component: Component,
+        ground: Option<Ground>,
+        now: Time,
+    ) -> Option<Decision> {
+        self.await_staleness(monitor, component, now);
+        let standing = self.standings.get_mut(&component)?;
+        (standing.clean_since, standing.quiet_since) = (None, None);
+        let ground = ground?;
+        // While it is where it could not be, that is no news.
+        standing.contradicted |= standing.convicted && is_home(monitor, component);
+        let was_unproven = core::mem::take(&mut standing.unproven);
+        let grounds = self.grounds.entry(component).or_default();
+        if grounds.len() < MOST_GROUNDS {
+            grounds.insert(ground);
+        }
+        was_unproven.then_some(Decision::Contradicted(component))
+    }
+
+    fn hear_nothing(&mut self, component: Component, now: Time) -> Option<Decision> {
+        let is_contradicted = self.grounds.get(&component).is_some_and(|grounds| !grounds.is_empty());
+        let standing = self.standings.get_mut(&component)?;
+        standing.clean_since = None;
+        let since = *standing.quiet_since.get_or_insert(now);
+        let may_serve = match standing.verdict {
+            Some(Verdict::Failed) => standing.convicted && !is_contradicted,
+            _ => true,
+        };
+        if standing.unproven || !may_serve {
+            return None;
+        }
+        let probation = self.probation(self.standing(component).relapses);
+        if now < since + probation {
+            self.look_again(since + probation);
+            return None;
+        }
+        self.standings.get_mut(&component)?.unproven = true;
+        Some(Decision::Unproven(component, probation))
+    }
+
+    fn hear_for(
+        &mut self,
+        (monitor, now): (&Monitor, Time),
+        component: Component,
+        proof: Proof,
+        culprits: &BTreeSet<Component>,
+    ) -> Option<Decision> {
+        let before = self.standing(component);
+        let since = before.clean_since.unwrap_or(now);
+        // Only a culprit that it was compared with explains why it was suspected.
+        let compared =
+            |pair: &Pair| rests_on(monitor, pair, component) && rests_on_any(monitor, pair, culprits);
+        let explained = before.verdict == Some(Verdict::Suspect) && monitor.pairs().iter().any(compared);
+        let probation = self.probation(before.relapses);
+        if !explained && now < since + probation {
+            if let Some(standing) = self.standings.get_mut(&component) {
+                standing.clean_since = Some(since);
+                standing.quiet_since.get_or_insert(since);
+            }
+            self.look_again(since + probation);
+            return None;
+        }
+        Some(match (component, self.acquit(component, now)) {
+            (Component::Signal(signal), _) if before.convicted => {
+                Decision::Recovered(signal, probation, proof)
+            }
+            (_, cleared) => cleared,
+        })
+    }
+
+    /// It is trusted again.
+    fn acquit(&mut self, component: Component, now: Time) -> Decision {
+        let relapses = self.standing(component).relapses;
+        self.put(component, Standing { cleared: Some(now), relapses, ..Standing::default() });
+        Decision::Cleared(component)
+    }
+
+    pub(super) fn probation(&self, relapses: u32) -> Span {
+        self.options.probation.times(1 << relapses.min(MOST_RELAPSES))
+    }
+
+    /// What speaks about something that is accused. O(its comparisons).
+    fn weigh(&self, monitor: &Monitor, component: Component, now: Time) -> Weighed {
+        if !is_sound(monitor, component) {
+            return Weighed::Against(None);
+        }
+        let grounds = match self.count(monitor, component, now) {
+            Ok(grounds) => grounds,
+            Err(against) => return Weighed::Against(against),
+        };
+        let standing = self.standing(component);
+        if !standing.convicted && self.is_groundless(component, &grounds) {
+            return Weighed::Groundless;
+        }
+        if self.stands_still(component, monitor, now) {
+            return Weighed::Against(None);
+        }
+        let is_met = grounds.agree > 0 || (grounds.witnessed && grounds.silent == 0);
+        let has_returned = || standing.convicted && !standing.contradicted && is_home(monitor, component);
+        match () {
+            () if is_met => Weighed::For(Proof::Witness),
+            () if has_returned() => Weighed::For(Proof::Return),
+            () => Weighed::Silent,
+        }
+    }
+
+    /// What the comparisons say that are about something; a comparison that disagrees, or may, is the error.
+    fn count(&self, monitor: &Monitor, component: Component, now: Time) -> Result<Grounds, Option<Ground>> {
+        let known = self.grounds.get(&component);
+        let mut found = Grounds::default();
+        let mut undecided = false;
+        for pair in pairs_of(monitor, component) {
+            let ground = (pair.way, pair.other);
+            let is_ground = known.is_some_and(|known| known.contains(&ground));
+            if !is_ground && !is_about(monitor, pair, component) {
+                continue;
+            }
+            if self.is_explained(monitor, pair, Some(component)) {
+                found.explained += usize::from(is_ground);
+                continue;
+            }
+            match pair.relationship(now) {
+                Relationship::Unknown => found.silent += usize::from(is_ground),
+                Relationship::Agree if is_ground => found.agree += 1,
+                Relationship::Agree => found.witnessed |= self.bears_witness(monitor, pair, component),
+                Relationship::Undecided => undecided = true,
+                Relationship::Conflict => return Err(Some(ground)),
+            }
+        }
+        if undecided { Err(None) } else { Ok(found) }
+    }
+
+    /// Whether nothing is left of what has spoken against something: what else has failed explains it; or it was blamed for
+    /// what it shares with others, and none of these is accused any more.
+    fn is_groundless(&self, component: Component, grounds: &Grounds) -> bool {
+        let known = self.grounds.get(&component).map_or(0, BTreeSet::len);
+        match (known, self.standing(component).cause) {
+            (0, Some(cause)) => {
+                let others = self.priors.sharing(cause).iter().map(|signal| Component::Signal(*signal));
+                let stands = |other: Component| {
+                    self.accuses(other)
+                        && (self.standing(other).convicted || self.grounds.contains_key(&other))
+                };
+                !others.filter(|other| *other != component).any(stands)
+            }
+            (0, None) => false,
+            _ => grounds.explained > 0 && grounds.agree + grounds.silent == 0,
+        }
+    }
+
+    /// Whether a signal that is suspect or failed, and usually moves, still says exactly what it said when it was accused.
+    #[must_use]
+    pub fn stands_still(&self, component: Component, monitor: &Monitor, now: Time) -> bool {
+        let Standing { said: before, accused, .. } = self.standing(component);
+        let is_still = |signal| monitor.stillness(signal).is_still_since(accused.unwrap_or(Time::MAX), now);
+        before.is_some()
+            && before == said(monitor, component)
+            && matches!(component, Component::Signal(signal) if is_still(signal))
+    }
+
+    /// Whether one way of a pair is computed from the signal, the other from nothing that the signal comes from, and nothing
+    /// that has failed is in it. About a relation, each pair that rests on it does.
+    pub(super) fn bears_witness(&self, monitor: &Monitor, pair: &Pair, component: Component) -> bool {
+        if self.is_explained(monitor, pair, Some(component)) {
+            return false;
+        }
+        let Component::Signal(signal) = component else { return rests_on(monitor, pair, component) };
+        let (Some(one), Some(other)) = (monitor.way(pair.way), monitor.way(pair.other)) else { return false };
+        let origins = &self.origins[signal];
+        let beside =
+            |own: &WatchedWay, other: &WatchedWay| own.is_sized_by(signal) && !other.rests_on.meets(origins);
+        beside(one, other) || beside(other, one)
+    }
+
+    /// Looks again when the first comparison with something that is accused is stale.
+    fn await_staleness(&mut self, monitor: &Monitor, component: Component, now: Time) {
+        let stale = pairs_of(monitor, component).filter_map(|pair| pair.window.stale_at());
+        let stale = stale.filter(|at| *at > now).min();
+        stale.into_iter().for_each(|at| self.look_again(at));
+    }
+}
+
+/// The pairs that may be about something.
+fn pairs_of(monitor: &Monitor, component: Component) -> impl Iterator<Item = &Pair> {
+    let signal = match component {
+        Component::Signal(signal) => Some(signal),
+        Component::Relation(_) | Component::Cause(_) => None,
+    };
+    let all = signal.is_none().then(|| monitor.pairs()).into_iter().flatten();
+    let all = all.filter(move |pair| rests_on(monitor, pair, component));
+    signal.into_iter().flat_map(|signal| monitor.pairs_of(signal)).chain(all)
+}
+
+/// Whether what a pair says depends on the size of a signal, or on a relation.
+fn is_about(monitor: &Monitor, pair: &Pair, component: Component) -> bool {
+    let Component::Signal(signal) = component else { return rests_on(monitor, pair, component) };
+    let is_sized = |index| monitor.way(index).is_some_and(|way| way.is_sized_by(signal));
+    is_sized(pair.way) || is_sized(pair.other)
+}
+
+/// Whether a signal says something, and nothing is wrong with its readings in themselves.
+fn is_sound(monitor: &Monitor, component: Component) -> bool {
+    let Component::Signal(signal) = component else { return true };
+    let watch = monitor.watch();
+    let is_heard = watch.absence(signal).is_none() && watch.has_spoken(signal);
+    is_heard && monitor.detectors().fault(signal).is_none()
+}
+
+fn is_home(monitor: &Monitor, component: Component) -> bool {
+    let home = |signal: SignalId| monitor.ports()[signal].is_home();
+    !matches!(component, Component::Signal(signal) if !home(signal))
+}
