@@ -277,6 +277,8 @@ impl Run<'_> {
             publication.time <= self.now && publication.validity.from <= publication.validity.to,
             "{publication:?}"
         );
+        let age = publication.time - publication.validity.to;
+        assert!(age <= need.max_age, "{age:?} old: {publication:?}");
         match &publication.value {
             PublishedValue::Scalar(value) => {
                 assert!(value.is_bounded() && !value.is_empty(), "{publication:?}");

@@ -28,7 +28,9 @@ signals:
   /v: { variable: v, source: 'a#b[0]', unit: cm, rate: 10 Hz, value_error: [-10, 15 cm], time_error: [-1 ms, 0 ms], timeout: 1 s }
   s1: { variable: s, delay: 5 ms, derived_from: [/v], timeout: none }
 needs:
-  d: { signal: /d, max_age: 250 ms, max_width: 50 cm, integrity: B, hold: 0 s, probation: 1 min, blend: 10 ms, hysteresis: 5 %, isolation: process }
+  d:
+    - { signal: /d, max_age: 250 ms, max_width: 50 cm, integrity: B, hold: 0 s, probation: 1 min, blend: 10 ms, hysteresis: 5 %, isolation: process }
+    - { signal: /d2, min_rate: 5 Hz, when_unsure: last }
   s:
 utility: norm
 ";

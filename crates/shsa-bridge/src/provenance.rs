@@ -11,6 +11,8 @@ pub enum Quality {
     Good,
     /// Computed by a substitute, within its stated interval.
     Substitute,
+    /// Nothing that could serve the need is trusted: within the stated bounds, and its middle means nothing.
+    Uncertain,
     /// Nothing serves the need now; this was the last value, still fresh enough for it.
     LastUsable,
     /// Nothing serves the need.
@@ -19,7 +21,8 @@ pub enum Quality {
 
 impl Quality {
     /// Every quality, the best first.
-    pub const ALL: [Quality; 4] = [Quality::Good, Quality::Substitute, Quality::LastUsable, Quality::Bad];
+    pub const ALL: [Quality; 5] =
+        [Quality::Good, Quality::Substitute, Quality::Uncertain, Quality::LastUsable, Quality::Bad];
 
     /// The name of its status code.
     #[must_use]
@@ -27,6 +30,7 @@ impl Quality {
         match self {
             Quality::Good => "Good",
             Quality::Substitute => "UncertainSubstituteValue",
+            Quality::Uncertain => "UncertainSubNormal",
             Quality::LastUsable => "UncertainLastUsableValue",
             Quality::Bad => "Bad",
         }
@@ -44,6 +48,7 @@ impl Quality {
         match self {
             Quality::Good => 0x0000_0000,
             Quality::Substitute => 0x4091_0000,
+            Quality::Uncertain => 0x4095_0000,
             Quality::LastUsable => 0x4090_0000,
             Quality::Bad => 0x8000_0000,
         }

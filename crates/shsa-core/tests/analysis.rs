@@ -11,7 +11,7 @@ use shsa_core::diagnosis::explain::{Comparison, Component, explain};
 use shsa_core::engine::{self, Engine, WatchBudget};
 use shsa_core::knowledge::{
     Id, IdVec, KnowledgeBase, Need, Properties, Relation, Signal, SignalId, SignalSet, Switching, ValueError,
-    VariableId,
+    VariableId, WhenUnsure,
 };
 use shsa_core::time::Span;
 use std::collections::BTreeSet;
@@ -37,6 +37,8 @@ fn with_parts(
             max_age: Span::from_millis(500),
             max_width: None,
             integrity: None,
+            min_rate_hz: None,
+            when_unsure: WhenUnsure::Withhold,
             switching: Switching::default(),
             is_isolated: false,
         });

@@ -94,6 +94,7 @@ fn random_requirements(random: &mut Random, knowledge: &KnowledgeBase) -> Requir
     let signals: Vec<SignalId> = knowledge.signals().ids().collect();
     Requirements {
         max_latency: random.chance(0.5).then(|| Span::from_millis(50 * random.below(20) as i64)),
+        max_period: random.chance(0.3).then(|| Span::from_millis(100 * random.below(10) as i64)),
         max_width: random.chance(0.5).then(|| 0.02 * random.below(20) as f64),
         min_rate_hz: random.chance(0.3).then(|| random.below(12) as f64),
         integrity: random.chance(0.3).then(|| (1 + random.below(4)) as f64),
@@ -103,7 +104,7 @@ fn random_requirements(random: &mut Random, knowledge: &KnowledgeBase) -> Requir
 
 #[test]
 fn what_is_pruned_is_what_the_exact_check_refuses() {
-    let (mut admitted, mut refused, mut kinds) = (0, 0, [0; 8]);
+    let (mut admitted, mut refused, mut kinds) = (0, 0, [0; 9]);
     for seed in 0..3_000 {
         let mut random = Random(seed);
         let knowledge = random_model(&mut random);
@@ -112,7 +113,8 @@ fn what_is_pruned_is_what_the_exact_check_refuses() {
         let root = knowledge.variables().ids().next().unwrap();
         let graph = Graph::new(&knowledge);
         // The norm rates by the signals that are there, so the oracle must not see those that fall short.
-        let none = Requirements { max_latency: None, max_width: None, ..requirements.clone() };
+        let none =
+            Requirements { max_latency: None, max_period: None, max_width: None, ..requirements.clone() };
         let narrow = BestFirst::meeting(&knowledge, &graph, root, &options, &none, LIMITS);
         let narrow: Vec<_> = narrow.collect();
         let met = |requirements: &Requirements, substitution| {
@@ -201,6 +203,7 @@ fn kind(shortfall: &Shortfall) -> usize {
         Shortfall::Shared(..) => 5,
         Shortfall::Latency(..) => 6,
         Shortfall::Width(..) => 7,
+        Shortfall::Period(..) => 8,
     }
 }
 

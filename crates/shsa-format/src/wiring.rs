@@ -183,7 +183,8 @@ impl Wiring {
     /// How a need of this variable and this name is wired.
     #[must_use]
     pub fn of(&self, variable: &str, signal: &str) -> Option<&NeedWiring> {
-        self.needs.iter().find(|wiring| wiring.need == variable || wiring.need == signal)
+        let named = |name: &str| self.needs.iter().find(|wiring| wiring.need == name);
+        named(signal).or_else(|| named(variable))
     }
 }
 

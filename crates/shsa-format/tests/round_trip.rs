@@ -213,8 +213,13 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
 fn need() -> impl Strategy<Value = NeedDraft> {
     let first = (some(text()), some(text()), some(text()), some(text()));
     let second = (some(text()), some(text()), some(text()), some(text()));
-    (first, second, some(text())).prop_map(
-        |((signal, max_age, max_width, integrity), (hold, probation, blend, hysteresis), isolation)| {
+    let third = (some(text()), some(text()), some(text()));
+    (first, second, third).prop_map(
+        |(
+            (signal, max_age, max_width, integrity),
+            (hold, probation, blend, hysteresis),
+            (isolation, min_rate, when_unsure),
+        )| {
             let variable = Text::default();
             NeedDraft {
                 variable,
@@ -227,6 +232,8 @@ fn need() -> impl Strategy<Value = NeedDraft> {
                 blend,
                 hysteresis,
                 isolation,
+                min_rate,
+                when_unsure,
             }
         },
     )

@@ -2,9 +2,9 @@
 
 use crate::plan::{find_relation, find_signal};
 use crate::show;
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, bail};
 use serde_json::{Value, json};
-use shsa_core::knowledge::{KnowledgeBase, VariableId, integrity_level};
+use shsa_core::knowledge::{KnowledgeBase, Need, VariableId, integrity_level};
 use shsa_core::plan::{self, Graph, Limits, Options, Requirements};
 use shsa_core::substitution::Substitution;
 use shsa_core::time::Span;
@@ -18,9 +18,10 @@ const MOST_ASKED: usize = 1_000;
 #[derive(clap::Args)]
 #[command(next_help_heading = "Requirements")]
 pub(crate) struct RequirementArguments {
-    /// Meet what the need of the variable asks: age, width, integrity.
-    #[arg(long)]
-    for_need: bool,
+    /// Meet what the need of the variable demands: age, width, integrity, rate. Of several needs, NEED is the name under which
+    /// one is published.
+    #[arg(long, value_name = "NEED", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    for_need: Option<String>,
     /// The largest age of what a substitution rests on, such as 300ms.
     #[arg(long, value_name = "SPAN", value_parser = parse_span)]
     max_latency: Option<Span>,
@@ -58,14 +59,14 @@ impl RequirementArguments {
         for name in &self.exclude_relation {
             options.forbidden_relations.push(find_relation(knowledge, name)?);
         }
-        let mut requirements =
-            if self.for_need { of_need(knowledge, variable)? } else { Requirements::default() };
+        let need = self.for_need.as_ref().map(|name| of_need(knowledge, variable, name)).transpose()?;
+        let mut requirements = need.unwrap_or_default();
         let unit = knowledge.variables()[variable].unit.clone();
         let in_si = |width: f64| unit.as_ref().map_or(width, |unit| unit.to_si_difference(width));
         requirements.max_latency = self.max_latency.or(requirements.max_latency);
         requirements.max_width =
             positive("--max-width", self.max_width)?.map(in_si).or(requirements.max_width);
-        requirements.min_rate_hz = positive("--min-rate", self.min_rate)?;
+        requirements.min_rate_hz = positive("--min-rate", self.min_rate)?.or(requirements.min_rate_hz);
         if let Some(name) = &self.integrity {
             let level = integrity_level(name)
                 .with_context(|| format!("'{name}' is no integrity level; write A, B, C or D"))?;
@@ -82,10 +83,23 @@ impl RequirementArguments {
     }
 }
 
-fn of_need(knowledge: &KnowledgeBase, variable: VariableId) -> anyhow::Result<Requirements> {
-    let need = knowledge.needs().iter().find(|need| need.variable == variable);
-    let name = &knowledge.variables()[variable].name;
-    need.map(Requirements::of).ok_or_else(|| anyhow!("the model has no need of '{name}'"))
+/// What the need of a variable demands: the only one, or that of this name.
+fn of_need(knowledge: &KnowledgeBase, variable: VariableId, name: &str) -> anyhow::Result<Requirements> {
+    let of_variable: Vec<&Need> = knowledge.needs().iter().filter(|need| need.variable == variable).collect();
+    let published = || of_variable.iter().map(|need| need.signal.as_str()).collect::<Vec<_>>().join(", ");
+    let variable = &knowledge.variables()[variable].name;
+    match (name, of_variable.as_slice()) {
+        (_, []) => bail!("the model has no need of '{variable}'"),
+        ("", [need]) => Ok(Requirements::of(need)),
+        ("", several) => {
+            bail!("'{variable}' has {} needs; name one: --for-need={}", several.len(), published())
+        }
+        (name, needs) => {
+            let found = needs.iter().find(|need| need.signal == name);
+            let help = || format!("no need of '{variable}' is published as '{name}', but {}", published());
+            found.map(|need| Requirements::of(need)).with_context(help)
+        }
+    }
 }
 
 fn positive(flag: &str, value: Option<f64>) -> anyhow::Result<Option<f64>> {

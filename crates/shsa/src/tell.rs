@@ -3,7 +3,7 @@
 use crate::show::{self, Paint};
 use serde_json::{Map, Value, json};
 use shsa_core::engine::{Event, EventKind};
-use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::knowledge::{KnowledgeBase, NeedId};
 use shsa_core::monitor::Symptom;
 
 /// What an event says, without its time; `known` is what its ids belong to.
@@ -16,22 +16,26 @@ pub(crate) fn event_fields(known: &KnowledgeBase, event: &Event) -> Map<String, 
         ("because", json!(event.because)),
         ("substitution", json!(event.substitution)),
     ];
+    let several =
+        |id: &NeedId| known.needs_named(&known.variables()[known.needs()[*id].variable].name).len() > 1;
+    let need = event.need.filter(several).map(|need| ("need", json!(known.needs()[need].signal)));
     let accused = [
         ("relation", event.relation.map(|relation| json!(known.relations()[relation].name))),
         ("cause", event.cause.map(|cause| json!(known.causes()[cause].name))),
         ("probability", event.probability.map(|probability| json!(probability))),
     ];
     let accused = accused.into_iter().filter_map(|(key, value)| Some((key, value?)));
-    always.into_iter().chain(accused).map(|(key, value)| (key.to_owned(), value)).collect()
+    always.into_iter().chain(need).chain(accused).map(|(key, value)| (key.to_owned(), value)).collect()
 }
 
 /// What an event says, under a time that is written already.
 pub(crate) fn event_text(time: &str, known: &KnowledgeBase, event: &Event) -> String {
     let relation = event.relation.map(|relation| format!("relation {}", known.relations()[relation].name));
+    let need = event.need.map(|need| known.need_name(need));
     let subject = match (event.signal, &relation, event.variable) {
         (Some(signal), ..) => known.signals()[signal].name.as_str(),
         (None, Some(relation), _) => relation,
-        (None, None, Some(variable)) => known.variables()[variable].name.as_str(),
+        (None, None, Some(variable)) => need.unwrap_or(&known.variables()[variable].name),
         (None, None, None) => "",
     };
     let kind = paint_kind(event.kind);

@@ -48,7 +48,7 @@ impl History {
     #[must_use]
     pub fn about(&self, moment: Validity, reach: Reach) -> Known {
         let newest = self.top();
-        let Validity { from, to } = newest.validity;
+        let to = newest.validity.to;
         if to <= moment.to && self.before() < to {
             // As most often: the newest one is the nearest.
             let (gap, away) = (moment.from - to, farthest(newest.validity, moment));

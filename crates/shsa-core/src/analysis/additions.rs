@@ -253,7 +253,7 @@ fn losses_with(
         let variable = knowledge.signals()[signal].variable;
         if affected.contains(&variable) && !survey.is_substitutable(knowledge, signal) {
             let lost = SignalSet::from_iter([signal]);
-            if let Left::Way(_) = losses.left(Target::of_variable(variable), &lost, budget) {
+            if let Left::Way(_) = losses.left(&Target::of_variable(variable), &lost, budget) {
                 substitutable.insert(signal);
             }
         }
@@ -261,7 +261,7 @@ fn losses_with(
     let mut survives = Vec::new();
     for (need, now) in survey.needs.enumerate() {
         if affected.contains(&knowledge.needs()[need].variable) {
-            let then = losses.tolerance(Target::of_need(larger, need), budget);
+            let then = losses.tolerance(&Target::of_need(larger, need), budget);
             survives.push(Survives { need, now: now.clone(), then });
         }
     }

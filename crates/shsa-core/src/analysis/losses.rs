@@ -10,8 +10,7 @@ use super::budget::Budget;
 use super::hitting::smallest_hitting_set;
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId, SignalSet, VariableId};
 use crate::monitor::rests_on;
-use crate::plan::{BestFirst, Graph, Limits, Options, Scratch, StopReason};
-use crate::service::Service;
+use crate::plan::{BestFirst, Graph, Limits, Options, Requirements, Scratch, StopReason};
 use crate::substitution::{Substitution, Way};
 use crate::time::Span;
 use alloc::vec::Vec;
@@ -69,22 +68,22 @@ impl Tolerance {
     }
 }
 
-/// What must stay known, and how old its values may be.
-#[derive(Clone, Copy, Debug)]
+/// What must stay known, and what is demanded of what it is known from.
+#[derive(Clone, Debug)]
 pub(super) struct Target {
     pub(super) variable: VariableId,
-    pub(super) max_age: Span,
+    pub(super) demands: Requirements,
 }
 
 impl Target {
     pub(super) fn of_need(knowledge: &KnowledgeBase, need: NeedId) -> Target {
         let need = &knowledge.needs()[need];
-        Target { variable: need.variable, max_age: need.max_age }
+        Target { variable: need.variable, demands: Requirements::of(need) }
     }
 
-    /// However old.
+    /// Whatever it is known from.
     pub(super) fn of_variable(variable: VariableId) -> Target {
-        Target { variable, max_age: Span::MAX }
+        Target { variable, demands: Requirements::default() }
     }
 }
 
@@ -132,13 +131,14 @@ impl<'a> Losses<'a> {
     }
 
     /// A way of knowing the target when these signals are lost, and with them what is derived from them.
-    pub(super) fn left(&mut self, target: Target, lost: &SignalSet, budget: &mut Budget) -> Left {
+    pub(super) fn left(&mut self, target: &Target, lost: &SignalSet, budget: &mut Budget) -> Left {
         let lost = self.with_followers(lost);
         let options = Options {
             forbidden_signals: lost.iter().collect(),
             forbidden_relations: self.basis.forbidden().to_vec(),
             ..Options::default()
         };
+        let options = target.demands.narrowed(self.knowledge, &options);
         let limits = Limits { expansions: budget.at_most(LIMITS.expansions), ..LIMITS };
         let Losses { knowledge, graph, basis, scratch, .. } = self;
         let judge = Judge { knowledge, basis, target, lost: &lost };
@@ -174,7 +174,7 @@ impl<'a> Losses<'a> {
     /// How many losses a target survives.
     ///
     /// Complexity: as many searches as there are ways in the proof, at most the budget.
-    pub(super) fn tolerance(&mut self, target: Target, budget: &mut Budget) -> Tolerance {
+    pub(super) fn tolerance(&mut self, target: &Target, budget: &mut Budget) -> Tolerance {
         let mut proof = Proof::default();
         proof.extend(self, target, SignalSet::new(), budget);
         let Some(first) = proof.ways.first().cloned() else {
@@ -189,12 +189,12 @@ impl<'a> Losses<'a> {
             0 | 1 => self.single_points(target, &first, budget),
             _ => SignalSet::new(),
         };
-        let exact = exact && (proof.lasting || !self.may_be_too_old(target));
+        let exact = exact && (proof.lasting || !self.may_fall_short(target));
         Tolerance { known: true, survives: Some(at_least.saturating_sub(1)), exact, cut, single_points }
     }
 
     /// The fewest signals whose loss takes the target: at least how many, whether so few do, and which.
-    fn cut(&mut self, target: Target, proof: &mut Proof, budget: &mut Budget) -> (usize, bool, SignalSet) {
+    fn cut(&mut self, target: &Target, proof: &mut Proof, budget: &mut Budget) -> (usize, bool, SignalSet) {
         // The ways found so far share no signal.
         let mut at_least = proof.ways.len();
         for _ in 0..MOST_ROUNDS {
@@ -220,16 +220,23 @@ impl<'a> Losses<'a> {
     }
 
     /// Only signals that the best way rests on can be single points of failure.
-    fn single_points(&mut self, target: Target, best: &SignalSet, budget: &mut Budget) -> SignalSet {
+    fn single_points(&mut self, target: &Target, best: &SignalSet, budget: &mut Budget) -> SignalSet {
         let mut alone = |signal| self.left(target, &SignalSet::from_iter([signal]), budget) == Left::Nothing;
         let points: SignalSet = best.iter().filter(|&signal| alone(signal)).collect();
         self.knowledge.with_same(points)
     }
 
-    /// Whether there are values that are too old for the target when they come: what computes with them instead of
-    /// something younger may be refused, so that fewer losses could be worse.
-    fn may_be_too_old(&self, target: Target) -> bool {
-        self.knowledge.signals().iter().any(|signal| signal.delay > target.max_age)
+    /// Whether there are values that are too old, too rare or too wide for the target when they come: what computes with them
+    /// instead of something better may be refused, so that fewer losses could be worse.
+    fn may_fall_short(&self, target: &Target) -> bool {
+        let Requirements { max_latency, max_period, max_width, .. } = target.demands;
+        self.knowledge.signals().iter().any(|signal| {
+            let period = signal.rate_hz.map_or(Span::ZERO, |rate| Span::from_seconds(1.0 / rate));
+            let width = signal.value_error.hi - signal.value_error.lo;
+            max_latency.is_some_and(|most| signal.delay > most)
+                || max_period.is_some_and(|most| period > most)
+                || max_width.is_some_and(|most| width > most)
+        })
     }
 }
 
@@ -237,7 +244,7 @@ impl<'a> Losses<'a> {
 struct Judge<'a> {
     knowledge: &'a KnowledgeBase,
     basis: &'a Basis,
-    target: Target,
+    target: &'a Target,
     lost: &'a SignalSet,
 }
 
@@ -247,8 +254,9 @@ impl Judge<'_> {
         let Judge { knowledge, basis, target, lost } = *self;
         let usable = |signal| knowledge.is_available(signal) && !lost.contains(signal);
         let ways = Way::choices(knowledge, substitution, usable, MOST_CHOICES);
-        let serves =
-            |way: &&Way| Service::lag(knowledge, way) <= target.max_age && basis.admits(knowledge, way);
+        let serves = |way: &&Way| {
+            target.demands.shortfalls_of_way(knowledge, way).is_empty() && basis.admits(knowledge, way)
+        };
         let way = ways.iter().find(serves)?;
         let passed = || way.substitution.steps.iter().filter(|step| step.output != target.variable);
         let lasting = passed().all(|step| knowledge.carriers(step.output).is_empty());
@@ -274,7 +282,7 @@ impl Default for Proof {
 
 impl Proof {
     /// Adds ways that survive these losses, each without the signals of those before, until none is left.
-    fn extend(&mut self, losses: &mut Losses<'_>, target: Target, mut lost: SignalSet, budget: &mut Budget) {
+    fn extend(&mut self, losses: &mut Losses<'_>, target: &Target, mut lost: SignalSet, budget: &mut Budget) {
         self.unclear = false;
         loop {
             if budget.is_spent() && !self.ways.is_empty() {

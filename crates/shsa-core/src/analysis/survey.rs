@@ -32,7 +32,7 @@ impl Survey {
         let (mut for_needs, mut for_ways, mut for_variables) = (third(), third(), third());
         let mut losses = Losses::new(knowledge, graph, basis);
         let needs = IdVec::filled(knowledge.needs().len(), |need| {
-            losses.tolerance(Target::of_need(knowledge, need), &mut for_needs)
+            losses.tolerance(&Target::of_need(knowledge, need), &mut for_needs)
         });
         let wanted = IdVec::filled(knowledge.variables().len(), |variable| {
             Watched::of(knowledge, graph, basis, variable, &mut for_ways)
@@ -42,7 +42,7 @@ impl Survey {
         let faults = Faults::new(knowledge, &comparisons);
         let variables = IdVec::filled(knowledge.variables().len(), |variable| {
             let carried = !knowledge.carriers(variable).is_empty();
-            carried.then(|| losses.tolerance(Target::of_variable(variable), &mut for_variables))
+            carried.then(|| losses.tolerance(&Target::of_variable(variable), &mut for_variables))
         });
         Survey { wanted, watched, comparisons, faults, variables, needs }
     }

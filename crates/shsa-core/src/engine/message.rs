@@ -112,7 +112,7 @@ pub enum EventKind {
     Restored,
     /// No trusted source can serve a need.
     Unhealable,
-    /// A contract said no to a substitution, an order cannot be obeyed (any more), or what was known before a restart has
+    /// What a need demands, or a contract, forbids a source that would serve it; an order cannot be obeyed (any more), or what was known before a restart has
     /// nothing to stand for.
     Refused,
 }
@@ -155,6 +155,8 @@ pub struct Event {
     pub signal: Option<SignalId>,
     /// The variable, or the need's variable, that it is about.
     pub variable: Option<VariableId>,
+    /// The need that it is about: a variable may have several.
+    pub need: Option<NeedId>,
     /// How the signal misbehaves, where the event accuses one.
     pub symptom: Option<Symptom>,
     /// The relation that it is about, where it accuses or clears one: it no longer holds, or holds again.
@@ -178,6 +180,7 @@ impl Event {
             kind,
             signal: None,
             variable,
+            need: None,
             symptom: None,
             relation: None,
             cause: None,
@@ -195,6 +198,24 @@ pub enum Quality {
     Good,
     /// From a substitute.
     Substitute,
+    /// Nothing that serves the need is trusted: the value is what enough of the candidates hold possible, or the last that was
+    /// trusted. Its bounds hold the truth; its middle means nothing.
+    Uncertain,
+}
+
+impl Quality {
+    /// Every quality, the best first.
+    pub const ALL: [Quality; 3] = [Quality::Good, Quality::Substitute, Quality::Uncertain];
+
+    /// What it is called in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Quality::Good => "good",
+            Quality::Substitute => "substitute",
+            Quality::Uncertain => "uncertain",
+        }
+    }
 }
 
 /// A value of a need.

@@ -65,17 +65,6 @@ pub enum Ties {
     Order,
 }
 
-/// What may be used where a need cannot be served otherwise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Leniency {
-    /// Nothing more.
-    None,
-    /// Signals that have only just come back.
-    Returning,
-    /// Signals and relations that nothing speaks against any more, and nothing for.
-    Unproven,
-}
-
 /// The loop of monitor, analyse, plan and execute over one knowledge base.
 #[derive(Debug)]
 pub struct Engine {
@@ -414,25 +403,20 @@ impl Engine {
     }
 
     /// What may not be used now: relations that are not trusted; signals that are not available, not trusted, or absent.
-    fn lost(&self, leniency: Leniency) -> Lost {
-        let is_proven = leniency == Leniency::None;
-        let is_tolerant = leniency == Leniency::Unproven;
+    /// `proven` leaves out those, too, that have only just come back.
+    fn lost(&self, proven: bool, trusts: impl Fn(SignalId) -> bool) -> Lost {
         let present = |signal: SignalId| {
             self.monitor.watch().absence(signal).is_none()
-                && !(is_proven && self.returning.iter().any(|(returning, _)| *returning == signal))
-        };
-        let is_trusted = |signal: SignalId| match is_tolerant {
-            true => self.judge.tolerates(signal),
-            false => self.judge.trusts(signal),
+                && !(proven && self.returning.iter().any(|(returning, _)| *returning == signal))
         };
         let usable = |signal: SignalId| {
             self.knowledge.is_available(signal)
-                && is_trusted(signal)
+                && trusts(signal)
                 && self.knowledge.origins(signal).iter().all(present)
         };
         Lost {
             signals: self.knowledge.signals().ids().filter(|signal| !usable(*signal)).collect(),
-            relations: self.judge.distrusted_relations(is_tolerant),
+            relations: self.judge.distrusted_relations(false),
         }
     }
 
@@ -450,9 +434,21 @@ impl Engine {
         now: Time,
         order: Option<String>,
     ) -> (&mut IdVec<NeedId, Provider>, &mut VecDeque<Output>, Situation<'_>) {
-        let lost = [Leniency::None, Leniency::Returning, Leniency::Unproven].map(|it| self.lost(it));
+        let usable = |signal| self.judge.trusts(signal);
+        let unproven = |signal| self.judge.tolerates(signal);
+        let tolerated =
+            Lost { relations: self.judge.distrusted_relations(true), ..self.lost(false, unproven) };
+        let lost = [self.lost(true, usable), self.lost(false, usable), tolerated];
+        let doubted = Lost {
+            relations: self.judge.refuted_relations(),
+            ..self.lost(false, |signal| self.judge.may_be_right(signal))
+        };
         let Engine { knowledge, graph, standby, monitor, judge, providers, outputs, .. } = self;
-        (providers, outputs, Situation { knowledge, graph, standby, monitor, judge, lost, now, order })
+        (
+            providers,
+            outputs,
+            Situation { knowledge, graph, standby, monitor, judge, lost, doubted, now, order },
+        )
     }
 
     fn provide(&mut self, now: Time) {

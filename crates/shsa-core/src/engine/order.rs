@@ -145,13 +145,7 @@ impl Subject {
 
 /// The need that is published under a name, else the only one of a variable of this name.
 pub(super) fn find_need(knowledge: &KnowledgeBase, name: &str) -> Result<NeedId, Refusal> {
-    let needs = || knowledge.needs().enumerate();
-    if let Some((id, _)) = needs().find(|(_, need)| need.signal == name) {
-        return Ok(id);
-    }
-    let variable = knowledge.variable(name);
-    let of_it: Vec<NeedId> =
-        needs().filter(|(_, need)| Some(need.variable) == variable).map(|(id, _)| id).collect();
+    let of_it = knowledge.needs_named(name);
     match of_it.as_slice() {
         [need] => Ok(*need),
         [] => Err(Refusal::unknown("need", name, knowledge.needs().iter().map(|need| need.signal.as_str()))),

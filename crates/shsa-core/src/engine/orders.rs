@@ -6,7 +6,7 @@ use super::ways::{Lost, ways};
 use super::{Engine, explain};
 use crate::diagnosis::{Component, rests_on};
 use crate::knowledge::NeedId;
-use crate::service::Service;
+use crate::plan::Requirements;
 use crate::substitution::Way;
 use crate::time::Time;
 use alloc::format;
@@ -131,18 +131,19 @@ impl Engine {
             signals: signals.filter(|(_, it)| !text.contains(&it.name)).map(|(id, _)| id).collect(),
             relations: relations.filter(|(_, it)| !text.contains(&it.name)).map(|(id, _)| id).collect(),
         };
-        let mut found = ways(knowledge, graph, need_described.variable, &unnamed).into_iter();
+        let found = ways(knowledge, graph, need_described.variable, &unnamed, &Requirements::default());
+        let mut found = found.into_iter();
         let Some(source) = found.find(|source| source.way.describe(knowledge) == text) else {
             let all = self.standby.sources(knowledge, graph, need, &Lost::default());
             let all: Vec<String> = all.iter().map(|source| source.way.describe(knowledge)).collect();
             let what = format!("source of {} that could run now:", need_described.signal);
             return Err(Refusal::unknown(&what, text, all.iter().map(String::as_str)));
         };
-        let lag = Service::lag(knowledge, &source.way);
-        if lag > need_described.max_age {
-            let (lag, most) = (explain::span(lag), explain::span(need_described.max_age));
-            let reason = format!("values of {text} are {lag} old when they come");
-            return Err(Refusal::new(reason, format!("the need asks for at most {most}")));
+        let shortfalls = Requirements::of(need_described).shortfalls_of_way(knowledge, &source.way);
+        if let Some(shortfall) = shortfalls.first() {
+            let reason =
+                format!("{text} does not meet what the need demands: {}", shortfall.describe(knowledge));
+            return Err(Refusal::new(reason, "change the need, or name another source".to_string()));
         }
         Ok(source.way)
     }

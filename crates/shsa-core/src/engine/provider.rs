@@ -10,6 +10,9 @@ mod proven;
 mod forced;
 mod resume;
 mod stand_in;
+mod episode;
+mod refusal;
+mod unsure;
 
 pub use delegate::Commission;
 pub(super) use inherit::Succession;
@@ -22,7 +25,9 @@ use super::ways::{Lost, Source};
 use crate::alignment::{Port, Sample};
 use crate::diagnosis::Judge;
 use crate::interval::Interval;
-use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId, SignalSet, Switching, VariableId};
+use crate::knowledge::{
+    IdVec, KnowledgeBase, NeedId, Shape, SignalId, SignalSet, Switching, VariableId, WhenUnsure,
+};
 use crate::monitor::{Monitor, WatchedWay, WayIndex, rests_on};
 use crate::observation::Observation;
 use crate::plan::Graph;
@@ -35,8 +40,11 @@ use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use delegate::Delegate;
+use episode::{Episode, Fault};
 use proven::Ranked;
+use refusal::{Refusals, Short};
 use stand_in::Pace;
+use unsure::Unsure;
 
 /// How many alternatives an event names.
 const MOST_NAMED: usize = 3;
@@ -58,6 +66,9 @@ pub struct NeedStatus {
     pub last: Option<Time>,
 }
 
+/// A value of a source, with the time in which it was true.
+type Given = (PublishedValue, Validity);
+
 /// Who gives a value of a need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Server {
@@ -65,6 +76,8 @@ enum Server {
     Active { since: Option<Time> },
     /// Another trusted way, for the moment.
     StandIn(WayIndex),
+    /// What may be right, while nothing is trusted.
+    Unsure,
 }
 
 /// Why there is a better source than the one in use.
@@ -88,6 +101,8 @@ pub(super) struct Situation<'a> {
     /// What may not be used: the first of these losses that lets a need be served counts. What only the last one lets serve
     /// is uncertain.
     pub(super) lost: [Lost; 3],
+    /// What may not be used even where it is not known what is right: what has failed, is forbidden or absent.
+    pub(super) doubted: Lost,
     pub(super) now: Time,
     /// The order that has brought it about, in words; `None` when the trust in something has changed.
     pub(super) order: Option<String>,
@@ -101,6 +116,8 @@ pub(super) struct Provider {
     switching: Switching,
     max_age: Span,
     max_width: f64,
+    when_unsure: WhenUnsure,
+    is_vector: bool,
     /// What may serve the need now, best first.
     sources: Arc<[Source]>,
     /// The same as they were ranked when the trust in a signal last changed.
@@ -127,6 +144,22 @@ pub(super) struct Provider {
     blend: Option<(f64, Time)>,
     /// Whether it has been told that the need is not served.
     unserved: bool,
+    /// When it was told last that it is served again, and since when it is without a break.
+    served_again: Option<Time>,
+    steady_since: Option<Time>,
+    /// It was not served again for long: that it is is told when it lasts.
+    is_wary: bool,
+    /// Another way stands in for the source.
+    episode: Option<Episode>,
+    /// What was refused, and what was left because its values fell short.
+    refusals: Refusals,
+    short: Vec<Short>,
+    /// What serves it while nothing is trusted.
+    unsure: Option<Unsure>,
+    /// Whether it was told that values go out as uncertain.
+    is_uncertain: bool,
+    /// No two of its sources are independent.
+    is_alone: bool,
     /// Why a better source than the one in use is there, when there is one.
     better_by: Better,
     /// The only source that may serve it, by order; and whether nobody would choose it.
@@ -137,6 +170,14 @@ pub(super) struct Provider {
     published: u64,
     longest_gap: Span,
     widest: f64,
+}
+
+/// That of the widest element.
+fn width(value: &PublishedValue) -> f64 {
+    match value {
+        PublishedValue::Scalar(value) => value.width(),
+        PublishedValue::Vector(elements) => elements.iter().map(|it| it.width()).fold(0.0, f64::max),
+    }
 }
 
 impl Provider {
@@ -155,6 +196,8 @@ impl Provider {
             switching: need.switching,
             max_age: need.max_age,
             max_width: need.max_width.unwrap_or(f64::INFINITY),
+            when_unsure: need.when_unsure,
+            is_vector: knowledge.variables()[need.variable].shape == Shape::Vector,
             sources: standby.sources(knowledge, graph, id, &Lost::default()),
             ranked: Vec::new(),
             prefers_proven,
@@ -170,6 +213,15 @@ impl Provider {
             server: None,
             blend: None,
             unserved: false,
+            served_again: None,
+            steady_since: None,
+            is_wary: false,
+            episode: None,
+            refusals: Refusals::default(),
+            short: Vec::new(),
+            unsure: None,
+            is_uncertain: false,
+            is_alone: false,
             better_by: Better::Trusted,
             forced: None,
             is_doubted: false,
@@ -178,6 +230,7 @@ impl Provider {
             longest_gap: Span::ZERO,
             widest: 0.0,
         };
+        provider.note_refused(knowledge, graph, standby, &Lost::default());
         provider.rank(knowledge, monitor, None);
         provider.start_best(knowledge, monitor.ports());
         provider.preferred = provider.active.as_ref().map(|service| service.way().clone());
@@ -186,7 +239,7 @@ impl Provider {
 
     pub(super) fn status(&self, knowledge: &KnowledgeBase) -> NeedStatus {
         NeedStatus {
-            source: self.active.as_ref().map(|service| service.way().describe(knowledge)),
+            source: self.unsure_words(knowledge).or_else(|| self.active_words(knowledge)),
             forced: self.forced.as_ref().map(|way| way.describe(knowledge)),
             published: self.published,
             longest_gap: self.longest_gap,
@@ -202,12 +255,17 @@ impl Provider {
             (!self.unserved).then(|| self.last_served().map(|last| last + self.max_age + Span(1))).flatten();
         let late = self.late_after().map(|late| late + Span(1)).filter(|late| *late > now);
         let held = self.switched.map(|at| at + self.switching.hold).filter(|until| *until > now);
-        overdue.into_iter().chain(late).chain(held.filter(|_| self.better().is_some())).min()
+        let ends = self.unsure.as_ref().filter(|_| !self.unserved).and_then(|it| it.ends(self.max_age));
+        let ends = ends.map(|ends| ends + Span(1)).filter(|ends| *ends > now);
+        overdue.into_iter().chain(ends).chain(late).chain(held.filter(|_| self.better().is_some())).min()
     }
 
     pub(super) fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {
         if let Some(service) = &mut self.active {
             service.observe(knowledge, observation);
+        }
+        if let Some(unsure) = &mut self.unsure {
+            unsure.observe(knowledge, observation);
         }
     }
 
@@ -219,15 +277,18 @@ impl Provider {
     fn find_sources(&mut self, situation: &Situation<'_>) {
         let Situation { knowledge, graph, standby, monitor, now, .. } = situation;
         let [proven, returning, unproven] = &situation.lost;
-        let find =
-            |lost| Some(standby.sources(knowledge, graph, self.need, lost)).filter(|it| !it.is_empty());
-        let found = find(proven).or_else(|| Some(returning).filter(|it| *it != proven).and_then(find));
-        let uncertain = || Some(unproven).filter(|it| *it != returning).and_then(find);
-        let (sources, is_unproven) = match found {
-            Some(found) => (found, false),
-            None => uncertain().map_or_else(Default::default, |found| (found, true)),
-        };
-        (self.sources, self.is_unproven) = (sources, is_unproven);
+        let find = |lost| standby.sources(knowledge, graph, self.need, lost);
+        let mut tried = [proven, returning, unproven].into_iter().map(|lost| (lost, find(lost)));
+        let found = tried.find(|(_, sources)| !sources.is_empty());
+        let (lost, sources) = found.unwrap_or_else(|| (returning, Arc::default()));
+        // What serves only for want of anything that is trusted.
+        self.is_unproven = !sources.is_empty() && core::ptr::eq(lost, unproven);
+        self.sources = sources;
+        self.is_alone = false;
+        let active = self.active.as_ref().map(Service::way);
+        if self.forced.is_none() && !self.sources.iter().any(|source| Some(&source.way) == active) {
+            self.note_refused(knowledge, graph, standby, lost);
+        }
         self.rank(knowledge, monitor, Some(*now));
     }
 
@@ -237,12 +298,14 @@ impl Provider {
         self.start(knowledge, best, ports)
     }
 
-    /// Starts the best source in the place of one that was lost; whether there is one. What it knows already that is newer
+    /// Starts the best source in the place of one that was lost, of those whose newest value is fit where there are any; whether
+    /// there is one. What it knows already that is newer
     /// than what was published last goes out at once.
-    fn replace_by_best(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>) -> bool {
-        let best = self.ranked().next().map(|(source, _)| source.way.clone());
+    fn replace_by_best(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> bool {
+        let first = || self.ranked().next().map(|(source, _)| source.way.clone());
+        let best = self.fittest(monitor, now, false).or_else(first);
         let since = self.last.map(|(_, sample)| sample.validity.to);
-        let service = best.and_then(|way| Service::start(knowledge, way, ports, since));
+        let service = best.and_then(|way| Service::start(knowledge, way, monitor.ports(), since));
         self.take_over(knowledge, service);
         self.active.is_some()
     }
@@ -255,6 +318,10 @@ impl Provider {
 
     fn take_over(&mut self, knowledge: &KnowledgeBase, service: Option<Service>) {
         self.unfit_since = None;
+        self.episode = None;
+        if service.is_some() {
+            self.unsure = None;
+        }
         self.better_by = Better::Trusted;
         let rests_on = service.as_ref().map(|service| rests_on(knowledge, service.way()));
         self.active_rests_on = rests_on.unwrap_or_default();
@@ -280,12 +347,12 @@ impl Provider {
         }
         let lost = current.map(|way| way.describe(knowledge));
         let order = situation.order.as_deref();
-        if !self.replace_by_best(knowledge, monitor.ports()) {
+        if !self.replace_by_best(knowledge, monitor, now) {
             let because = lost.map(|lost| match order {
                 Some(order) => format!("{order}: {lost} is left, and nothing else is trusted"),
                 None => format!("{lost} was lost and nothing else is trusted"),
             });
-            return self.tell_unserved(knowledge, because, now);
+            return self.do_without(situation, because);
         }
         self.switched = Some(now);
         // Where nothing was lost, the need was not served: the first value tells that it is again.
@@ -305,13 +372,17 @@ impl Provider {
     ) -> Option<Event> {
         let because = because.filter(|_| !self.unserved)?;
         self.unserved = true;
+        // Who is served again and again for a moment only is told so when it lasts.
+        self.is_wary = self.served_again.is_some_and(|at| now - at < self.switching.probation);
+        self.is_uncertain = false;
         Some(self.event(knowledge, EventKind::Unhealable, because, now))
     }
 
     fn event(&self, knowledge: &KnowledgeBase, kind: EventKind, because: String, time: Time) -> Event {
-        let service = self.active.as_ref().filter(|_| kind != EventKind::Unhealable);
-        let substitution = service.map(|service| service.way().describe(knowledge));
-        Event { substitution, ..Event::new(time, kind, Some(self.variable), because) }
+        let serving = || self.unsure_words(knowledge).or_else(|| self.active_words(knowledge));
+        let substitution = if kind == EventKind::Unhealable { None } else { serving() };
+        let about = Event::new(time, kind, Some(self.variable), because);
+        Event { substitution, need: Some(self.need), ..about }
     }
 
     /// The chosen source and the next ones, with their utilities.
@@ -330,27 +401,6 @@ impl Provider {
             false => format!("next would be {}", others.join(", then ")),
         };
         format!("{} takes over; {others}", chosen.unwrap_or_default())
-    }
-
-    /// Leaves a source whose values have been too old or too wide for longer than a value may be old.
-    fn leave_unfit(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> Option<Event> {
-        let since = self.unfit_since.filter(|since| now - *since > self.max_age && self.forced.is_none())?;
-        self.rank(knowledge, monitor, Some(now));
-        let current = self.active.as_ref().map(Service::way)?;
-        let other = |(source, _): &(&Source, &Ranked)| {
-            source.way != *current && self.delivers(monitor, &source.way, now)
-        };
-        let next = self.ranked().find(other)?.0.way.clone();
-        let left = current.describe(knowledge);
-        let service = Service::start(knowledge, next, monitor.ports(), None)?;
-        self.take_over(knowledge, Some(service));
-        self.switched = Some(now);
-        let unfit = explain::span(now - since);
-        let because = format!(
-            "values of {left} have been too old or too wide for {unfit}; {}",
-            self.alternatives(knowledge)
-        );
-        Some(self.event(knowledge, EventKind::Substituted, because, now))
     }
 
     /// Whether the newest value of a way is fit, as far as the way is watched.
@@ -382,7 +432,7 @@ impl Provider {
     fn go_back(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> Option<Event> {
         let held = self.switched.is_some_and(|at| now < at + self.switching.hold);
         let better = self.better().filter(|_| !held)?;
-        if !self.delivers(monitor, better, now) {
+        if !self.delivers(monitor, better, now) || self.is_short(better, now) {
             return None;
         }
         let better = Some(better.clone());
@@ -408,39 +458,54 @@ impl Provider {
         outputs: &mut VecDeque<Output>,
     ) {
         self.started.get_or_insert(now);
-        outputs.extend(self.go_back(knowledge, monitor, now).map(Output::Event));
-        outputs.extend(self.leave_unfit(knowledge, monitor, now).map(Output::Event));
-        let trusts = |way: &WatchedWay| judge.trusts_way(way);
-        let last = self.last.map(|(_, sample)| sample);
-        let computed = self.computed(monitor.ports(), last, outputs);
-        if computed.is_some() {
-            self.pace.step(now);
+        outputs.extend(self.tell_refused(knowledge, now).map(Output::Event));
+        if !self.short.is_empty() {
+            self.follow_short(monitor, now);
         }
-        let found = match computed {
+        outputs.extend(self.go_back(knowledge, monitor, now).map(Output::Event));
+        let trusts = |way: &WatchedWay| judge.trusts_way(way);
+        // What is only doubted is better than nothing.
+        let mut doubted = None;
+        let fault = match self.given(knowledge, monitor, now, outputs) {
             Some((PublishedValue::Scalar(value), validity)) => {
                 let sample = Sample { validity, value };
                 let votes = monitor.votes(self.variable, &self.active_rests_on, sample, trusts);
-                let fit = self.is_fit(&sample, now);
-                self.unfit_since = if fit { None } else { self.unfit_since.or(Some(now)) };
-                let is_forced = self.forced.is_some();
-                let own = Some((sample, self.active_server()));
-                match fit && (is_forced || !votes.is_doubted()) {
-                    true => own,
-                    // What is only doubted is better than nothing.
-                    false => self
-                        .stand_in(knowledge, monitor, trusts, (now, false))
-                        .or(own.filter(|_| fit && !votes.is_contradicted())),
+                let fault = match self.unfit_since {
+                    Some(_) => Some(Fault::Unfit),
+                    None if self.forced.is_some() => None,
+                    None => votes.is_doubted().then_some(Fault::Contradicted),
+                };
+                let is_usable = self.unfit_since.is_none() && !votes.is_contradicted();
+                doubted = is_usable.then_some(sample);
+                if fault.is_none() {
+                    return self.publish_own(knowledge, monitor, sample, now, outputs);
                 }
+                fault
             }
-            Some((vector, validity)) => return self.publish(knowledge, vector, validity, now, outputs),
-            None if self.is_late(now) => self.stand_in(knowledge, monitor, trusts, (now, true)),
-            None => None,
+            Some((vector, validity)) if self.unfit_since.is_none() => {
+                return self.publish(knowledge, vector, validity, now, outputs);
+            }
+            Some(_) => None,
+            None => self.is_late(now).then_some(Fault::Late),
         };
-        let Some((sample, server)) = found else {
-            return outputs.extend(self.check_age(knowledge, now).map(Output::Event));
-        };
-        let Sample { value, validity } = self.blended(sample, server, now);
-        self.publish(knowledge, PublishedValue::Scalar(value), validity, now, outputs);
+        if let Some(fault) = fault
+            && let Some((sample, server)) =
+                self.stand_in(knowledge, monitor, trusts, (now, fault == Fault::Late))
+        {
+            self.unsure = None;
+            if let Server::StandIn(way) = server {
+                let event = self.note_stand_in(knowledge, monitor, way, fault, now);
+                outputs.extend(event.map(Output::Event));
+            }
+            return self.publish_sample(knowledge, (sample, server), now, outputs);
+        }
+        if let Some(sample) = doubted {
+            return self.publish_own(knowledge, monitor, sample, now, outputs);
+        }
+        if fault == Some(Fault::Contradicted) {
+            self.doubt(knowledge, monitor.ports(), now);
+        }
+        self.provide_uncertain(knowledge, monitor, now, outputs);
     }
 
     /// Whether a value is as new and as narrow as the need asks.
@@ -448,8 +513,30 @@ impl Provider {
         now - sample.validity.to <= self.max_age && sample.value.width() <= self.max_width
     }
 
-    fn active_server(&self) -> Server {
-        Server::Active { since: self.switched }
+    /// The source gives the value of this moment itself.
+    fn publish_own(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        monitor: &Monitor,
+        sample: Sample,
+        now: Time,
+        outputs: &mut VecDeque<Output>,
+    ) {
+        self.unsure = None;
+        outputs.extend(self.note_own(knowledge, monitor, now).map(Output::Event));
+        let server = Server::Active { since: self.switched };
+        self.publish_sample(knowledge, (sample, server), now, outputs);
+    }
+
+    fn publish_sample(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        (sample, server): (Sample, Server),
+        now: Time,
+        outputs: &mut VecDeque<Output>,
+    ) {
+        let Sample { value, validity } = self.blended(sample, server, now);
+        self.publish(knowledge, PublishedValue::Scalar(value), validity, now, outputs);
     }
 
     /// The value to publish: while a blend lasts, moved towards the last value and grown so that it still holds
@@ -488,23 +575,19 @@ impl Provider {
             PublishedValue::Vector(_) => Interval::EMPTY,
         };
         self.widest = self.widest.max(scalar.width());
+        outputs.extend(self.tell_served(knowledge, now).map(Output::Event));
         self.last = Some((now, Sample { validity, value: scalar }));
         self.published += 1;
-        if core::mem::take(&mut self.unserved) {
-            let why = match self.is_unproven {
-                true => {
-                    "it is served again, by what nothing speaks against any more, and nothing for: uncertain"
-                }
-                false => "it is served again",
-            };
-            let event = self.event(knowledge, EventKind::Restored, why.to_string(), now);
-            outputs.push_back(Output::Event(event));
-        }
         let is_preferred = self.active.as_ref().map(Service::way) == self.preferred.as_ref();
         let stands_in = matches!(self.server, Some(Server::StandIn(_)));
-        let is_own = is_preferred && !stands_in && !self.is_doubted && !self.is_unproven;
+        let is_own = is_preferred && !stands_in && !self.is_doubted;
         let delegated = self.delegate.has_given() && !stands_in;
-        let quality = if is_own { Quality::Good } else { Quality::Substitute };
+        let quality = match self.server {
+            Some(Server::Unsure) => Quality::Uncertain,
+            _ if self.is_unproven && !stands_in => Quality::Uncertain,
+            _ if is_own => Quality::Good,
+            _ => Quality::Substitute,
+        };
         outputs.push_back(Output::Publication(Publication {
             need: self.need,
             time: now,
@@ -513,6 +596,31 @@ impl Provider {
             quality,
             delegated,
         }));
+    }
+
+    /// Tells that the need is served again, and that it is by what is trusted.
+    fn tell_served(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
+        let is_certain = self.server != Some(Server::Unsure) && !self.is_unproven;
+        let was_uncertain = is_certain && core::mem::take(&mut self.is_uncertain);
+        let is_break = self.last.is_none_or(|(last, _)| now - last > self.max_age);
+        if is_break || self.steady_since.is_none() {
+            self.steady_since = Some(now);
+        }
+        if !self.unserved {
+            let because = "what serves it is trusted again".to_string();
+            return was_uncertain.then(|| self.event(knowledge, EventKind::Restored, because, now));
+        }
+        let lasts = self.steady_since.is_some_and(|since| now - since >= self.switching.probation);
+        if self.is_wary && !lasts {
+            return None;
+        }
+        self.unserved = false;
+        self.served_again = Some(now);
+        let because = match is_certain {
+            true => "it is served again".to_string(),
+            false => "it is served again, as uncertain".to_string(),
+        };
+        Some(self.event(knowledge, EventKind::Restored, because, now))
     }
 
     /// Tells when the need has not been served for longer than a value may be old.
@@ -529,9 +637,14 @@ impl Provider {
                  wide or too old ({limits})",
                 way.describe(knowledge)
             ),
-            None => {
-                format!("no value for {age}: what is there is contradicted, too wide or too old ({limits})")
-            }
+            None => match self.why_not_uncertain(knowledge) {
+                Some(why) => format!("no value for {age}: {why}"),
+                None => {
+                    format!(
+                        "no value for {age}: what is there is contradicted, too wide or too old ({limits})"
+                    )
+                }
+            },
         };
         self.tell_unserved(knowledge, Some(because), now)
     }

@@ -1,9 +1,9 @@
 //! What serves each need after the loss of any one signal, made ready before it is lost.
 
 use super::ways::{Lost, Source, preparation, ways, ways_of};
-use crate::knowledge::{IdVec, KnowledgeBase, Lineage, NeedId, SignalId, VariableId};
-use crate::plan::{Contingency, Graph, Plan};
-use crate::service::Service;
+use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Need, NeedId, SignalId, VariableId};
+use crate::plan::{Contingency, Graph, Plan, Requirements, Shortfall, StopReason};
+use crate::substitution::Way;
 use alloc::collections::BTreeMap;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -16,6 +16,7 @@ const MOST_READY: usize = 100_000;
 #[derive(Debug, Default)]
 pub(super) struct Standby {
     table: Contingency,
+    demands: IdVec<NeedId, Demands>,
     ready: IdVec<NeedId, BTreeMap<Vec<SignalId>, Arc<[Source]>>>,
 }
 
@@ -40,7 +41,8 @@ impl Standby {
     /// Makes ready what the plans of a table stand for.
     fn of(knowledge: &KnowledgeBase, graph: &Graph, table: Contingency) -> Standby {
         let ready = IdVec::filled(knowledge.needs().len(), |_| BTreeMap::new());
-        let mut standby = Standby { table, ready };
+        let demands = IdVec::filled(knowledge.needs().len(), |need| Demands::of(knowledge, need));
+        let mut standby = Standby { table, demands, ready };
         let mut left = MOST_READY;
         for need in knowledge.needs().ids() {
             let ready = standby.of_need(knowledge, graph, need, &mut left);
@@ -57,10 +59,13 @@ impl Standby {
         left: &mut usize,
     ) -> BTreeMap<Vec<SignalId>, Arc<[Source]>> {
         let mut ready: BTreeMap<Vec<SignalId>, Arc<[Source]>> = BTreeMap::new();
+        if !self.demands[need].barred.relations.is_empty() {
+            // The plans of the table use these relations.
+            return ready;
+        }
         let mut losses = self.table.losses(knowledge.needs()[need].variable);
         let Some((&[], with_all)) = losses.next() else { return ready };
-        let with_all_ready: Arc<[Source]> =
-            fit(knowledge, need, ways_of(knowledge, graph, with_all, &[])).into();
+        let with_all_ready: Arc<[Source]> = self.planned(knowledge, graph, need, with_all, &[]).into();
         ready.insert(Vec::new(), with_all_ready.clone());
         for (lost, plan) in losses {
             if *left == 0 {
@@ -70,7 +75,7 @@ impl Standby {
                 true => with_all_ready.clone(),
                 false => {
                     *left = left.saturating_sub(1 + plan.substitutions.len());
-                    fit(knowledge, need, ways_of(knowledge, graph, plan, lost)).into()
+                    self.planned(knowledge, graph, need, plan, lost).into()
                 }
             };
             ready.insert(lost.to_vec(), sources);
@@ -78,7 +83,32 @@ impl Standby {
         ready
     }
 
-    /// What can serve a need without what is lost and is not too old when it comes, best first.
+    /// The ways of a plan of the table that meet what a need demands; where others might that are not in it, those of a search.
+    fn planned(
+        &self,
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        need: NeedId,
+        plan: &Plan,
+        lost: &[SignalId],
+    ) -> Vec<Source> {
+        let Need { variable, .. } = knowledge.needs()[need];
+        let demands = &self.demands[need].requirements;
+        let sources = ways_of(knowledge, graph, plan, lost, demands);
+        let may_be_more = plan.stop != StopReason::Complete && {
+            let anything = ways_of(knowledge, graph, plan, lost, &Requirements::default());
+            anything.len() > sources.len()
+        };
+        match may_be_more {
+            true => {
+                let lost = Lost { signals: lost.to_vec(), relations: Vec::new() };
+                ways(knowledge, graph, variable, &lost, demands)
+            }
+            false => sources,
+        }
+    }
+
+    /// What can serve a need without what is lost and meets what it demands, best first.
     pub(super) fn sources(
         &self,
         knowledge: &KnowledgeBase,
@@ -87,11 +117,50 @@ impl Standby {
         lost: &Lost,
     ) -> Arc<[Source]> {
         let variable = knowledge.needs()[need].variable;
+        let Demands { requirements, barred } = &self.demands[need];
+        let lost = lost.with(barred);
         let is_current = self.table.version() == knowledge.version();
         let is_ready = is_current && lost.relations.is_empty();
         let loss = self.table.loss(variable, &lost.signals).filter(|_| is_ready);
         let ready = loss.and_then(|loss| self.ready[need].get(loss));
-        ready.cloned().unwrap_or_else(|| fit(knowledge, need, ways(knowledge, graph, variable, lost)).into())
+        ready.cloned().unwrap_or_else(|| ways(knowledge, graph, variable, &lost, requirements).into())
+    }
+
+    /// What would serve a need without what is lost rather than anything that meets its demands, best first, each with the
+    /// reasons why it must not.
+    ///
+    /// Complexity: that of one search.
+    pub(super) fn refused(
+        &self,
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        need: NeedId,
+        lost: &Lost,
+    ) -> Vec<(Way, Vec<Shortfall>)> {
+        let variable = knowledge.needs()[need].variable;
+        let anything = ways(knowledge, graph, variable, lost, &Requirements::default());
+        let demands = &self.demands[need].requirements;
+        let asked = anything.into_iter().map(|Source { way, .. }| {
+            let shortfalls = demands.shortfalls_of_way(knowledge, &way);
+            (way, shortfalls)
+        });
+        asked.take_while(|(_, shortfalls)| !shortfalls.is_empty()).collect()
+    }
+}
+
+/// What a need demands of what serves it.
+#[derive(Debug)]
+struct Demands {
+    requirements: Requirements,
+    /// What falls short on its own: for the need it is as if it were lost.
+    barred: Lost,
+}
+
+impl Demands {
+    fn of(knowledge: &KnowledgeBase, need: NeedId) -> Demands {
+        let requirements = Requirements::of(&knowledge.needs()[need]);
+        let (signals, relations) = requirements.barred(knowledge);
+        Demands { requirements, barred: Lost { signals, relations } }
     }
 }
 
@@ -105,13 +174,6 @@ fn starts_from(knowledge: &KnowledgeBase, plan: &Plan, lost: &[SignalId]) -> boo
         plan.substitutions.iter().any(|(substitution, _)| substitution.sources.contains(&variable))
     };
     lost.iter().any(|&signal| starts(knowledge.signals()[signal].variable))
-}
-
-/// Leaves out what is too old for a need when it comes.
-fn fit(knowledge: &KnowledgeBase, need: NeedId, mut sources: Vec<Source>) -> Vec<Source> {
-    let max_age = knowledge.needs()[need].max_age;
-    sources.retain(|source| Service::lag(knowledge, &source.way) <= max_age);
-    sources
 }
 
 #[cfg(test)]
@@ -183,7 +245,9 @@ mod tests {
                         knowledge.signals().ids().enumerate().filter(is_lost).map(|(_, id)| id).collect();
                     let lost = Lost { signals, relations: Vec::new() };
                     let variable = knowledge.needs()[need].variable;
-                    let searched = fit(&knowledge, need, ways(&knowledge, &graph, variable, &lost));
+                    let demands = &standby.demands[need];
+                    let all = lost.with(&demands.barred);
+                    let searched = ways(&knowledge, &graph, variable, &all, &demands.requirements);
                     prop_assert_eq!(&standby.sources(&knowledge, &graph, need, &lost)[..], &searched[..]);
                 }
             }

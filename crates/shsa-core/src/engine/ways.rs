@@ -2,12 +2,16 @@
 
 use crate::computation::Computation;
 use crate::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
-use crate::plan::{self, Appraisal, Graph, Limits, Options, Plan, Preparation};
+use crate::plan::{self, Appraisal, Graph, Limits, Options, Plan, Preparation, Requirements};
 use crate::substitution::Way;
+use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
 /// How many substitutions, and ways, of one variable are considered for a need.
 const MOST: usize = 32;
+
+/// How many choices of signals of one substitution are asked whether they meet what is demanded.
+const MOST_CHOICES: usize = 256;
 
 /// Expansions after which a search for the next best substitution ends; counted, so that runs repeat.
 const LIMITS: Limits = Limits { expansions: 20_000, states: 20_000 };
@@ -27,24 +31,40 @@ pub(super) struct Lost {
     pub(super) relations: Vec<RelationId>,
 }
 
-/// The ways of knowing a variable that can run without what is lost, best utility first, then in file
-/// order; last those that only go on from the variable's own last value.
+impl Lost {
+    /// These and others.
+    pub(super) fn with(&self, barred: &Lost) -> Lost {
+        fn joined<T: Ord + Copy>(one: &[T], other: &[T]) -> Vec<T> {
+            let all: BTreeSet<T> = one.iter().chain(other).copied().collect();
+            all.into_iter().collect()
+        }
+        Lost {
+            signals: joined(&self.signals, &barred.signals),
+            relations: joined(&self.relations, &barred.relations),
+        }
+    }
+}
+
+/// The ways of knowing a variable that can run without what is lost and meet what is demanded, best utility first, then in
+/// file order; last those that only go on from the variable's own last value.
 pub(super) fn ways(
     knowledge: &KnowledgeBase,
     graph: &Graph,
     variable: VariableId,
     lost: &Lost,
+    demands: &Requirements,
 ) -> Vec<Source> {
     let options = Options {
         forbidden_signals: lost.signals.clone(),
         forbidden_relations: lost.relations.clone(),
         ..Options::default()
     };
-    let found = plan::best(graph, variable, &options, MOST, LIMITS);
-    ways_of(knowledge, graph, &found, &lost.signals)
+    let found = plan::best_meeting(knowledge, graph, variable, &options, demands, MOST, LIMITS);
+    ways_of(knowledge, graph, &found, &lost.signals, demands)
 }
 
-/// The best ways of a plan's substitutions without some lost signals (ascending), each with its own utility, best first.
+/// The best ways of a plan's substitutions without some lost signals (ascending) that meet what is demanded, each with its own
+/// utility, best first.
 ///
 /// No way has a higher utility than its substitution, so the ways of the next ones need not be asked for when they
 /// cannot be among the best any more.
@@ -53,6 +73,7 @@ pub(super) fn ways_of(
     graph: &Graph,
     plan: &Plan,
     lost: &[SignalId],
+    demands: &Requirements,
 ) -> Vec<Source> {
     let may_use = |signal| knowledge.is_available(signal) && lost.binary_search(&signal).is_err();
     let appraisal = Appraisal::new(graph, lost);
@@ -61,12 +82,14 @@ pub(super) fn ways_of(
         if sources.get(MOST - 1).is_some_and(|last| last.utility >= *utility) {
             break;
         }
-        let choices = Way::choices(knowledge, substitution, may_use, MOST);
+        let mut choices = Way::choices(knowledge, substitution, may_use, MOST_CHOICES);
         // The choices differ in their signals only: one can run when all can.
         if !choices.first().is_some_and(|way| Computation::can_run(knowledge, way)) {
             continue;
         }
         let is_one = choices.len() == 1;
+        choices.retain(|way| demands.shortfalls_of_way(knowledge, way).is_empty());
+        choices.truncate(MOST);
         sources.extend(choices.into_iter().map(|way| {
             let utility = if is_one { *utility } else { appraisal.utility(&way) };
             Source { way, utility }

@@ -28,7 +28,8 @@ pub enum Section {
     Relations,
     /// What carries variables.
     Signals,
-    /// What must stay available, by the names of the variables.
+    /// What must stay available, by the names of the variables: all needs of one; or, to be removed, by the name under which
+    /// one is published.
     Needs,
 }
 
@@ -61,8 +62,10 @@ pub enum Edit {
     Relation(RelationDraft),
     /// Adds a signal, or replaces the one of its name.
     Signal(SignalDraft),
-    /// Adds a need, or replaces that of its variable.
+    /// Adds a need, or replaces all of its variable.
     Need(NeedDraft),
+    /// Adds needs, all of one variable, or replaces all that it has.
+    Needs(Vec<NeedDraft>),
     /// Rates substitutions otherwise; as usual when `None`.
     Utility(Option<UtilityDraft>),
     /// Removes the element of this name; an error when there is none.
@@ -212,7 +215,7 @@ impl Draft {
             |it| &it.name.text,
             |it| Some(&mut it.properties),
         );
-        work.section(Section::Needs, &mut self.needs, changes.needs, |it| &it.variable.text, |_| None);
+        work.needs(&mut self.needs, changes.needs);
         if let Some(utility) = changes.utility {
             self.utility = utility.cloned();
         }
@@ -238,7 +241,7 @@ struct Changes<'e> {
     functions: Named<'e, (Text, Text)>,
     relations: Named<'e, RelationDraft>,
     signals: Named<'e, SignalDraft>,
-    needs: Named<'e, NeedDraft>,
+    needs: Named<'e, Vec<NeedDraft>>,
     utility: Option<Option<&'e UtilityDraft>>,
 }
 
@@ -254,7 +257,11 @@ impl<'e> Changes<'e> {
             }
             Edit::Relation(draft) => self.relations.push((&draft.name, Change::Put(draft.clone()))),
             Edit::Signal(draft) => self.signals.push((&draft.name, Change::Put(draft.clone()))),
-            Edit::Need(draft) => self.needs.push((&draft.variable, Change::Put(draft.clone()))),
+            Edit::Need(draft) => self.needs.push((&draft.variable, Change::Put(Vec::from([draft.clone()])))),
+            Edit::Needs(drafts) => {
+                let first = drafts.first().map(|draft| (&draft.variable, Change::Put(drafts.clone())));
+                self.needs.extend(first);
+            }
             Edit::Utility(utility) => self.utility = Some(utility.as_ref()),
             Edit::Remove(section, name) => self.remove(*section, name),
             Edit::Property { section, element, name, value } => {
@@ -334,6 +341,32 @@ impl Work<'_> {
             }
         }
         *list = slots.into_iter().flatten().collect();
+    }
+
+    /// A variable's needs are one element: they are given together, and replaced together.
+    fn needs(&mut self, list: &mut Vec<NeedDraft>, changes: Named<'_, Vec<NeedDraft>>) {
+        for (about, change) in changes {
+            let is_of = |need: &NeedDraft| need.variable.text == about.text;
+            let is_named =
+                |need: &NeedDraft| need.signal.as_ref().is_some_and(|name| name.text == about.text);
+            match change {
+                Change::Put(needs) => {
+                    let at = list.iter().position(is_of).unwrap_or(list.len());
+                    list.retain(|need| !is_of(need));
+                    list.splice(at..at, needs);
+                }
+                Change::Remove if list.iter().any(is_of) => list.retain(|need| !is_of(need)),
+                Change::Remove if list.iter().any(is_named) => list.retain(|need| !is_named(need)),
+                Change::Property(name, _) if list.iter().any(is_of) => {
+                    self.error(name, "a need has no properties".to_string(), None);
+                }
+                _ => {
+                    let names = list.iter().map(|need| need.variable.text.as_str());
+                    let near = nearest(&about.text, names).map(|near| format!("did you mean `{near}`?"));
+                    self.error(about, format!("there is no need `{}` to change", about.text), near);
+                }
+            }
+        }
     }
 
     fn property(&mut self, known: &mut PropertyDrafts, name: &Text, value: Option<&Text>) {

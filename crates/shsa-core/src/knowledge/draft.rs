@@ -248,6 +248,10 @@ pub struct NeedDraft {
     pub max_width: Option<Text>,
     /// `A`, `B`, `C` or `D`.
     pub integrity: Option<Text>,
+    /// How often values must come: a frequency such as `5 Hz`.
+    pub min_rate: Option<Text>,
+    /// `hull`, `last` or `withhold`: what goes out while all that could serve it is suspect.
+    pub when_unsure: Option<Text>,
     /// Least time between two voluntary switches.
     pub hold: Option<Text>,
     /// How long a recovered source is watched before it is used again.

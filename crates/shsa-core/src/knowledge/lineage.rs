@@ -94,7 +94,7 @@ impl Lineage {
             && one.limits.range == other.limits.range
     }
 
-    /// A variable has one need in a file; of several, those with the same name of publication are the same.
+    /// The need of a variable that has one; of several, those with the same name of publication are the same.
     fn matched_needs(&self, old: &KnowledgeBase, new: &KnowledgeBase) -> IdVec<NeedId, Option<NeedId>> {
         let mut open: BTreeMap<VariableId, Vec<NeedId>> = BTreeMap::new();
         let mut counts: BTreeMap<VariableId, usize> = BTreeMap::new();

@@ -187,12 +187,44 @@ pub struct Need {
     pub max_age: Span,
     /// How wide a published interval may be, SI.
     pub max_width: Option<f64>,
-    /// The least integrity level, `A` to `D`; checked when contracts are.
+    /// The least integrity level of all that serves it, `A` to `D`.
     pub integrity: Option<char>,
+    /// The least rate of the signals that serve it, observations a second.
+    pub min_rate_hz: Option<f64>,
+    /// What goes out while all that could serve it is suspect.
+    pub when_unsure: WhenUnsure,
     /// How switching behaves.
     pub switching: Switching,
     /// Whether its substitutes are to be computed in processes of their own, where the system has such.
     pub is_isolated: bool,
+}
+
+/// What serves a need while all of its sources are suspect: one of them lies, and nothing tells which.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WhenUnsure {
+    /// All that enough of the candidates hold possible, as an interval: the truth is in it. Usual where a largest width is
+    /// stated.
+    Hull,
+    /// The last trusted value, until it is too old.
+    Last,
+    /// Nothing. Usual where no largest width is stated.
+    #[default]
+    Withhold,
+}
+
+impl WhenUnsure {
+    /// Every choice.
+    pub const ALL: [WhenUnsure; 3] = [WhenUnsure::Hull, WhenUnsure::Last, WhenUnsure::Withhold];
+
+    /// The word for it in models.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            WhenUnsure::Hull => "hull",
+            WhenUnsure::Last => "last",
+            WhenUnsure::Withhold => "withhold",
+        }
+    }
 }
 
 /// Integrity levels with their numbers in the property `integrity`, the highest last.
@@ -264,6 +296,27 @@ impl KnowledgeBase {
     #[must_use]
     pub fn signals(&self) -> &IdVec<SignalId, Signal> {
         &self.signals
+    }
+
+    /// What a need is called where needs go by their variables: its variable, or, where that has several needs, the name under
+    /// which it is published. O(needs).
+    #[must_use]
+    pub fn need_name(&self, need: NeedId) -> &str {
+        let Some(named) = self.needs.find(need) else { return "" };
+        let of_variable = self.needs.iter().filter(|other| other.variable == named.variable);
+        match of_variable.count() {
+            1 => &self.variables[named.variable].name,
+            _ => &named.signal,
+        }
+    }
+
+    /// The needs that a name means: the one that is published under it, else all of the variable of this name. O(needs).
+    #[must_use]
+    pub fn needs_named(&self, name: &str) -> Vec<NeedId> {
+        let published = self.needs.enumerate().find(|(_, need)| need.signal == name).map(|(id, _)| id);
+        let variable = self.variable(name);
+        let of_it = || self.needs.enumerate().filter(|(_, need)| Some(need.variable) == variable);
+        published.map_or_else(|| of_it().map(|(id, _)| id).collect(), |id| Vec::from([id]))
     }
 
     /// All needs.

@@ -191,7 +191,7 @@ impl Joint {
         ledger.add(Section::Functions, &mut whole.functions, &part.functions, |it| &it.0, function_fields);
         ledger.add(Section::Relations, &mut whole.relations, &part.relations, |it| &it.name, relation_fields);
         ledger.add(Section::Signals, &mut whole.signals, &part.signals, |it| &it.name, signal_fields);
-        ledger.add(Section::Needs, &mut whole.needs, &part.needs, |it| &it.variable, need_fields);
+        ledger.need(&mut whole.needs, &part.needs);
         match (&whole.utility, &part.utility) {
             (None, other) => whole.utility.clone_from(other),
             (Some(one), Some(other)) => ledger.rate(one, other),
@@ -229,6 +229,21 @@ impl Ledger {
             let Some(known) = whole.get(at) else { continue };
             let clashes = different(&fields(known), &fields(element), |_, _| true);
             self.note(section, (name(known), text), &clashes);
+        }
+    }
+
+    /// Several parts may need one variable, each under a name of its own.
+    fn need(&mut self, whole: &mut Vec<NeedDraft>, part: &[NeedDraft]) {
+        let published = |it: &NeedDraft| it.signal.as_ref().map(|name| name.text.clone());
+        for need in part {
+            let is_same =
+                |it: &&NeedDraft| it.variable.text == need.variable.text && published(it) == published(need);
+            let Some(known) = whole.iter().find(is_same) else {
+                whole.push(need.clone());
+                continue;
+            };
+            let clashes = different(&need_fields(known), &need_fields(need), |_, _| true);
+            self.note(Section::Needs, (&known.variable, &need.variable), &clashes);
         }
     }
 
@@ -432,6 +447,8 @@ fn need_fields(draft: &NeedDraft) -> Fields {
         ("max_age", words(draft.max_age.as_ref())),
         ("max_width", words(draft.max_width.as_ref())),
         ("integrity", words(draft.integrity.as_ref())),
+        ("min_rate", words(draft.min_rate.as_ref())),
+        ("when_unsure", words(draft.when_unsure.as_ref())),
         ("hold", words(draft.hold.as_ref())),
         ("probation", words(draft.probation.as_ref())),
         ("blend", words(draft.blend.as_ref())),

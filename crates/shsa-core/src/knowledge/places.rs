@@ -74,9 +74,10 @@ impl Draft {
         for it in &mut self.needs {
             each(&mut it.variable);
             let limits = [&mut it.signal, &mut it.max_age, &mut it.max_width, &mut it.integrity];
+            let demands = [&mut it.min_rate, &mut it.when_unsure];
             let switching =
                 [&mut it.hold, &mut it.probation, &mut it.blend, &mut it.hysteresis, &mut it.isolation];
-            limits.into_iter().chain(switching).flatten().for_each(&mut *each);
+            limits.into_iter().chain(demands).chain(switching).flatten().for_each(&mut *each);
         }
         match &mut self.utility {
             Some(UtilityDraft::Named(text)) => each(text),

@@ -13,7 +13,7 @@ use crate::knowledge::{
     INTEGRITY_LEVELS, Id, KnowledgeBase, Need, Properties, RelationId, SignalId, SignalSet, VariableId,
     integrity_level,
 };
-use crate::substitution::{Step, Substitution};
+use crate::substitution::{Step, Substitution, Way};
 use crate::time::Span;
 use alloc::collections::BTreeMap;
 use alloc::format;
@@ -26,6 +26,9 @@ pub struct Requirements {
     /// The largest age of what it rests on, when it comes: the delay of a signal, and what time operators between it
     /// and the result look back.
     pub max_latency: Option<Span>,
+    /// The longest time between two of its values: the period of its fastest signal. One that does not tell its rate may have
+    /// any.
+    pub max_period: Option<Span>,
     /// The largest width of its values, SI: the errors of its signals and relations, as far as they go through its
     /// formulas without change of scale by other values.
     pub max_width: Option<f64>,
@@ -55,6 +58,8 @@ pub enum Shortfall {
     Shared(VariableId, SignalId),
     /// The age of what it rests on, and the largest that was asked.
     Latency(Span, Span),
+    /// The time between two of its values, and the longest that was asked.
+    Period(Span, Span),
     /// The least width of its values, and the largest that was asked, SI.
     Width(f64, f64),
 }
@@ -87,6 +92,9 @@ impl Shortfall {
             Shortfall::Latency(own, most) => {
                 format!("it rests on values {} s old, more than {} s", own.seconds(), most.seconds())
             }
+            Shortfall::Period(own, most) => {
+                format!("its values come every {} s, and may be {} s old", own.seconds(), most.seconds())
+            }
             Shortfall::Width(own, most) => format!("its values are at least {own} wide, more than {most}"),
         }
     }
@@ -102,16 +110,27 @@ impl Requirements {
     pub fn of(need: &Need) -> Requirements {
         Requirements {
             max_latency: Some(need.max_age),
+            max_period: Some(need.max_age),
             max_width: need.max_width,
+            min_rate_hz: need.min_rate_hz,
             integrity: need.integrity.and_then(|letter| integrity_level(letter.encode_utf8(&mut [0; 4]))),
             ..Requirements::default()
         }
     }
 
+    /// The signals and relations that fall short on their own, ascending: nothing that meets the requirements rests on them.
+    /// Complexity: O(model).
+    #[must_use]
+    pub fn barred(&self, knowledge: &KnowledgeBase) -> (Vec<SignalId>, Vec<RelationId>) {
+        let Options { forbidden_signals, forbidden_relations, .. } =
+            self.narrowed(knowledge, &Options::default());
+        (forbidden_signals, forbidden_relations)
+    }
+
     /// Whether anything must be checked along substitutions.
     #[must_use]
     pub fn limits_paths(&self) -> bool {
-        self.max_latency.is_some() || self.max_width.is_some()
+        self.max_latency.is_some() || self.max_width.is_some() || self.max_period.is_some()
     }
 
     /// The options without the signals and relations that fall short on their own.
@@ -169,13 +188,97 @@ impl Requirements {
             let low = self.low_relation(&knowledge.relations()[relation].properties);
             found.extend(low.map(|(own, least)| Shortfall::RelationIntegrity(relation, own, least)));
         }
-        let Cost { latency, width } = self.along(knowledge, options, &suspects, substitution);
-        // Without a signal for a source there is no end to either, and that is told already.
-        let late = self.max_latency.filter(|most| latency > *most && latency < Span::MAX);
-        found.extend(late.map(|most| Shortfall::Latency(latency, most)));
-        let wide = self.max_width.filter(|most| width > *most * (1.0 + SLACK) && width.is_finite());
-        found.extend(wide.map(|most| Shortfall::Width(width, most)));
+        let admitted = |signal: &SignalId| self.admits(knowledge, &suspects, *signal);
+        let source = |variable| {
+            let signals = usable(knowledge, options, variable).filter(admitted);
+            Cost::of_source(knowledge, variable, signals)
+        };
+        found.extend(self.beyond(Cost::along(knowledge, substitution, source)));
+        if found.is_empty() && self.limits_paths() {
+            // Each limit may be met by other signals than the next one.
+            let mut falling_short = None;
+            for way in self.ways(knowledge, options, &suspects, substitution) {
+                let shortfalls = self.shortfalls_of_way(knowledge, &way);
+                if shortfalls.is_empty() {
+                    return found;
+                }
+                falling_short.get_or_insert(shortfalls);
+            }
+            found.extend(falling_short.unwrap_or_default());
+        }
         found
+    }
+
+    /// The ways of a substitution with signals that do not fall short on their own, as many as are looked at.
+    fn ways(
+        &self,
+        knowledge: &KnowledgeBase,
+        options: &Options,
+        suspects: &SignalSet,
+        substitution: &Substitution,
+    ) -> Vec<Way> {
+        let usable = |signal| {
+            knowledge.is_available(signal)
+                && !options.forbidden_signals.contains(&signal)
+                && self.admits(knowledge, suspects, signal)
+        };
+        Way::choices(knowledge, substitution, usable, MOST_CHOICES)
+    }
+
+    /// Everything for which a way falls short: a substitution whose signals are chosen.
+    ///
+    /// Complexity: O(s log s) for s inputs of its relations.
+    #[must_use]
+    pub fn shortfalls_of_way(&self, knowledge: &KnowledgeBase, way: &Way) -> Vec<Shortfall> {
+        let mut found = Vec::new();
+        let suspects = self.suspects(knowledge);
+        let chosen: BTreeMap<VariableId, SignalId> = way
+            .substitution
+            .sources
+            .iter()
+            .zip(&way.signals)
+            .filter_map(|(&source, signal)| Some((source, (*signal)?)))
+            .collect();
+        for (&source, &signal) in &chosen {
+            found.extend(self.signal(knowledge, &suspects, source, signal));
+        }
+        for relation in way.substitution.relations() {
+            let low = self.low_relation(&knowledge.relations()[relation].properties);
+            found.extend(low.map(|(own, least)| Shortfall::RelationIntegrity(relation, own, least)));
+        }
+        let source =
+            |variable| Cost::of_source(knowledge, variable, chosen.get(&variable).copied().into_iter());
+        found.extend(self.beyond(Cost::along(knowledge, &way.substitution, source)));
+        found
+    }
+
+    fn signal(
+        &self,
+        knowledge: &KnowledgeBase,
+        suspects: &SignalSet,
+        source: VariableId,
+        signal: SignalId,
+    ) -> Option<Shortfall> {
+        let (rate, integrity) = (rate(knowledge, signal), integrity(knowledge, signal));
+        if let Some(least) = self.min_rate_hz.filter(|least| rate < *least) {
+            return Some(Shortfall::Rate(source, rate, least));
+        }
+        if let Some(least) = self.integrity.filter(|least| integrity < *least) {
+            return Some(Shortfall::SignalIntegrity(source, integrity, least));
+        }
+        let shares = suspects.meets(&knowledge.origins(signal));
+        shares.then_some(Shortfall::Shared(source, signal))
+    }
+
+    /// What is beyond the limits; without a signal for a source there is no end to anything, and that is told already.
+    fn beyond(&self, cost: Cost) -> impl Iterator<Item = Shortfall> {
+        let Cost { latency, width, period } = cost;
+        let late = self.max_latency.filter(|most| latency > *most && latency < Span::MAX);
+        let rare = self.max_period.filter(|most| period > *most && period < Span::MAX);
+        let wide = self.max_width.filter(|most| width > *most * (1.0 + SLACK) && width.is_finite());
+        let late = late.map(|most| Shortfall::Latency(latency, most));
+        let rare = rare.map(|most| Shortfall::Period(period, most));
+        late.into_iter().chain(rare).chain(wide.map(|most| Shortfall::Width(width, most)))
     }
 
     fn source(
@@ -211,33 +314,17 @@ impl Requirements {
 
     fn allow(&self, cost: Cost) -> bool {
         self.max_latency.is_none_or(|most| cost.latency <= most)
+            // A constant holds always.
+            && self.max_period.is_none_or(|most| cost.period <= most || cost.period == Span::MAX)
             && self.max_width.is_none_or(|most| cost.width <= most * (1.0 + SLACK))
-    }
-
-    /// What a complete substitution costs.
-    fn along(
-        &self,
-        knowledge: &KnowledgeBase,
-        options: &Options,
-        suspects: &SignalSet,
-        substitution: &Substitution,
-    ) -> Cost {
-        let admitted = |signal: &SignalId| self.admits(knowledge, suspects, *signal);
-        let source = |&source: &VariableId| {
-            let signals = usable(knowledge, options, source).filter(admitted);
-            (source, Cost::of_source(knowledge, source, signals))
-        };
-        let mut known: BTreeMap<VariableId, Cost> = substitution.sources.iter().map(source).collect();
-        for step in &substitution.steps {
-            let of = |input| known.get(&input).copied().unwrap_or(Cost::NONE);
-            known.insert(step.output, Cost::of_step(knowledge, *step, of));
-        }
-        known.get(&substitution.sink).copied().unwrap_or(Cost::NONE)
     }
 }
 
 /// By how much a width may be beyond its limit through rounding.
 const SLACK: f64 = 1e-9;
+
+/// How many choices of signals of a substitution are looked at for one that meets the requirements.
+const MOST_CHOICES: usize = 256;
 
 /// The property of signals and relations that holds their integrity level.
 const INTEGRITY: &str = "integrity";
@@ -270,11 +357,28 @@ struct Cost {
     latency: Span,
     /// SI.
     width: f64,
+    /// That of the fastest signal; without end of constants.
+    period: Span,
 }
 
 impl Cost {
-    const NONE: Cost = Cost { latency: Span::ZERO, width: 0.0 };
-    const MAX: Cost = Cost { latency: Span::MAX, width: f64::INFINITY };
+    const NONE: Cost = Cost { latency: Span::ZERO, width: 0.0, period: Span::ZERO };
+    const MAX: Cost = Cost { latency: Span::MAX, width: f64::INFINITY, period: Span::MAX };
+
+    /// What a complete substitution costs, from what its sources do.
+    fn along(
+        knowledge: &KnowledgeBase,
+        substitution: &Substitution,
+        source: impl Fn(VariableId) -> Cost,
+    ) -> Cost {
+        let source = |&variable: &VariableId| (variable, source(variable));
+        let mut known: BTreeMap<VariableId, Cost> = substitution.sources.iter().map(source).collect();
+        for step in &substitution.steps {
+            let of = |input| known.get(&input).copied().unwrap_or(Cost::NONE);
+            known.insert(step.output, Cost::of_step(knowledge, *step, of));
+        }
+        known.get(&substitution.sink).copied().unwrap_or(Cost::NONE)
+    }
 
     /// Of the best signals of a provided variable; a constant has the width of its bounds.
     fn of_source(
@@ -283,24 +387,32 @@ impl Cost {
         signals: impl Iterator<Item = SignalId>,
     ) -> Cost {
         if let Some(constant) = knowledge.variables()[variable].constant {
-            return Cost { latency: Span::ZERO, width: constant.width() };
+            return Cost { latency: Span::ZERO, width: constant.width(), period: Span::MAX };
         }
         signals.map(|signal| &knowledge.signals()[signal]).fold(Cost::MAX, |least, signal| {
             let width = signal.value_error.hi - signal.value_error.lo;
-            least.least(Cost { latency: signal.delay, width })
+            let period = signal.rate_hz.map_or(Span::ZERO, |rate| Span::from_seconds(1.0 / rate));
+            least.least(Cost { latency: signal.delay, width, period })
         })
     }
 
     fn of_step(knowledge: &KnowledgeBase, step: Step, of: impl Fn(VariableId) -> Cost) -> Cost {
         let relation = &knowledge.relations()[step.relation];
         let latency = relation.needs(step.output).map(|input| of(input).latency).max().unwrap_or_default();
-        let Some(formula) = relation.formula(step.output) else { return Cost { latency, width: 0.0 } };
+        let period = relation.needs(step.output).map(|input| of(input).period).min().unwrap_or(Span::MAX);
+        let Some(formula) = relation.formula(step.output) else {
+            return Cost { latency, width: 0.0, period };
+        };
         let width = |symbol: Symbol| of(VariableId::from_index(symbol.0 as usize)).width;
-        Cost { latency: latency + looks_back(formula), width: least_width(formula, &width) }
+        Cost { latency: latency + looks_back(formula), width: least_width(formula, &width), period }
     }
 
     fn least(self, other: Cost) -> Cost {
-        Cost { latency: self.latency.min(other.latency), width: self.width.min(other.width) }
+        Cost {
+            latency: self.latency.min(other.latency),
+            width: self.width.min(other.width),
+            period: self.period.min(other.period),
+        }
     }
 }
 
@@ -407,7 +519,9 @@ impl<'a> Paths<'a> {
 
     /// Whether a complete substitution meets the requirements.
     pub(super) fn admit(&self, substitution: &Substitution) -> bool {
-        let none = SignalSet::new();
-        self.requirements.allow(self.requirements.along(self.knowledge, &self.options, &none, substitution))
+        let Paths { knowledge, options, requirements, .. } = self;
+        let is_short = |way: &Way| !requirements.shortfalls_of_way(knowledge, way).is_empty();
+        requirements.allow(Cost::along(knowledge, substitution, |source| self.source(source)))
+            && !requirements.ways(knowledge, options, &SignalSet::new(), substitution).iter().all(is_short)
     }
 }

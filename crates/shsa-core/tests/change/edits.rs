@@ -45,6 +45,9 @@ impl Lists {
             }
             Edit::Relation(draft) => put(&mut self.relations, &draft.name.text, draft.clone()),
             Edit::Signal(draft) => put(&mut self.signals, &draft.name.text, draft.clone()),
+            Edit::Needs(drafts) => {
+                drafts.iter().for_each(|draft| put(&mut self.needs, &draft.variable.text, draft.clone()));
+            }
             Edit::Need(draft) => put(&mut self.needs, &draft.variable.text, draft.clone()),
             Edit::Remove(section, name) => return self.remove(*section, &name.text),
             Edit::Property { element, name, value, .. } => {

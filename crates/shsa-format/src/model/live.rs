@@ -6,7 +6,7 @@
 //! `properties: { signals: { /gnss: { accuracy: 0.5 } } }` sets a property without writing the signal again.
 
 use shsa_core::knowledge::{
-    self, Diagnostic, Draft, Edit, KnowledgeBase, Model, Place, Section, Severity, Text,
+    self, Diagnostic, Draft, Edit, KnowledgeBase, Model, NeedDraft, Place, Section, Severity, Text,
 };
 use std::collections::BTreeSet;
 
@@ -257,7 +257,15 @@ fn edits_of(draft: Draft) -> Vec<Edit> {
     let functions = functions.into_iter().map(|(head, body)| Edit::Function(head, body));
     let relations = relations.into_iter().map(Edit::Relation);
     let signals = signals.into_iter().map(Edit::Signal);
-    let needs = needs.into_iter().map(Edit::Need);
+    let mut by_variable: Vec<Vec<NeedDraft>> = Vec::new();
+    for need in needs {
+        let same = |known: &&mut Vec<NeedDraft>| known[0].variable.text == need.variable.text;
+        match by_variable.iter_mut().find(same) {
+            Some(known) => known.push(need),
+            None => by_variable.push(vec![need]),
+        }
+    }
+    let needs = by_variable.into_iter().map(Edit::Needs);
     let utility = utility.map(|utility| Edit::Utility(Some(utility)));
     variables
         .chain(constants)

@@ -36,8 +36,21 @@ const SIGNAL: [&str; 17] = [
     "shares",
     "properties",
 ];
-const NEED: [&str; 9] =
-    ["signal", "max_age", "max_width", "integrity", "hold", "probation", "blend", "hysteresis", "isolation"];
+const NEED: [&str; 11] = [
+    "signal",
+    "max_age",
+    "max_width",
+    "integrity",
+    "min_rate",
+    "when_unsure",
+    "hold",
+    "probation",
+    "blend",
+    "hysteresis",
+    "isolation",
+];
+
+const NEED_EXAMPLE: &str = "dmin: { max_age: 300 ms }";
 
 const UTILITY: [&str; 5] = ["aggregate", "relation", "signal", "way", "defaults"];
 
@@ -121,7 +134,12 @@ impl Source for Model<'_, '_, '_> {
     }
 
     fn needs(&mut self, take: &mut dyn FnMut(&NeedDraft)) {
-        self.section("needs", "dmin: { max_age: 300 ms }", &mut |reader, entry| take(&need(reader, entry)));
+        self.section("needs", NEED_EXAMPLE, &mut |reader, (variable, node)| match &node.value {
+            Value::List(several) if !several.is_empty() => {
+                several.iter().for_each(|node| take(&need(reader, variable, node)));
+            }
+            _ => take(&need(reader, variable, node)),
+        });
     }
 
     fn utility(&mut self) -> Option<UtilityDraft> {
@@ -295,8 +313,8 @@ fn utility(reader: &mut Reader, node: &Node) -> Option<UtilityDraft> {
     })
 }
 
-fn need(reader: &mut Reader, (variable, node): &(Text, Node)) -> NeedDraft {
-    let fields = reader.fields(node, "a need's keys", &NEED, "dmin: { max_age: 300 ms }");
+fn need(reader: &mut Reader, variable: &Text, node: &Node) -> NeedDraft {
+    let fields = reader.fields(node, "a need's keys, or a list of needs", &NEED, NEED_EXAMPLE);
     let mut keys = Keys { reader, fields };
     NeedDraft {
         variable: variable.clone(),
@@ -304,6 +322,8 @@ fn need(reader: &mut Reader, (variable, node): &(Text, Node)) -> NeedDraft {
         max_age: keys.span("max_age"),
         max_width: keys.text("max_width", "a width", "0.5 m"),
         integrity: keys.text("integrity", "a level from A to D", "B"),
+        min_rate: keys.text("min_rate", "a frequency", "5 Hz"),
+        when_unsure: keys.text("when_unsure", "`hull`, `last` or `withhold`", "hull"),
         hold: keys.span("hold"),
         probation: keys.span("probation"),
         blend: keys.span("blend"),

@@ -83,7 +83,7 @@ fn sections(draft: &Draft) -> Vec<(&'static str, Tree)> {
         ("functions", map(&draft.functions, |(head, body)| (head, text(body)))),
         ("relations", map(&draft.relations, |relation| (&relation.name, of_relation(relation)))),
         ("signals", map(&draft.signals, |signal| (&signal.name, of_signal(signal)))),
-        ("needs", map(&draft.needs, |need| (&need.variable, of_need(need)))),
+        ("needs", of_needs(&draft.needs)),
     ];
     let filled =
         sections.into_iter().filter(|(_, value)| !matches!(value, Tree::Map(entries) if entries.is_empty()));
@@ -171,12 +171,28 @@ fn shares(causes: &[(Text, Option<Text>)]) -> Option<Tree> {
     (!causes.is_empty()).then_some(tree)
 }
 
+/// By variable: a need, or a list of several.
+fn of_needs(needs: &[NeedDraft]) -> Tree {
+    let mut entries: Vec<(String, Vec<Tree>)> = Vec::new();
+    for need in needs {
+        let name = &need.variable.text;
+        match entries.iter_mut().find(|(known, _)| known == name) {
+            Some((_, several)) => several.push(of_need(need)),
+            None => entries.push((name.clone(), vec![of_need(need)])),
+        }
+    }
+    let alone = |mut needs: Vec<Tree>| if needs.len() == 1 { needs.remove(0) } else { Tree::List(needs) };
+    Tree::Map(entries.into_iter().map(|(name, needs)| (name, alone(needs))).collect())
+}
+
 fn of_need(need: &NeedDraft) -> Tree {
     keys([
         ("signal", need.signal.as_ref().map(text)),
         ("max_age", need.max_age.as_ref().map(text)),
         ("max_width", need.max_width.as_ref().map(text)),
         ("integrity", need.integrity.as_ref().map(text)),
+        ("min_rate", need.min_rate.as_ref().map(text)),
+        ("when_unsure", need.when_unsure.as_ref().map(text)),
         ("hold", need.hold.as_ref().map(text)),
         ("probation", need.probation.as_ref().map(text)),
         ("blend", need.blend.as_ref().map(text)),

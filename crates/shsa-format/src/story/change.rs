@@ -56,6 +56,7 @@ pub(super) fn said(run: &Run, knowledge: &KnowledgeBase) -> (Vec<Event>, Vec<Pub
     let event = |(known, event): (&KnowledgeBase, &Event)| Event {
         signal: event.signal.and_then(|id| signal(known, id, knowledge)),
         variable: event.variable.and_then(|id| variable(known, id, knowledge)),
+        need: event.need.and_then(|id| need(known, id, knowledge)),
         relation: event.relation.and_then(|id| relation(known, id, knowledge)),
         cause: event.cause.and_then(|id| cause(known, id, knowledge)),
         ..event.clone()

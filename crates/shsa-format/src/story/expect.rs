@@ -4,7 +4,7 @@ use super::change;
 use super::curve::Curve;
 use crate::drive::Run;
 use shsa_core::diagnosis::Verdict;
-use shsa_core::engine::{Engine, Event, EventKind, Publication, PublishedValue};
+use shsa_core::engine::{Engine, Event, EventKind, Publication, PublishedValue, Quality};
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, VariableId};
 use shsa_core::monitor::Symptom;
 use shsa_core::time::{Span, Time};
@@ -38,6 +38,7 @@ pub(super) enum Expectation {
         kind: Option<EventKind>,
         signal: Option<SignalId>,
         variable: Option<VariableId>,
+        need: Option<NeedId>,
         symptom: Option<Symptom>,
         /// Texts that the reason holds.
         because: Vec<String>,
@@ -65,6 +66,10 @@ pub(super) enum Limit {
     LargestJump(f64),
     /// Distance of a midpoint from what is true when it is published.
     LargestError(f64, Box<Curve>),
+    /// Width of a value.
+    LargestWidth(f64),
+    /// All values have it.
+    Quality(Quality),
 }
 
 /// What an expectation compares with.
@@ -133,12 +138,14 @@ impl Expectation {
 
     /// Whether an event is of this kind, whenever it was.
     fn fits(&self, event: &Event) -> bool {
-        let Expectation::Events { kind, signal, variable, symptom, because, substitution, .. } = self else {
+        let Expectation::Events { kind, signal, variable, need, symptom, because, substitution, .. } = self
+        else {
             return false;
         };
         kind.is_none_or(|kind| kind == event.kind)
             && signal.is_none_or(|signal| event.signal == Some(signal))
             && variable.is_none_or(|variable| event.variable == Some(variable) && event.signal.is_none())
+            && need.is_none_or(|need| event.need == Some(need))
             && symptom.is_none_or(|symptom| event.symptom == Some(symptom))
             && holds_all(&event.because, because)
             && holds_all(event.substitution.as_deref().unwrap_or_default(), substitution)
@@ -161,7 +168,20 @@ fn check_values(evidence: &Evidence<'_>, need: NeedId, between: Between, limits:
     let mut met = true;
     let mut found = vec![format!("{} values", values.len())];
     for limit in limits {
-        let (holds, text) = limit.check(&middles, between, unit.as_ref());
+        let (holds, text) = match limit {
+            Limit::Quality(quality) => check_quality(&values, *quality),
+            Limit::LargestWidth(limit) => {
+                let scale = unit.as_ref().map_or(1.0, |unit| unit.scale);
+                let widths = values.iter().map(|value| (value.time, width(value) / scale));
+                largest(
+                    "width",
+                    widths,
+                    *limit,
+                    &unit.as_ref().map_or(String::new(), |unit| format!(" {unit}")),
+                )
+            }
+            limit => limit.check(&middles, between, unit.as_ref()),
+        };
         met &= holds;
         found.extend(text);
     }
@@ -178,6 +198,8 @@ impl Limit {
         let name = unit.map_or(String::new(), |unit| format!(" {unit}"));
         match self {
             Limit::None => (middles.is_empty(), None),
+            // What is asked of the values themselves, not of their middles.
+            Limit::LargestWidth(_) | Limit::Quality(_) => (true, None),
             Limit::LongestGap(limit) => {
                 let times = middles.iter().map(|(time, _)| *time);
                 let times: Vec<Time> = [between.from].into_iter().chain(times).chain([between.to]).collect();
@@ -209,6 +231,19 @@ fn largest(
             (amount <= limit, Some(text))
         }
         None => (false, Some(format!("no {what} to measure"))),
+    }
+}
+
+fn check_quality(values: &[&Publication], quality: Quality) -> (bool, Option<String>) {
+    let other = values.iter().find(|value| value.quality != quality);
+    let text = other.map(|value| format!("{} at {:.2} s", value.quality.name(), value.time.seconds()));
+    (other.is_none() && !values.is_empty(), text)
+}
+
+fn width(publication: &Publication) -> f64 {
+    match &publication.value {
+        PublishedValue::Scalar(value) => value.width(),
+        PublishedValue::Vector(elements) => elements.iter().map(|it| it.width()).fold(0.0, f64::max),
     }
 }
 

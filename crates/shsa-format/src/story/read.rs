@@ -13,7 +13,7 @@ use crate::model::tree::{self, Node, Value};
 use crate::model::{self, Report, shape};
 use crate::order::OrderForm;
 use crate::recording::Sample;
-use shsa_core::engine::{EventKind, Order};
+use shsa_core::engine::{EventKind, Order, Quality};
 use shsa_core::expression::parse_quantity;
 use shsa_core::knowledge::{Id, KnowledgeBase, Model, NeedId, Place, SignalId, Text, VariableId, build_from};
 use shsa_core::monitor::Symptom;
@@ -29,14 +29,34 @@ const ORDER: [&str; 7] = ["at", "order", "signal", "relation", "cause", "need", 
 const SOURCE: [&str; 9] = ["value", "rate", "from", "to", "jitter", "delay", "latency", "noise", "echo"];
 const CHANGE: [&str; 2] = ["at", "change"];
 const ROW: [&str; 4] = ["signal", "time", "received", "value"];
-const EVENT: [&str; 9] =
-    ["event", "never", "signal", "variable", "symptom", "because", "substitution", "between", "times"];
+const EVENT: [&str; 10] = [
+    "event",
+    "never",
+    "signal",
+    "variable",
+    "need",
+    "symptom",
+    "because",
+    "substitution",
+    "between",
+    "times",
+];
 const VERDICT: [&str; 3] = ["verdict", "signal", "at"];
 const SERVED: [&str; 3] = ["need", "source", "at"];
-const VALUES: [&str; 7] =
-    ["need", "values", "longest_gap", "largest_jump", "largest_error", "truth", "between"];
+const VALUES: [&str; 9] = [
+    "need",
+    "values",
+    "longest_gap",
+    "largest_jump",
+    "largest_error",
+    "largest_width",
+    "quality",
+    "truth",
+    "between",
+];
 /// Of these, what limits the values.
-const LIMITS: [&str; 4] = ["values", "longest_gap", "largest_jump", "largest_error"];
+const LIMITS: [&str; 6] =
+    ["values", "longest_gap", "largest_jump", "largest_error", "largest_width", "quality"];
 
 /// The most samples that one signal of a story may have.
 const MAX_SAMPLES: i64 = 1_000_000;
@@ -386,6 +406,7 @@ impl Writer<'_, '_> {
         let symptom = keys.text("symptom", "how a signal misbehaves", "drifting");
         let (signal, variable) =
             (keys.text("signal", "a signal", "/a"), keys.text("variable", "a variable", "speed"));
+        let need = keys.text("need", "a need", "speed");
         let kind = match never.as_ref().or(event.as_ref()) {
             Some(text) if never.is_some() && text.text == "anything" => None,
             text => Some(self.kind(text?)?),
@@ -398,7 +419,18 @@ impl Writer<'_, '_> {
         };
         let signal = optional(signal, |name| self.find_signal(name))?;
         let variable = optional(variable, |name| self.find_variable(name))?;
-        Some(Expectation::Events { kind, signal, variable, symptom, because, substitution, between, times })
+        let need = optional(need, |name| self.find_need(name))?;
+        Some(Expectation::Events {
+            kind,
+            signal,
+            variable,
+            need,
+            symptom,
+            because,
+            substitution,
+            between,
+            times,
+        })
     }
 
     fn verdict(&mut self, node: &Node) -> Option<Expectation> {
@@ -451,6 +483,8 @@ impl Writer<'_, '_> {
         let gap = keys.span("longest_gap");
         let jump = keys.text("largest_jump", "an amount", "0.3 m/s");
         let error = keys.text("largest_error", "an amount", "0.3 m/s");
+        let width = keys.text("largest_width", "an amount", "0.3 m/s");
+        let quality = keys.text("quality", "`good`, `substitute` or `uncertain`", "good");
         let truth = keys.text("truth", "a name under `truth`", "speed");
         let need = self.find_need(&need)?;
         let unit = self.knowledge.variables()[self.knowledge.needs()[need].variable].unit.clone();
@@ -458,6 +492,8 @@ impl Writer<'_, '_> {
         limits.extend(none.and_then(|text| self.none(&text)));
         limits.extend(gap.and_then(|text| self.span(&text)).map(Limit::LongestGap));
         limits.extend(jump.and_then(|text| self.amount(&text, unit.as_ref())).map(Limit::LargestJump));
+        limits.extend(width.and_then(|text| self.amount(&text, unit.as_ref())).map(Limit::LargestWidth));
+        limits.extend(quality.and_then(|text| self.quality(&text)).map(Limit::Quality));
         limits.extend(error.and_then(|text| self.error(&text, truth, unit.as_ref())));
         Some(Expectation::Values { need, between, limits })
     }
@@ -465,6 +501,11 @@ impl Writer<'_, '_> {
     fn none(&mut self, text: &Text) -> Option<Limit> {
         let found = (text.text == "none").then_some(Limit::None);
         self.known(text, "word", found, ["none"].into_iter())
+    }
+
+    fn quality(&mut self, text: &Text) -> Option<Quality> {
+        let found = Quality::ALL.into_iter().find(|quality| quality.name() == text.text);
+        self.known(text, "quality", found, Quality::ALL.iter().map(|quality| quality.name()))
     }
 
     fn error(&mut self, text: &Text, truth: Option<Text>, unit: Option<&Unit>) -> Option<Limit> {
@@ -578,11 +619,15 @@ impl Writer<'_, '_> {
     }
 
     fn find_need(&mut self, name: &Text) -> Option<NeedId> {
-        let variable = |id: VariableId| self.knowledge.variables()[id].name.as_str();
-        let mut needs = self.knowledge.needs().enumerate();
-        let found = needs.find(|(_, need)| variable(need.variable) == name.text).map(|(id, _)| id);
-        let names: Vec<&str> = self.knowledge.needs().iter().map(|need| variable(need.variable)).collect();
-        self.known(name, "need", found, names.into_iter())
+        let found = self.knowledge.needs_named(&name.text);
+        if found.len() > 1 {
+            let names = found.iter().map(|&id| self.knowledge.need_name(id)).collect::<Vec<_>>().join(", ");
+            let message = format!("`{}` has {} needs", name.text, found.len());
+            self.reader.note(name.place, &message, &format!("name one of them: {names}"));
+            return None;
+        }
+        let names: Vec<&str> = self.knowledge.needs().ids().map(|id| self.knowledge.need_name(id)).collect();
+        self.known(name, "need", found.first().copied(), names.into_iter())
     }
 
     fn find_truth(&mut self, name: &Text) -> Option<Curve> {

@@ -5,7 +5,7 @@ use crate::keep;
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{
     Id, IdVec, KnowledgeBase, Need, Properties, Relation, RelationId, Shape, Signal, Switching, ValueError,
-    Variable, VariableId,
+    Variable, VariableId, WhenUnsure,
 };
 use shsa_core::substitution::Substitution;
 use shsa_core::time::Span;
@@ -176,6 +176,8 @@ fn hostile() -> KnowledgeBase {
         max_age: Span::ZERO,
         max_width: None,
         integrity: None,
+        min_rate_hz: None,
+        when_unsure: WhenUnsure::Withhold,
         switching: Switching::default(),
         is_isolated: false,
     };
@@ -268,6 +270,8 @@ fn a_very_large_base_is_soon_a_graph_for_graphviz() {
         max_age: Span::ZERO,
         max_width: None,
         integrity: None,
+        min_rate_hz: None,
+        when_unsure: WhenUnsure::Withhold,
         switching: Switching::default(),
         is_isolated: false,
     };

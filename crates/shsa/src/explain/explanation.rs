@@ -223,8 +223,12 @@ impl<'a> Explanation<'a> {
             return None;
         }
         let signals = |set: &SignalSet| set.iter().map(Component::Signal).collect();
-        let conflict =
-            |set| diagnosis::Comparison { one: signals(set), other: BTreeSet::new(), agrees: false };
+        let conflict = |set| diagnosis::Comparison {
+            one: signals(set),
+            other: BTreeSet::new(),
+            agrees: false,
+            conditions: BTreeSet::new(),
+        };
         let conflicts: Vec<diagnosis::Comparison> = sets.iter().map(conflict).collect();
         let parts = diagnosis::explain(&conflicts, |_| EQUAL_PRIOR);
         if parts.iter().any(|part| part.is_cut_off) {
@@ -376,6 +380,7 @@ impl<'a> Explanation<'a> {
         }
         let shown = |(_, known, event): &(usize, &KnowledgeBase, &Event)| {
             let variable = event.variable.map_or("", |variable| &known.variables()[variable].name);
+            let variable = event.need.map_or(variable, |need| known.need_name(need));
             let source =
                 event.substitution.as_ref().map_or(String::new(), |source| format!(", now from {source}"));
             let (time, kind) = (self.words.time(event.time), event.kind.name());

@@ -5,7 +5,7 @@ use crate::show::{self, Paint};
 use crate::tell;
 use serde_json::{Map, Value, json};
 use shsa_core::alignment::Counts;
-use shsa_core::engine::{Event, Publication, PublishedValue};
+use shsa_core::engine::{Event, Publication, PublishedValue, Quality};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, Need, NeedId, SignalId, VariableId};
 use shsa_core::monitor::{Figures, WatchedWay, WayIndex};
@@ -215,7 +215,6 @@ impl<'a> Report<'a> {
 
     fn need_json(&self, report: &NeedReport) -> (String, Value) {
         let need = &self.knowledge.needs()[report.id];
-        let variable = &self.knowledge.variables()[need.variable];
         let in_unit = |value: f64| difference_from_si(self.knowledge, need.variable, value);
         let mut value = json!({
             "signal": need.signal,
@@ -229,7 +228,7 @@ impl<'a> Report<'a> {
             object.insert("rmse".to_owned(), json!(in_unit(error.rms())));
             object.insert("max_error".to_owned(), json!(in_unit(error.most)));
         }
-        (variable.name.clone(), value)
+        (self.knowledge.need_name(report.id).to_owned(), value)
     }
 
     /// Counts over sessions, and the verdict at the end of the last.
@@ -479,8 +478,9 @@ fn together(needs_of: &[Vec<NeedReport>], at: usize) -> Option<NeedReport> {
 
 /// The published scalars of a need, by the name under which it is published: when, and the middle of the value.
 fn values<'r>(run: &'r Run, need: &'r Need) -> impl Iterator<Item = (Time, f64)> + 'r {
+    // The middle of an uncertain value is nothing that anybody is told.
     let of_need = |known: &KnowledgeBase, publication: &Publication| {
-        known.needs()[publication.need].signal == need.signal
+        known.needs()[publication.need].signal == need.signal && publication.quality != Quality::Uncertain
     };
     run.told_values(0).filter(move |(known, publication)| of_need(known, publication)).filter_map(
         |(_, publication)| match &publication.value {
@@ -543,6 +543,6 @@ fn value_json(knowledge: &KnowledgeBase, publication: &Publication) -> Value {
         "time_ns": publication.validity.to.0,
         "received_ns": publication.time.0,
         "value": value,
-        "quality": format!("{:?}", publication.quality).to_lowercase(),
+        "quality": publication.quality.name(),
     })
 }

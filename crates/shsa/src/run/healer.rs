@@ -20,7 +20,7 @@ use super::wiring::{Patterns, Takeover};
 use anyhow::Context;
 use shsa_bridge::{Bridge, Clock, Inbox, Message};
 use shsa_core::diagnosis::Verdict;
-use shsa_core::engine::{self, Engine, Event, Input, Order, Output, Publication, Subject};
+use shsa_core::engine::{self, Engine, Event, EventKind, Input, Order, Output, Publication, Subject};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
@@ -327,10 +327,18 @@ impl Healer {
 
     /// An event about a variable may mean that its needs are served from elsewhere.
     fn follow(&mut self, event: &Event) {
+        if event.kind == EventKind::Refused {
+            // What may not serve a need changes nothing about what does.
+            return;
+        }
         let needs = self.told.needs().enumerate();
-        for (id, _) in needs.filter(|(_, need)| Some(need.variable) == event.variable) {
+        for (id, _) in needs.filter(|(id, need)| {
+            Some(need.variable) == event.variable && event.need.is_none_or(|need| need == *id)
+        }) {
+            // An event tells of a stand-in, too, which is no source of its own.
             let status = self.engine.need_status(id);
-            self.outlets[id].follow(event.kind, status.source);
+            let source = event.substitution.clone().filter(|_| event.need == Some(id)).or(status.source);
+            self.outlets[id].follow(event.kind, source);
         }
     }
 }

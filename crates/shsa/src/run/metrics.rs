@@ -139,7 +139,7 @@ fn of_needs(registry: &mut Registry, healers: &[Healer], now: Time) {
     let (quality, published) = (Gauges::default(), Counters::default());
     for healer in healers {
         for (id, outlet) in healer.outlets() {
-            let labels = vec![("model", healer.name().to_owned()), ("need", outlet.variable().to_owned())];
+            let labels = vec![("model", healer.name().to_owned()), ("need", outlet.key().to_owned())];
             published.get_or_create(&labels).inc_by(healer.engine().need_status(id).published);
             let labels = [labels, vec![("quality", outlet.quality(now).name().to_owned())]].concat();
             quality.get_or_create(&labels).set(1.0);
@@ -153,7 +153,7 @@ fn of_services(registry: &mut Registry, healers: &[Healer]) {
     let (seconds, replaced) = (Gauges::default(), Counters::default());
     for healer in healers {
         for (id, outlet) in healer.outlets() {
-            let labels = vec![("model", healer.name().to_owned()), ("need", outlet.variable().to_owned())];
+            let labels = vec![("model", healer.name().to_owned()), ("need", outlet.key().to_owned())];
             let process = healer.isolation().and_then(|isolation| isolation.figures(id));
             let engine = ("engine", healer.execution(id).times());
             let places = [Some(engine), process.map(|(_, times)| ("process", times))];

@@ -4,7 +4,7 @@ use super::likeness::{Likeness, raw};
 use serde_json::{Value, json};
 use shsa_bridge::payload::{self, SIZE_LIMIT, Writer};
 use shsa_bridge::{Bridge, BridgeError, Clock, Outgoing, Payload, Provenance, Quality};
-use shsa_core::engine::{EventKind, Publication};
+use shsa_core::engine::{self, EventKind, Publication};
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId};
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::Unit;
@@ -45,6 +45,8 @@ enum Shape {
 pub(super) struct Outlet {
     topic: String,
     variable: String,
+    /// Its variable, or, where that has several needs, the name under which it is published.
+    key: String,
     unit: Option<Unit>,
     max_age: Span,
     provenance: Provenance,
@@ -72,6 +74,7 @@ impl Outlet {
         form: Form,
         own: Option<SignalId>,
     ) -> anyhow::Result<Outlet> {
+        let key = knowledge.need_name(need).to_owned();
         let need = &knowledge.needs()[need];
         let variable = &knowledge.variables()[need.variable];
         let shape = match (form, own) {
@@ -88,6 +91,7 @@ impl Outlet {
         Ok(Outlet {
             topic: need.signal.clone(),
             variable: variable.name.clone(),
+            key,
             unit: variable.unit.clone(),
             max_age: need.max_age,
             provenance: Provenance { quality: Quality::Bad, source: String::new() },
@@ -117,9 +121,9 @@ impl Outlet {
         &self.topic
     }
 
-    /// The variable that is needed.
-    pub(super) fn variable(&self) -> &str {
-        &self.variable
+    /// What it is called among the needs: its variable, or, where that has several needs, the name under which it is published.
+    pub(super) fn key(&self) -> &str {
+        &self.key
     }
 
     /// Whether it is known what it is served from.
@@ -209,6 +213,9 @@ impl Outlet {
     ) -> Result<Option<Payload>, String> {
         let (topic, value, provenance) = (&self.topic, &publication.value, &self.provenance);
         match &mut self.shape {
+            Shape::Value | Shape::Like(_) if publication.quality == engine::Quality::Uncertain => {
+                Err("a value that is uncertain goes out only with its bounds, in the form `json`".to_owned())
+            }
             Shape::Value => Ok(Some(Payload::Value(raw(value, self.unit.as_ref())))),
             Shape::Envelope(writer) => {
                 let written = writer.write(Some(&raw(value, self.unit.as_ref())), stamp, provenance);

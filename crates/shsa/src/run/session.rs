@@ -413,7 +413,7 @@ impl Session {
                 if told.get(at) == Some(&standing) || !is_ours {
                     continue;
                 }
-                let topic = format!("shsa/{name}/need/{}", outlet.variable());
+                let topic = format!("shsa/{name}/need/{}", outlet.key().trim_matches('/'));
                 let payload = Payload::Bytes(healer.status(id, now, &clock).to_string().into());
                 let message = Outgoing { retain: true, ..Outgoing::new(&topic, clock.by_wall(now), payload) };
                 if let Err(error) = bridge.publish(message) {

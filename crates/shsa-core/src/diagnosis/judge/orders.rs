@@ -2,7 +2,7 @@
 
 use super::{Component, Judge, Standing, Verdict};
 use crate::interval::Interval;
-use crate::knowledge::{KnowledgeBase, SignalId};
+use crate::knowledge::{KnowledgeBase, RelationId, SignalId};
 use crate::monitor::rests_on;
 use crate::substitution::Way;
 use crate::time::Time;
@@ -69,6 +69,23 @@ impl Judge {
             Component::Cause(_) => false,
         };
         self.forbidden().filter(is_in).collect()
+    }
+
+    /// Whether neither a signal nor anything that it is derived from has failed or is forbidden: it may be right, though it may
+    /// be suspect.
+    #[must_use]
+    pub fn may_be_right(&self, signal: SignalId) -> bool {
+        self.origins[signal].iter().all(|origin| !self.discounted.contains(&Component::Signal(origin)))
+    }
+
+    /// Relations that have failed or are forbidden, ascending.
+    #[must_use]
+    pub fn refuted_relations(&self) -> Vec<RelationId> {
+        let relation = |component: &Component| match component {
+            Component::Relation(relation) => Some(*relation),
+            Component::Signal(_) | Component::Cause(_) => None,
+        };
+        self.discounted.iter().filter_map(relation).collect()
     }
 
     /// Whether something is suspect or failed.

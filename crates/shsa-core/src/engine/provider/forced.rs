@@ -20,6 +20,7 @@ impl Provider {
     /// Ties the need to a source without a switch, for [`Provider::inherit`] and [`Provider::resume`].
     pub(in super::super) fn tie(&mut self, way: Way) {
         self.forced = Some(way);
+        self.unsure = None;
     }
 
     /// Serves the need from one source from now on. Tells the switch, when it is one.

@@ -30,9 +30,14 @@ impl Provider {
         self.widest = old.widest;
         self.unserved = old.unserved;
         self.switched = old.switched;
+        self.served_again = old.served_again;
+        self.steady_since = old.steady_since;
+        self.is_wary = old.is_wary;
+        self.is_uncertain = old.is_uncertain;
+        self.refusals.inherit(&old.refusals, change.lineage);
         self.blend = old.blend;
         self.server = old.server.and_then(|server| match server {
-            Server::Active { .. } => Some(server),
+            Server::Active { .. } | Server::Unsure => Some(server),
             Server::StandIn(way) => change.inheritance.way(way).map(Server::StandIn),
         });
         self.find_sources(&change.situation);
@@ -87,7 +92,7 @@ impl Provider {
         let reason = lost.map(|way| lost_by(way, change));
         if !is_served {
             let because = reason.map(|reason| format!("{reason}, and nothing else is trusted"));
-            return self.tell_unserved(knowledge, because, now);
+            return self.do_without(&change.situation, because);
         }
         self.switched = Some(now);
         let because = format!("{}; {}", reason?, self.alternatives(knowledge));

@@ -54,6 +54,7 @@ impl Provider {
         // What is older says nothing about now: neither is there a jump from it, nor can anything go on from it.
         self.last = before.last.filter(|(at, _)| now - *at <= self.max_age);
         self.server = Some(Server::Active { since: self.switched });
+        self.refusals.take_as_told();
         self.find_sources(situation);
         let described =
             |way: &crate::substitution::Way| Some(way.describe(knowledge)) == before.source.map(Into::into);
@@ -71,7 +72,7 @@ impl Provider {
         let left = format!("{} served it before the restart and must not be used now", before.source?);
         if !is_served {
             let because = format!("{left}, and nothing else is trusted");
-            return self.tell_unserved(knowledge, Some(because), now);
+            return self.do_without(situation, Some(because));
         }
         self.switched = Some(now);
         let because = format!("{left}; {}", self.alternatives(knowledge));

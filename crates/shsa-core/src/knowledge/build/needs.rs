@@ -6,7 +6,9 @@ use super::variables::Variables;
 use crate::knowledge::draft::{NeedDraft, Place, Source, Text};
 use crate::knowledge::index::Index;
 use crate::knowledge::rows::Rows;
-use crate::knowledge::{IdVec, KnowledgeBase, Need, NeedId, Signal, SignalId, Switching, VariableId};
+use crate::knowledge::{
+    IdVec, KnowledgeBase, Need, NeedId, Signal, SignalId, Switching, VariableId, WhenUnsure,
+};
 use crate::time::Span;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
@@ -154,6 +156,8 @@ fn need(
     let hysteresis = draft.hysteresis.as_ref().and_then(|text| share(problems, text));
     let max_width = max_width.and_then(|text| width(problems, text, unit));
     let integrity = draft.integrity.as_ref().and_then(|text| integrity(problems, text));
+    let min_rate_hz = draft.min_rate.as_ref().and_then(|text| quantity::frequency(problems, text));
+    let when_unsure = draft.when_unsure.as_ref().and_then(|text| unsure(problems, text));
     let is_isolated = draft.isolation.as_ref().is_some_and(|text| isolation(problems, text));
     let variable = variable?;
     let healed = || format!("/healed/{}", draft.variable.text);
@@ -163,6 +167,12 @@ fn need(
         max_age: max_age.or_else(|| ages.get(&variable).copied()).unwrap_or(UNRATED_AGE),
         max_width,
         integrity,
+        min_rate_hz,
+        // Without a stated width, nobody has said that bounds are read: no middle between a liar and the truth.
+        when_unsure: when_unsure.unwrap_or(match max_width {
+            Some(_) => WhenUnsure::Hull,
+            None => WhenUnsure::Withhold,
+        }),
         switching: Switching { hold, probation, blend, hysteresis: hysteresis.unwrap_or(usual.hysteresis) },
         is_isolated,
     })
@@ -206,6 +216,16 @@ fn integrity(problems: &mut Problems, text: &Text) -> Option<char> {
             None
         }
     }
+}
+
+fn unsure(problems: &mut Problems, text: &Text) -> Option<WhenUnsure> {
+    let found = WhenUnsure::ALL.into_iter().find(|choice| choice.name() == text.text);
+    if found.is_none() {
+        let message =
+            format!("`{}` is nothing that can be done when it is not known which source lies", text.text);
+        problems.error(text, message, "write `hull`, `last` or `withhold`");
+    }
+    found
 }
 
 /// Whether substitutes are to be computed in processes of their own.

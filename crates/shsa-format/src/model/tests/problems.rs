@@ -227,6 +227,19 @@ needs: { scan: {} }",
 }
 
 #[test]
+fn a_need_says_what_goes_out_when_it_is_not_known_which_source_lies() {
+    check(
+        "variables: { x: }
+signals: { a: { variable: x } }
+needs:
+  x: [{ signal: /x, when_unsure: mean, min_rate: 5 }, { signal: /x }]",
+        "5:34 error: `mean` is nothing that can be done when it is not known which source lies (write `hull`, `last` or `withhold`)
+         5:50 error: `5` is no frequency (write it like `10 Hz` or `2 1/min`)
+         5:65 error: two needs are published as `/x` (give each need a name of its own)",
+    );
+}
+
+#[test]
 fn needs_can_be_met() {
     check(
         "variables: { x: { unit: m }, y: , z: , w: }\nrelations: { r: z = w }

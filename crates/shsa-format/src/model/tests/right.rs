@@ -4,7 +4,7 @@ use super::super::tree::{self, Node, Value};
 use super::{EVERYTHING, brief, check, loaded};
 use crate::model::load;
 use shsa_core::interval::Interval;
-use shsa_core::knowledge::{KnowledgeBase, ReadingLimits, ValueError};
+use shsa_core::knowledge::{KnowledgeBase, ReadingLimits, ValueError, WhenUnsure};
 use shsa_core::time::Span;
 
 fn everything() -> KnowledgeBase {
@@ -96,6 +96,33 @@ fn needs_have_sound_defaults() {
     assert_eq!((needs[0].is_isolated, needs[1].is_isolated), (true, false));
     assert_eq!((needs[1].signal.as_str(), needs[1].max_age), ("/healed/speed", Span::from_millis(300)));
     assert_eq!(needs[2].max_age, Span::from_millis(1000));
+}
+
+#[test]
+fn a_variable_may_have_several_needs() {
+    let text = "\
+shsa: 1
+variables: { v: { unit: m }, w: {} }
+signals:
+  a: { variable: v }
+  b: { variable: w }
+needs:
+  v:
+    - { signal: /fast, min_rate: 5 Hz, max_width: 1 }
+    - { signal: /last, when_unsure: last, max_width: 2 }
+    - { signal: /plain }
+  w: { when_unsure: hull }
+";
+    let knowledge = load(text, "m.yaml").knowledge;
+    let needs: Vec<_> = knowledge.needs().iter().collect();
+    let choices: Vec<WhenUnsure> = needs.iter().map(|need| need.when_unsure).collect();
+    let usual = [WhenUnsure::Hull, WhenUnsure::Last, WhenUnsure::Withhold, WhenUnsure::Hull];
+    assert_eq!(choices, usual, "the hull where a width is stated");
+    assert_eq!((needs[0].min_rate_hz, needs[1].min_rate_hz), (Some(5.0), None));
+    let names: Vec<&str> = knowledge.needs().ids().map(|id| knowledge.need_name(id)).collect();
+    assert_eq!(names, ["/fast", "/last", "/plain", "w"]);
+    assert_eq!(knowledge.needs_named("v").len(), 3);
+    assert_eq!(knowledge.needs_named("/last"), [knowledge.needs().ids().nth(1).unwrap()]);
 }
 
 /// The same tree as JSON; what is a number there stays one.

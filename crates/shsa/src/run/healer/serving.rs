@@ -25,6 +25,7 @@ impl Healer {
         let quality = match publication.quality {
             engine::Quality::Good => Quality::Good,
             engine::Quality::Substitute => Quality::Substitute,
+            engine::Quality::Uncertain => Quality::Uncertain,
         };
         let outlet = &mut self.outlets[publication.need];
         if !outlet.has_source() {
@@ -69,7 +70,9 @@ impl Healer {
         for takeover in takeovers.iter_mut().filter(|takeover| takeover.need() == publication.need) {
             // A need of the name of its own source has no other publisher beside that.
             is_gate &= takeover.topic().trim_matches('/') != outlet.topic().trim_matches('/');
-            if only.is_none_or(|only| only == takeover.topic()) {
+            // Who reads the name of a source reads plain numbers.
+            let is_certain = publication.quality != engine::Quality::Uncertain;
+            if is_certain && only.is_none_or(|only| only == takeover.topic()) {
                 let sent = takeover.send(publication, stamp, outlet.provenance(), bridge);
                 follow(takeover.topic(), sent);
             }

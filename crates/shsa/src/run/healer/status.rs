@@ -31,7 +31,7 @@ impl Healer {
                 let isolation = self.isolation.as_ref().and_then(|isolation| isolation.state(id));
                 status.extend(isolation.map(|state| ("isolation".to_owned(), state)));
             }
-            (outlet.variable().to_owned(), status)
+            (outlet.key().to_owned(), status)
         });
         let signals = self.engine.knowledge().signals().enumerate();
         let signals = signals.map(|(id, signal)| (signal.name.clone(), self.signal(id)));
