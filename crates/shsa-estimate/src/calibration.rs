@@ -1,66 +1,79 @@
-//! A model calibrated: what its pairs need, the errors that explain it, and how that fares with what came later.
+//! A model calibrated: errors with which the whole loop keeps its promise on recordings that could have been, tested on a part
+//! that it has not seen.
 
 mod edit;
-mod calm;
-mod jump;
-mod pair;
+mod parts;
+mod tail;
+mod surrogate;
+mod scales;
+mod promise;
 mod unhealthy;
-mod offset;
-mod shape;
-mod lasting;
-mod bias;
+mod smallest;
 
-pub use pair::PairFit;
+pub use promise::{Promise, Verdicts};
 pub use unhealthy::Stretch;
 
 use crate::comparison::Watched;
-use crate::delay::{self, Curve};
-use crate::order::{median, quantile, sorted};
+use crate::delay::{self, Curve, Delay};
+use crate::order::{median, spread};
 use crate::rhythm::Rhythm;
-use crate::widening::{Demand, least_widening};
-use bias::Seen;
+use crate::session::Session;
 use edit::Trial;
-use shsa_core::engine::{self, Engine, EventKind, Input, Output};
-use shsa_core::knowledge::{Bounds, Draft, IdVec, KnowledgeBase, RelationId, SignalId};
+use parts::Parts;
+use scales::{Compared, Share};
+use shsa_core::engine;
+use shsa_core::knowledge::{Bounds, Draft, Id, IdVec, KnowledgeBase, RelationId, SignalId, VariableId};
 use shsa_core::monitor::WatchedWay;
-use shsa_core::observation::Observation;
 use shsa_core::plan::Graph;
 use shsa_core::substitution::Way;
-use shsa_core::time::{Span, Time};
+use shsa_core::time::Span;
 use std::collections::BTreeSet;
+use surrogate::Source;
 
-/// What a pair needs at least when its parameters are weighed: a share of what the largest pair of the same needs.
-const LEAST_OF_MOST: f64 = 0.05;
+/// Below this share of the largest reading, single precision tells nothing apart.
+const RESOLUTION: f64 = f32::EPSILON as f64;
 
-/// A pair that comes into conflict in what was fitted asks for this many times as much,
-const MORE: f64 = 1.1;
-/// so many times at most.
-const MOST_ROUNDS: usize = 12;
+/// An error with which a relation says nothing.
+const VACUOUS: f64 = 1e12;
+
+/// So many observations are enough to find how an error widens a pair.
+const PROBED: usize = 20_000;
 
 /// What is asked for.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// Conflicts of one healthy pair an hour that are accepted, above 0.
-    pub false_alarms_per_hour: f64,
-    /// How certain a bound must be where it rests on counting alone, below 1.
-    pub confidence: f64,
+pub struct Options<'a> {
+    /// Alarms of the whole model an hour that are accepted on healthy recordings, above 0.
+    pub alarms_per_hour: f64,
     /// Delays up to this are searched for.
     pub most_delay: Span,
-    /// Times of reception that are not healthy, from the first up to the second, and are left out.
-    pub left_out: Vec<(Time, Time)>,
     /// Whether stretches that look unhealthy are fitted, too.
     pub fits_all: bool,
+    /// Whether the smallest steps are found, too.
+    pub finds_steps: bool,
+    /// Observations of surrogate recordings that one factor is tried on at most.
+    pub most_observations: usize,
+    /// What random numbers begin with.
+    pub seed: u64,
+    /// Threads that surrogate recordings are dealt out to.
+    pub threads: usize,
+    /// Called now and then, [`STEPS`] times at least.
+    pub progress: &'a (dyn Fn() + Sync),
 }
 
-impl Default for Options {
-    /// One false conflict an hour, 95 %, 2 s.
-    fn default() -> Options {
+/// How often [`Options::progress`] is called at least.
+pub const STEPS: usize = 10;
+
+impl Default for Options<'_> {
+    /// One alarm in two hours; 2 s.
+    fn default() -> Self {
         Options {
-            false_alarms_per_hour: 1.0,
-            confidence: 0.95,
+            alarms_per_hour: 0.5,
             most_delay: Span::from_millis(2_000),
-            left_out: Vec::new(),
             fits_all: false,
+            finds_steps: true,
+            most_observations: 800_000,
+            seed: 1,
+            threads: 1,
+            progress: &|| {},
         }
     }
 }
@@ -87,150 +100,215 @@ pub enum Problem {
 /// A number of the model that is fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Parameter {
-    /// The value error of a signal that is compared itself.
+    /// The value error of a signal.
     Signal(SignalId),
     /// The error of a relation.
     Relation(RelationId),
 }
 
-/// A number of the model, fitted.
-#[derive(Clone, Debug)]
-pub struct Fitted {
-    /// Which.
-    pub parameter: Parameter,
-    /// Plus-minus, in the unit of the signal or of the relation's left side; `None` when no pair asks for it, and it
-    /// stays as it is.
-    pub error: Option<f64>,
-    /// How much more the signal shows than the others do, or the right side of the relation than its left side, in the
-    /// same unit; 0 where that is not worth taking out.
-    pub offset: f64,
-    /// Besides, this much of the value, in percent.
-    pub percent: f64,
-    /// Plus-minus on the time of the signal, beyond what the model says; zero where that does not help.
-    pub time_error: Span,
-    /// How much later the signal tells than its model says; zero where that is not believed.
-    pub delay: Span,
-    /// The smallest step of the signal that brings a pair into conflict in 95 % of the later windows, in its unit;
-    /// `None` when no pair shows it.
-    pub smallest_bias: Option<f64>,
-    /// The pair that sees it.
-    pub seen_by: Option<usize>,
-    /// The smallest step that is an alarm when it lasts, by what many comparisons say together, and how long it must last;
-    /// `None` when that is not smaller.
-    pub lasting_bias: Option<(f64, Span)>,
-    /// The pair that asks for the most.
-    pub asked_by: Option<usize>,
-}
-
-impl Fitted {
-    /// Of a signal that is not compared itself: its errors are those of the relations that read it.
-    fn only_seen(signal: SignalId, time_error: Span, seen: Seen) -> Fitted {
-        Fitted {
-            parameter: Parameter::Signal(signal),
-            error: None,
-            offset: 0.0,
-            percent: 0.0,
-            time_error,
-            delay: Span::ZERO,
-            smallest_bias: Some(seen.bias),
-            seen_by: Some(seen.by),
-            lasting_bias: seen.lasting,
-            asked_by: None,
+impl Parameter {
+    fn signal(self) -> Option<SignalId> {
+        match self {
+            Parameter::Signal(signal) => Some(signal),
+            Parameter::Relation(_) => None,
         }
     }
 }
 
-/// What a whole engine says about observations that should all be healthy.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Verdicts {
-    /// Signals called faulty: false alarms.
-    pub failed: usize,
-    /// Signals suspected.
-    pub suspected: usize,
-    /// Signals called silent.
-    pub silent: usize,
+/// A number of the model, fitted; all but the delay in the unit of the signal or of the relation's left side.
+#[derive(Clone, Copy, Debug)]
+pub struct Fitted {
+    /// Which.
+    pub parameter: Parameter,
+    /// Plus-minus; `None` when nothing that holds shows it, and it stays as it is.
+    pub error: Option<f64>,
+    /// How much of the error is there all the time.
+    pub offset: f64,
+    /// One deviation, of which the error has as many as the model's factor: of values and of sessions.
+    pub spread: f64,
+    /// The standard deviation of the noise of a signal alone.
+    pub noise: Option<f64>,
+    /// How much later the signal tells than its model says; zero where that is not believed.
+    pub delay: Span,
+    /// The smallest step of the signal that is told, whichever way it points; `None` when none was, or none was looked for.
+    pub smallest_bias: Option<f64>,
+}
+
+/// Two ways of knowing a variable, all values in SI.
+#[derive(Clone, Debug)]
+pub struct PairFit {
+    /// What both know.
+    pub variable: VariableId,
+    /// The relations and the signals of the slower way, whose rhythm the comparisons have.
+    pub one: (Vec<RelationId>, Vec<SignalId>),
+    /// Those of the other.
+    pub other: (Vec<RelationId>, Vec<SignalId>),
+    /// Comparisons in what is fitted, and in what is not.
+    pub compared: (usize, usize),
+    /// The median of the first minus the second.
+    pub offset: f64,
+    /// The mean distance of their difference from its median.
+    pub spread: f64,
+    /// That as a share of how much the first itself varies, both as means over some comparisons.
+    pub unexplained: f64,
+    /// Whether the two are shown to tell the same: what does not hold is not fitted.
+    pub holds: bool,
+    /// By how much the first is later than the second, in seconds, and what share of the spread is left then; `None`
+    /// when no delay explains a part of it.
+    pub late: Option<(f64, f64)>,
+    /// How much wider the fitted errors make them: half of both widths.
+    pub given: f64,
+}
+
+impl PairFit {
+    /// The signals, when both are compared themselves.
+    fn direct(&self) -> Option<(SignalId, SignalId)> {
+        let only = |(relations, signals): &(Vec<RelationId>, Vec<SignalId>)| match signals.as_slice() {
+            [signal] if relations.is_empty() => Some(*signal),
+            _ => None,
+        };
+        only(&self.one).zip(only(&self.other))
+    }
 }
 
 /// A model calibrated.
 #[derive(Clone, Debug)]
 pub struct Calibration {
-    /// How each signal comes, over all observations.
+    /// How each signal comes, in what is fitted.
     pub rhythms: Vec<Rhythm>,
     /// Every pair that the engine compares.
     pub pairs: Vec<PairFit>,
-    /// Every number that is fitted, and every signal of which a step is seen.
+    /// Every number that could be fitted.
     pub fitted: Vec<Fitted>,
     /// The model with the fitted numbers.
     pub draft: Draft,
-    /// What is said about the later observations with the model as it was.
+    /// What stands behind them.
+    pub promise: Promise,
+    /// What is said about the part that is not fitted with the model as it was,
     pub before: Verdicts,
-    /// And with the fitted one.
+    /// and with the fitted one.
     pub after: Verdicts,
-    /// Stretches before the split that look like faults and were not fitted.
+    /// How long that part is, in hours.
+    pub unseen_hours: f64,
+    /// Stretches that look like faults and were not fitted.
     pub unhealthy: Vec<Stretch>,
 }
 
-/// Fits errors, offsets and delays to what was received before `split`, and tests them on the rest.
+impl Calibration {
+    /// Why the fitted numbers must not be used; `None` when nothing speaks against them.
+    #[must_use]
+    pub fn refusal(&self) -> Option<String> {
+        let (before, after) = (self.before, self.after);
+        if after.failed > before.failed {
+            return Some(format!(
+                "in the part that it has not seen, the fitted model calls {} healthy signals failed, and the model as it is {}",
+                after.failed, before.failed
+            ));
+        }
+        let least = fewest_expected(after.alarms) / self.unseen_hours.max(1e-9);
+        if after.alarms > before.alarms && least > self.promise.alarms_per_hour {
+            return Some(format!(
+                "in the part that it has not seen, the fitted model gives {} alarms in {:.2} h, and the model as it is {}: more than \
+                 the promised {} an hour can be",
+                after.alarms, self.unseen_hours, before.alarms, self.promise.alarms_per_hour
+            ));
+        }
+        (after.suspected > before.suspected).then(|| {
+            format!(
+                "in the part that it has not seen, the fitted model suspects {} healthy signals, and the model as it is {}",
+                after.suspected, before.suspected
+            )
+        })
+    }
+}
+
+/// How many are expected at least where so many were seen, with 95 % confidence: half the 5 % quantile of the chi-square
+/// distribution with twice as many degrees of freedom (F. Garwood 1936, doi:10.1093/biomet/28.3-4.437).
+#[must_use]
+pub fn fewest_expected(seen: usize) -> f64 {
+    bisected(seen as f64, |expected| 1.0 - fewer_than(seen, expected) < 0.05)
+}
+
+/// How many are expected at most where so many were seen, with 95 % confidence: 3.00 for none, 4.74 for one.
+#[must_use]
+pub fn most_expected(seen: usize) -> f64 {
+    bisected(seen as f64 + 10.0 + 6.0 * (seen as f64).sqrt(), |expected| {
+        fewer_than(seen + 1, expected) > 0.05
+    })
+}
+
+/// The probability of fewer than so many where these are expected.
+fn fewer_than(count: usize, expected: f64) -> f64 {
+    let mut term = (-expected).exp();
+    let mut sum = 0.0;
+    for number in 0..count {
+        sum += term;
+        term *= expected / (number + 1) as f64;
+    }
+    sum
+}
+
+/// The highest up to `most` for which a number is below.
+fn bisected(most: f64, is_below: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, most);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        *(if is_below(middle) { &mut low } else { &mut high }) = middle;
+    }
+    high
+}
+
+/// Fits errors and delays to sessions, and tests them on others.
 ///
-/// The observations are healthy and in the order of reception; the draft builds without errors. Delays come first: of
-/// each pair the shift with the least spread, of each signal the median over its pairs. Then offsets, then what each pair
-/// needs so that a window of comparisons is in conflict no more often than wanted, and last the errors that give every
-/// pair that much, with the least sum of squares. Time: a few runs of the monitor, and one more for each parameter that
-/// a relation reads.
+/// Sessions are healthy, the observations of each in the order of reception, and the draft builds without errors. Delays come
+/// first: of each pair the shift with the least spread, of each signal the median over its pairs. Then how far signals and
+/// relations scatter; then the one factor of these deviations with which the engine keeps the promise over surrogate
+/// recordings: the sessions with what is left of their values drawn anew. Time: some dozen runs of the engine over
+/// [`Options::most_observations`].
 ///
 /// # Errors
 /// When there is nothing to compare.
 pub fn calibrate(
     draft: &Draft,
-    observations: &[Observation],
-    split: Time,
-    options: &Options,
+    fitted: &[Session],
+    unseen: &[Session],
+    options: &Options<'_>,
 ) -> Result<Calibration, Problem> {
     let knowledge = edit::built(draft)?;
     let ways = engine::to_watch(&knowledge, &Graph::new(&knowledge), engine::WatchBudget::default());
-    let healthy = without(observations, &options.left_out);
-    let work = Work::new(draft, &knowledge, &ways, &healthy, split, options);
+    let work = Work::new(draft, &knowledge, &ways, fitted, options);
     let trial = Trial::new(&work.parameters, &knowledge);
-    let plain = work.watch(&trial, &healthy)?;
-    let count = plain.comparisons.len();
-    match plain.comparisons.iter().map(|all| work.before_split(all).len()).sum::<usize>() {
-        _ if count == 0 => return Err(Problem::NoPairs),
-        0 => return Err(Problem::NotObserved { pairs: count }),
+    let (pairs, compared) = work.watch(&trial)?;
+    match compared.iter().flatten().map(Vec::len).sum::<usize>() {
+        _ if pairs.is_empty() => return Err(Problem::NoPairs),
+        0 => return Err(Problem::NotObserved { pairs: pairs.len() }),
         _ => {}
     }
-    let unhealthy = if options.fits_all { Vec::new() } else { work.unhealthy(&plain) };
-    if unhealthy.is_empty() {
-        return work.calibration(&knowledge, trial, plain, unhealthy);
-    }
-    let spans: Vec<(Time, Time)> = unhealthy.iter().map(|it| (it.from, it.to)).collect();
-    let healthy = without(&healthy, &spans);
-    let work = Work::new(draft, &knowledge, &ways, &healthy, split, options);
-    let plain = work.watch(&trial, &healthy)?;
-    work.calibration(&knowledge, trial, plain, unhealthy)
-}
-
-/// The observations that were not received in one of these times.
-fn without(observations: &[Observation], left_out: &[(Time, Time)]) -> Vec<Observation> {
-    let is_kept =
-        |it: &&Observation| !left_out.iter().any(|(from, to)| *from <= it.received && it.received < *to);
-    observations.iter().filter(is_kept).cloned().collect()
+    let odd = |session| unhealthy::unhealthy(&pairs, &compared, session);
+    let unhealthy: Vec<Stretch> =
+        if options.fits_all { Vec::new() } else { (0..fitted.len()).flat_map(odd).collect() };
+    let healthy = |(number, session): (usize, &Session)| {
+        let own = unhealthy.iter().filter(|it| it.session == number);
+        session.without(&own.map(|it| (it.from, it.to)).collect::<Vec<_>>())
+    };
+    let healthy: Vec<Session> = fitted.iter().enumerate().map(healthy).collect();
+    Work::new(draft, &knowledge, &ways, &healthy, options).calibration(trial, unseen, unhealthy)
 }
 
 /// What all steps need.
 struct Work<'a> {
     draft: &'a Draft,
-    observations: &'a [Observation],
-    /// Those before the split.
-    early: &'a [Observation],
-    split: Time,
-    options: &'a Options,
+    knowledge: &'a KnowledgeBase,
     ways: &'a [Way],
+    sessions: &'a [Session],
+    options: &'a Options<'a>,
     parameters: Vec<Parameter>,
+    pairs: Vec<PairFit>,
 }
 
-/// The signals that are compared themselves, then the relations that the others use.
+/// The signals that ways read, then the relations that they use.
 fn parameters(knowledge: &KnowledgeBase, ways: &[Way]) -> Vec<Parameter> {
-    let signals = ways.iter().filter_map(Way::direct).map(Parameter::Signal);
+    let signals = ways.iter().flat_map(Way::inputs).map(Parameter::Signal);
     let has_formula = |relation: &RelationId| !knowledge.relations()[*relation].formulas.is_empty();
     let relations = ways.iter().flat_map(|way| way.substitution.relations()).filter(has_formula);
     let all: BTreeSet<Parameter> = signals.chain(relations.map(Parameter::Relation)).collect();
@@ -240,261 +318,256 @@ fn parameters(knowledge: &KnowledgeBase, ways: &[Way]) -> Vec<Parameter> {
 impl<'a> Work<'a> {
     fn new(
         draft: &'a Draft,
-        knowledge: &KnowledgeBase,
+        knowledge: &'a KnowledgeBase,
         ways: &'a [Way],
-        observations: &'a [Observation],
-        split: Time,
-        options: &'a Options,
+        sessions: &'a [Session],
+        options: &'a Options<'a>,
     ) -> Work<'a> {
-        let early = &observations[..observations.partition_point(|it| it.received < split)];
-        Work { draft, observations, early, split, options, parameters: parameters(knowledge, ways), ways }
+        let parameters = parameters(knowledge, ways);
+        Work { draft, knowledge, ways, sessions, options, parameters, pairs: Vec::new() }
     }
 
-    /// Fits and tests; `plain` is what was watched without any errors.
     fn calibration(
-        &self,
-        knowledge: &KnowledgeBase,
+        mut self,
         mut trial: Trial,
-        plain: Watched,
+        unseen: &[Session],
         unhealthy: Vec<Stretch>,
     ) -> Result<Calibration, Problem> {
-        let count = plain.comparisons.len();
-        let pair_delays = self.delays(&plain);
-        trial.delays = signal_delays(knowledge, &plain, &pair_delays);
-        let delayed = if trial.delays.iter().any(|delay| *delay > Span::ZERO) {
-            self.watch(&trial, self.observations)?
-        } else {
-            plain
-        };
-        let (trial, watched) = self.without_offsets(knowledge, trial, delayed)?;
-        let (trial, watched) = self.shaped(knowledge, trial, watched)?;
-        let gains = self.gains(&trial, knowledge)?;
-        let mut pairs: Vec<PairFit> =
-            (0..count).map(|at| PairFit::new(self, &watched, at, pair_delays[at])).collect();
-        let demand = |(pair, gains): (&PairFit, &Vec<(usize, f64)>)| Demand {
-            gains: gains.clone(),
-            least: pair.needed,
-        };
-        let mut demands: Vec<Demand> = pairs.iter().zip(&gains).map(demand).collect();
-        let errors = self.silent_errors(&trial, &mut demands)?;
-        for (pair, demand) in pairs.iter_mut().zip(&demands) {
-            pair.needed = demand.least;
+        let late = self.delays(&trial)?;
+        trial.delays = self.signal_delays(&late);
+        let (pairs, compared) = self.watch(&trial)?;
+        self.pairs = pairs;
+        for (pair, late) in self.pairs.iter_mut().zip(&late) {
+            pair.late = late.map(|it| (it.late_s, it.left));
         }
-        for (at, pair) in pairs.iter_mut().enumerate() {
-            pair.test(self, &watched.comparisons[at], demands[at].reached(&errors));
+        (self.options.progress)();
+        let delayed = edit::built(&trial.ungated(self.draft))?;
+        let parts = Parts::of(&delayed, self.sessions);
+        let scales = self.scales(&parts, &compared);
+        let between = self.between_sessions(&parts, &scales);
+        let gains = self.gains(&trial, &|signal| scales[signal].deviation)?;
+        let shares = self.shares(&parts, &scales, between, &compared, &gains);
+        let rhythms = Rhythm::of_all(self.knowledge, self.sessions);
+        let limited = edit::limited(self.draft, &rhythms, self.knowledge);
+        let floors = self.floors(&rhythms);
+        let with = |factor: f64| {
+            let error = |(share, floor): (&Option<Share>, &f64)| {
+                share.map(|it| (it.offset + factor * it.spread).max(*floor))
+            };
+            Trial { errors: shares.iter().zip(&floors).map(error).collect(), ..trial.clone() }
+        };
+        let apart = IdVec::filled(self.knowledge.signals().len(), |signal: SignalId| {
+            between * scales[signal].deviation
+        });
+        let source = Source::new(&delayed, &parts, apart);
+        // What is not shown to hold says nothing about the promise, however it is.
+        let watched = |factor: f64| {
+            let trial = with(factor);
+            let errors = trial.errors.iter().zip(&self.parameters).map(|(error, parameter)| {
+                let is_relation = matches!(parameter, Parameter::Relation(_));
+                error.or(is_relation.then_some(VACUOUS))
+            });
+            Trial { errors: errors.collect(), ..trial.clone() }
+        };
+        let noisy = |draft: Draft, noise: Option<f64>| {
+            let deviation = |number: usize| {
+                shares[number]?;
+                Some(noise? * scales[self.parameters[number].signal()?].deviation)
+            };
+            edit::with_noise(draft, &self.parameters, deviation)
+        };
+        let tried = |factor: f64, noise: Option<f64>| noisy(watched(factor).applied(&limited), noise);
+        let promise = self.promise(&source, between, &tried)?;
+        let chosen = with(promise.factor);
+        let draft = noisy(chosen.applied(&limited), promise.noise);
+        for (pair, gains) in self.pairs.iter_mut().zip(&gains) {
+            let given = gains.iter().filter_map(|(at, gain)| Some(gain * chosen.errors[*at]?));
+            pair.given = given.sum();
         }
-        let fitted = self.fitted(&watched, &trial, &pairs, &demands, &errors, knowledge)?;
-        let rhythms = Rhythm::of_all(knowledge, self.observations, &self.options.left_out);
-        let draft = edit::patched(self.draft, &fitted, &trial.time_errors, &rhythms, knowledge);
-        let late = &self.observations[self.early.len()..];
-        let after = verdicts(&edit::built(&draft)?, late);
-        let before = verdicts(knowledge, late);
-        Ok(Calibration { rhythms, pairs, fitted, before, after, unhealthy, draft })
+        self.count_unseen(&trial, unseen)?;
+        let steps = self.steps(&draft, &chosen)?;
+        let fitted = (0..self.parameters.len())
+            .map(|number| self.fitted(number, &chosen, &shares, &scales, &steps))
+            .collect();
+        let stretches = || unseen.iter().flat_map(Session::stretches).map(Vec::as_slice);
+        let before = Verdicts::over(self.knowledge, stretches());
+        let after = Verdicts::over(&edit::built(&draft)?, stretches());
+        let unseen_hours = unseen.iter().map(|it| it.duration().seconds()).sum::<f64>() / 3600.0;
+        let pairs = self.pairs;
+        Ok(Calibration { rhythms, pairs, fitted, draft, promise, before, after, unseen_hours, unhealthy })
     }
 
-    fn watch(&self, trial: &Trial, observations: &[Observation]) -> Result<Watched, Problem> {
-        let knowledge = edit::built(&trial.applied(self.draft))?;
-        Ok(Watched::over(&knowledge, self.ways, observations))
+    /// All pairs, and what they compare in each session.
+    fn watch(&self, trial: &Trial) -> Result<(Vec<PairFit>, Compared), Problem> {
+        let knowledge = edit::built(&trial.ungated(self.draft))?;
+        let over = |session: &Session| {
+            Watched::over(&knowledge, self.ways, session.stretches().iter().map(Vec::as_slice))
+        };
+        let watched: Vec<Watched> = self.sessions.iter().map(over).collect();
+        let Some(first) = watched.first() else { return Ok((Vec::new(), Vec::new())) };
+        let of = |at: usize| -> Vec<_> { watched.iter().map(|it| it.comparisons[at].clone()).collect() };
+        let compared: Compared = (0..first.monitor.pairs().len()).map(of).collect();
+        let pairs = first.monitor.pairs().iter().zip(&compared).map(|(pair, compared)| {
+            let (one, other) = first.sides(pair);
+            pair_fit(one, other, compared)
+        });
+        Ok((pairs.collect(), compared))
     }
 
-    fn before_split<'c>(
-        &self,
-        comparisons: &'c [crate::comparison::Comparison],
-    ) -> &'c [crate::comparison::Comparison] {
-        &comparisons[..comparisons.partition_point(|it| it.received < self.split)]
-    }
-
-    fn delays(&self, watched: &Watched) -> Vec<Option<delay::Delay>> {
+    /// How much later the slower way of each pair is: in the longest session.
+    fn delays(&self, trial: &Trial) -> Result<Vec<Option<Delay>>, Problem> {
+        let knowledge = edit::built(&trial.ungated(self.draft))?;
+        let longest = self.sessions.iter().flat_map(Session::stretches).max_by_key(|it| it.len());
+        let watched = Watched::over(&knowledge, self.ways, longest.map(Vec::as_slice));
         let curves: Vec<Curve> = watched.outputs.iter().map(|outputs| Curve::new(outputs)).collect();
         let pairs = watched.monitor.pairs().iter().zip(&watched.comparisons);
-        pairs
-            .map(|(pair, comparisons)| {
-                let period = watched.sides(pair).0.computation.timing().period.unwrap_or(Span::ZERO);
-                let most = self.options.most_delay.seconds().max(4.0 * period.seconds());
-                delay::between(self.before_split(comparisons), &curves[pair.other.0 as usize], most)
-            })
-            .collect()
+        let late = pairs.map(|(pair, comparisons)| {
+            let period = watched.sides(pair).0.computation.timing().period.unwrap_or(Span::ZERO);
+            let most = self.options.most_delay.seconds().max(4.0 * period.seconds());
+            delay::between(comparisons, &curves[pair.other.0 as usize], most)
+        });
+        Ok(late.collect())
+    }
+
+    /// How much later each signal tells than the model says: the median over the pairs that compare it itself. Of the two
+    /// of a pair, only the later one is moved.
+    fn signal_delays(&self, delays: &[Option<Delay>]) -> IdVec<SignalId, Span> {
+        let Ok((pairs, _)) = self.watch(&Trial::new(&self.parameters, self.knowledge)) else {
+            return IdVec::filled(self.knowledge.signals().len(), |_| Span::ZERO);
+        };
+        IdVec::filled(self.knowledge.signals().len(), |signal: SignalId| {
+            let is_own = |side: &(Vec<RelationId>, Vec<SignalId>)| side.0.is_empty() && side.1 == [signal];
+            let late = |(pair, delay): (&PairFit, &Option<Delay>)| {
+                let late_s = delay.map_or(0.0, |delay| delay.late_s);
+                is_own(&pair.one).then_some(late_s).or_else(|| is_own(&pair.other).then_some(-late_s))
+            };
+            let late = median(pairs.iter().zip(delays).filter_map(late)).max(0.0);
+            // To the millisecond: no recording says more.
+            Span::from_millis((late * 1e3).round() as i64)
+        })
     }
 
     /// How much wider each pair becomes for one unit of each parameter, by trying: half a width, in SI.
-    fn gains(&self, trial: &Trial, knowledge: &KnowledgeBase) -> Result<Vec<Vec<(usize, f64)>>, Problem> {
-        let base = self.watch(trial, self.early)?;
-        let widths = |watched: &Watched| -> Vec<f64> {
-            watched.comparisons.iter().map(|all| median(all.iter().map(|it| it.width))).collect()
+    fn gains(
+        &self,
+        trial: &Trial,
+        deviation: &dyn Fn(SignalId) -> f64,
+    ) -> Result<Vec<Vec<(usize, f64)>>, Problem> {
+        let longest = self.sessions.iter().flat_map(Session::stretches).max_by_key(|it| it.len());
+        let all = longest.map_or(&[][..], Vec::as_slice);
+        let some = &all[..all.len().min(PROBED)];
+        let widths = |trial: &Trial| -> Result<Vec<f64>, Problem> {
+            let knowledge = edit::built(&trial.ungated(self.draft))?;
+            let watched = Watched::over(&knowledge, self.ways, [some]);
+            Ok(watched.comparisons.iter().map(|all| median(all.iter().map(|it| it.width))).collect())
         };
-        let narrow = widths(&base);
+        let narrow = widths(trial)?;
         let mut gains = vec![Vec::new(); narrow.len()];
         for (number, parameter) in self.parameters.iter().enumerate() {
-            let wider = match self.is_only_direct(*parameter) {
-                Some(signal) => direct_gains(&base, knowledge, signal),
-                None => {
-                    let tried =
-                        self.watch(&Trial { probe: Some(*parameter), ..trial.clone() }, self.early)?;
-                    let wide = widths(&tried);
-                    wide.iter()
-                        .zip(&narrow)
-                        .map(|(wide, narrow)| 0.5 * (wide - narrow) / edit::PROBE)
-                        .collect()
-                }
+            let probe = match parameter {
+                Parameter::Signal(signal) => edit::rounded_up(deviation(*signal).max(1e-9)),
+                Parameter::Relation(_) => 1e-3,
             };
-            for (gains, wider) in gains.iter_mut().zip(wider).filter(|(_, wider)| *wider > 1e-12) {
-                gains.push((number, wider));
+            let mut tried = trial.clone();
+            tried.errors[number] = Some(probe);
+            let wide = widths(&tried)?;
+            for (gains, (wide, narrow)) in gains.iter_mut().zip(wide.iter().zip(&narrow)) {
+                let gain = 0.5 * (wide - narrow) / probe;
+                if gain > 1e-12 {
+                    gains.push((number, gain));
+                }
             }
         }
         Ok(gains)
     }
 
-    /// The signal of a parameter when no relation reads it.
-    fn is_only_direct(&self, parameter: Parameter) -> Option<SignalId> {
-        let Parameter::Signal(signal) = parameter else { return None };
-        let reads = |way: &&Way| way.direct().is_none() && way.inputs().any(|input| input == signal);
-        self.ways.iter().find(reads).is_none().then_some(signal)
+    /// The least error of each parameter: what single precision tells apart.
+    fn floors(&self, rhythms: &[Rhythm]) -> Vec<f64> {
+        let floor = |parameter: &Parameter| match parameter {
+            Parameter::Relation(_) => 0.0,
+            Parameter::Signal(signal) => {
+                let range = rhythms.get(signal.index()).and_then(|it| it.range).unwrap_or_default();
+                RESOLUTION * range.0.abs().max(range.1.abs())
+            }
+        };
+        self.parameters.iter().map(floor).collect()
     }
 
-    /// The errors that give every pair what it needs. Widening is counted relative to the least that any pair of a
-    /// parameter needs: one that agrees well with somebody is not to blame for those that agree with nobody.
-    fn solve(&self, demands: &[Demand]) -> Vec<f64> {
-        let scale = |number: usize| {
-            let gain =
-                |demand: &Demand| demand.gains.iter().find(|(at, _)| *at == number).map(|(_, gain)| *gain);
-            let own = || demands.iter().filter_map(|demand| Some((gain(demand)?, demand.least)));
-            let largest = own().map(|(gain, _)| gain).fold(0.0, f64::max);
-            let most = own().map(|(_, least)| least).fold(0.0, f64::max);
-            let least = own().map(|(_, least)| least).fold(f64::INFINITY, f64::min).max(LEAST_OF_MOST * most);
-            if largest > 0.0 && most > 0.0 { largest / least } else { 1.0 }
-        };
-        let scales: Vec<f64> = (0..self.parameters.len()).map(scale).collect();
-        let asked: Vec<Demand> =
-            demands.iter().filter(|it| it.least > 0.0 && !it.gains.is_empty()).cloned().collect();
-        least_widening(&scales, &asked)
-    }
-
-    /// The errors with which no pair comes into conflict more often than wanted in what is fitted. What a pair gets of them depends on the moment,
-    /// and what it needs is known for one width all the time only: a pair that comes into conflict all the same asks for
-    /// more. Time: a run of the monitor over the earlier part for each round.
-    fn silent_errors(&self, trial: &Trial, demands: &mut [Demand]) -> Result<Vec<f64>, Problem> {
-        let least = self.least_errors(trial)?;
-        let solve = |demands: &[Demand]| -> Vec<f64> {
-            self.solve(demands).into_iter().zip(&least).map(|(error, least)| error.max(*least)).collect()
-        };
-        let mut errors = solve(demands);
-        let span =
-            self.early.first().zip(self.early.last()).map(|(first, last)| last.received - first.received);
-        let accepted = self.options.false_alarms_per_hour * span.map_or(0.0, Span::seconds) / 3600.0;
-        for _ in 0..MOST_ROUNDS {
-            let is_asked = |number: usize| {
-                let asks =
-                    |demand: &Demand| demand.least > 0.0 && demand.gains.iter().any(|(at, _)| *at == number);
-                demands.iter().any(asks)
-            };
-            let tried = |(number, error): (usize, &f64)| is_asked(number).then_some(*error);
-            let tried = Trial { errors: errors.iter().enumerate().map(tried).collect(), ..trial.clone() };
-            let watched = self.watch(&tried, self.early)?;
-            let is_loud = |conflicts: &(usize, bool)| conflicts.0 as f64 > accepted;
-            if !watched.conflicts.iter().any(is_loud) {
-                break;
-            }
-            for (demand, _) in demands.iter_mut().zip(&watched.conflicts).filter(|(_, it)| is_loud(it)) {
-                demand.least = MORE * demand.reached(&errors).max(demand.least);
-            }
-            errors = solve(demands);
+    /// Counts the comparisons in what is not fitted.
+    fn count_unseen(&mut self, trial: &Trial, unseen: &[Session]) -> Result<(), Problem> {
+        let knowledge = edit::built(&trial.ungated(self.draft))?;
+        let stretches = unseen.iter().flat_map(Session::stretches).map(Vec::as_slice);
+        let watched = Watched::over(&knowledge, self.ways, stretches);
+        for (pair, compared) in self.pairs.iter_mut().zip(&watched.comparisons) {
+            pair.compared.1 = compared.len();
         }
-        Ok(errors)
+        Ok(())
+    }
+
+    fn steps(&self, draft: &Draft, chosen: &Trial) -> Result<IdVec<SignalId, Option<f64>>, Problem> {
+        let count = self.knowledge.signals().len();
+        if !self.options.finds_steps {
+            return Ok(IdVec::filled(count, |_| None));
+        }
+        let first = IdVec::filled(count, |signal: SignalId| {
+            let number = self.parameters.iter().position(|it| *it == Parameter::Signal(signal));
+            number.and_then(|at| chosen.errors[at]).unwrap_or(1.0)
+        });
+        self.smallest_steps(draft, self.sessions, &first)
     }
 
     fn fitted(
         &self,
-        watched: &Watched,
-        trial: &Trial,
-        pairs: &[PairFit],
-        demands: &[Demand],
-        errors: &[f64],
-        knowledge: &KnowledgeBase,
-    ) -> Result<Vec<Fitted>, Problem> {
-        let seen = self.smallest_biases(watched, trial, pairs, knowledge)?;
-        let one = |(number, parameter): (usize, &Parameter)| {
-            let uses = |at: &usize| {
-                pairs[*at].needed > 0.0 && demands[*at].gains.iter().any(|(it, _)| *it == number)
-            };
-            let tightness = |at: &usize| demands[*at].reached(errors) / pairs[*at].needed;
-            let asking = (0..pairs.len()).filter(uses);
-            let asked_by = asking.min_by(|one, other| tightness(one).total_cmp(&tightness(other)));
-            let (delay, time_error, seen) = match parameter {
-                Parameter::Relation(_) => (Span::ZERO, Span::ZERO, None),
-                Parameter::Signal(signal) => {
-                    (trial.delays[*signal], trial.time_errors[*signal], seen[*signal])
-                }
-            };
-            Fitted {
-                parameter: *parameter,
-                error: asked_by.map(|_| errors[number]),
-                offset: trial.offsets[number],
-                percent: trial.shares[number],
-                time_error,
-                delay,
-                smallest_bias: seen.map(|it| it.bias),
-                seen_by: seen.map(|it| it.by),
-                lasting_bias: seen.and_then(|it| it.lasting),
-                asked_by,
+        number: usize,
+        chosen: &Trial,
+        shares: &[Option<Share>],
+        scales: &IdVec<SignalId, scales::Scale>,
+        steps: &IdVec<SignalId, Option<f64>>,
+    ) -> Fitted {
+        let parameter = self.parameters[number];
+        let share = shares[number].unwrap_or_default();
+        let (noise, delay, smallest_bias) = match parameter {
+            Parameter::Relation(_) => (None, Span::ZERO, None),
+            Parameter::Signal(signal) => {
+                (Some(scales[signal].deviation), chosen.delays[signal], steps[signal])
             }
         };
-        let fitted: Vec<Fitted> = self.parameters.iter().enumerate().map(one).collect();
-        let is_new = |signal: &SignalId| !self.parameters.contains(&Parameter::Signal(*signal));
-        let others =
-            knowledge.signals().ids().filter(is_new).filter_map(|signal| {
-                Some(Fitted::only_seen(signal, trial.time_errors[signal], seen[signal]?))
-            });
-        let others: Vec<Fitted> = others.collect();
-        Ok(fitted.into_iter().chain(others).collect())
-    }
-}
-
-/// Of signals that no relation reads, a pair that compares one itself becomes wider by its own unit.
-fn direct_gains(watched: &Watched, knowledge: &KnowledgeBase, signal: SignalId) -> Vec<f64> {
-    let is_own = |way: &WatchedWay| way.computation.way().direct() == Some(signal);
-    let gain = |pair| match watched.sides(pair) {
-        (one, other) if is_own(one) || is_own(other) => edit::scale(knowledge, signal),
-        _ => 0.0,
-    };
-    watched.monitor.pairs().iter().map(gain).collect()
-}
-
-/// How much later each signal tells than the model says: the median over the pairs that compare it itself. Of the two
-/// of a pair, only the later one is moved.
-fn signal_delays(
-    knowledge: &KnowledgeBase,
-    watched: &Watched,
-    delays: &[Option<delay::Delay>],
-) -> IdVec<SignalId, Span> {
-    IdVec::filled(knowledge.signals().len(), |signal: SignalId| {
-        let is_own = |way: &WatchedWay| way.computation.way().direct() == Some(signal);
-        let late = |(pair, delay): (_, &Option<delay::Delay>)| {
-            let late_s = delay.map_or(0.0, |delay| delay.late_s);
-            let (slow, other) = watched.sides(pair);
-            is_own(slow).then_some(late_s).or_else(|| is_own(other).then_some(-late_s))
-        };
-        let pairs = watched.monitor.pairs().iter().zip(delays);
-        let late = median(pairs.filter_map(late)).max(0.0);
-        // To the millisecond: no recording says more.
-        Span::from_millis((late * 1e3).round() as i64)
-    })
-}
-
-/// What a whole engine says.
-fn verdicts(knowledge: &KnowledgeBase, observations: &[Observation]) -> Verdicts {
-    let mut engine = Engine::new(knowledge.clone(), engine::Options::default());
-    let mut verdicts = Verdicts::default();
-    for observation in observations {
-        engine.handle(Input::Observation(observation.clone()));
-        while let Some(output) = engine.poll() {
-            let Output::Event(event) = output else { continue };
-            match event.kind {
-                EventKind::Failed => verdicts.failed += 1,
-                EventKind::Suspected => verdicts.suspected += 1,
-                EventKind::Silent => verdicts.silent += 1,
-                _ => {}
-            }
+        Fitted {
+            parameter,
+            error: chosen.errors[number].map(edit::rounded_up),
+            offset: share.offset,
+            spread: share.spread,
+            noise,
+            delay,
+            smallest_bias,
         }
     }
-    verdicts
+}
+
+/// What one pair is, and how it differs.
+fn pair_fit(
+    one: &WatchedWay,
+    other: &WatchedWay,
+    compared: &[Vec<crate::comparison::Comparison>],
+) -> PairFit {
+    let side = |way: &WatchedWay| {
+        let way = way.computation.way();
+        (way.substitution.relations(), way.inputs().collect::<Vec<SignalId>>())
+    };
+    let apart: Vec<f64> = compared.iter().flatten().map(|it| it.value - it.known).collect();
+    let unexplained = scales::unexplained(compared);
+    let (one_side, other_side) = (side(one), side(other));
+    let is_direct = one_side.0.is_empty() && other_side.0.is_empty();
+    PairFit {
+        variable: one.variable(),
+        one: one_side,
+        other: other_side,
+        compared: (apart.len(), 0),
+        offset: median(apart.iter().copied()),
+        spread: spread(&apart),
+        unexplained,
+        holds: is_direct || unexplained <= scales::UNEXPLAINED,
+        late: None,
+        given: 0.0,
+    }
 }

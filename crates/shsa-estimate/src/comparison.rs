@@ -1,10 +1,15 @@
 //! Every comparison that the engine's monitor makes over observations, as numbers.
 
+use shsa_core::alignment::{Known, Sample};
 use shsa_core::knowledge::KnowledgeBase;
-use shsa_core::monitor::{self, Monitor, Pair, Relationship, WatchedWay, WayIndex};
+use shsa_core::monitor::{self, Monitor, Pair, WatchedWay, WayIndex};
 use shsa_core::observation::Observation;
 use shsa_core::substitution::Way;
 use shsa_core::time::{Time, Validity};
+use std::collections::VecDeque;
+
+/// No more outputs wait for another way.
+const MOST_WAITING: usize = 64;
 
 /// One comparison of two ways, all in SI.
 #[derive(Clone, Copy, Debug)]
@@ -14,11 +19,6 @@ pub(crate) struct Comparison {
     /// The middle of the slower way's value, and of what the other says about the same moment.
     pub(crate) value: f64,
     pub(crate) known: f64,
-    /// By how much the value lies above what is known: how much wider both must be together to meet. Negative: they
-    /// overlap by that.
-    pub(crate) above: f64,
-    /// As `above`, below.
-    pub(crate) below: f64,
     /// The widths of both.
     pub(crate) width: f64,
 }
@@ -26,56 +26,97 @@ pub(crate) struct Comparison {
 /// All ways of a model with what they said, and all pairs with what they compared.
 pub(crate) struct Watched {
     pub(crate) monitor: Monitor,
+    /// The pairs whose slower way each way is, and all pairs that it is in.
+    compares: Vec<Vec<usize>>,
+    touches: Vec<Vec<usize>>,
+    /// What the slower way of each pair has said and the other has yet to say something about.
+    waiting: Vec<VecDeque<Sample>>,
     /// When and what each way said: the middle of its value, SI.
     pub(crate) outputs: Vec<Vec<(Validity, f64)>>,
     pub(crate) comparisons: Vec<Vec<Comparison>>,
-    /// How often each pair came into conflict, by single comparisons or by many together, and whether it is.
-    pub(crate) conflicts: Vec<(usize, bool)>,
 }
 
 impl Watched {
-    /// Compares as the engine does. Observations are in the order of reception. Time: that of the monitor.
-    pub(crate) fn over(knowledge: &KnowledgeBase, ways: &[Way], observations: &[Observation]) -> Watched {
-        let monitor = Monitor::new(knowledge, ways.to_vec(), monitor::Options::default());
-        let mut compares = vec![Vec::new(); monitor.ways().len()];
-        for (number, pair) in monitor.pairs().iter().enumerate() {
-            compares[pair.way.0 as usize].push(number);
-        }
-        let outputs = vec![Vec::new(); monitor.ways().len()];
-        let comparisons = vec![Vec::new(); monitor.pairs().len()];
-        let conflicts = vec![(0, false); monitor.pairs().len()];
-        let mut watched = Watched { monitor, outputs, comparisons, conflicts };
-        for moment in observations.chunk_by(|one, next| one.received == next.received) {
-            let Some(now) = moment.first().map(|first| first.received) else { continue };
-            for observation in moment {
-                watched.monitor.observe(knowledge, observation, now);
+    /// Compares as the engine does, in each stretch anew. Observations are in the order of reception. Time: that of the
+    /// monitor.
+    pub(crate) fn over<'o>(
+        knowledge: &KnowledgeBase,
+        ways: &[Way],
+        stretches: impl IntoIterator<Item = &'o [Observation]>,
+    ) -> Watched {
+        let monitor = || Monitor::new(knowledge, ways.to_vec(), monitor::Options::default());
+        let mut watched = Watched::empty(monitor());
+        for (number, stretch) in stretches.into_iter().enumerate() {
+            if number > 0 {
+                watched.monitor = monitor();
+                watched.waiting.iter_mut().for_each(VecDeque::clear);
             }
-            watched.monitor.settle(now);
-            watched.note(&compares, now);
+            watched.go_on(knowledge, stretch);
         }
         watched
     }
 
-    fn note(&mut self, compares: &[Vec<usize>], now: Time) {
-        for (WayIndex(way), sample) in self.monitor.fresh() {
-            self.outputs[way as usize].push((sample.validity, sample.value.midpoint()));
-            for &number in &compares[way as usize] {
-                let (slow, other) = self.sides(&self.monitor.pairs()[number]);
-                let Some(known) = other.beside(slow, sample.validity).value() else { continue };
-                let comparison = Comparison {
+    fn empty(monitor: Monitor) -> Watched {
+        let mut compares = vec![Vec::new(); monitor.ways().len()];
+        let mut touches = compares.clone();
+        for (number, pair) in monitor.pairs().iter().enumerate() {
+            compares[pair.way.0 as usize].push(number);
+            touches[pair.way.0 as usize].push(number);
+            touches[pair.other.0 as usize].push(number);
+        }
+        let waiting = vec![VecDeque::new(); monitor.pairs().len()];
+        let outputs = vec![Vec::new(); monitor.ways().len()];
+        let comparisons = vec![Vec::new(); monitor.pairs().len()];
+        Watched { monitor, compares, touches, waiting, outputs, comparisons }
+    }
+
+    fn go_on(&mut self, knowledge: &KnowledgeBase, observations: &[Observation]) {
+        for moment in observations.chunk_by(|one, next| one.received == next.received) {
+            let Some(now) = moment.first().map(|first| first.received) else { continue };
+            for observation in moment {
+                self.monitor.observe(knowledge, observation, now);
+            }
+            self.monitor.settle(now);
+            self.note(now);
+        }
+    }
+
+    fn note(&mut self, now: Time) {
+        let fresh: Vec<(WayIndex, Sample)> = self.monitor.fresh().collect();
+        for (WayIndex(way), sample) in &fresh {
+            self.outputs[*way as usize].push((sample.validity, sample.value.midpoint()));
+            for &number in &self.compares[*way as usize] {
+                let waiting = &mut self.waiting[number];
+                waiting.push_back(*sample);
+                if waiting.len() > MOST_WAITING {
+                    waiting.pop_front();
+                }
+            }
+        }
+        for (WayIndex(way), _) in &fresh {
+            for at in 0..self.touches[*way as usize].len() {
+                self.compare(self.touches[*way as usize][at], now);
+            }
+        }
+    }
+
+    /// Compares what waits for a pair, oldest first, as far as the other way has spoken.
+    fn compare(&mut self, number: usize, now: Time) {
+        while let Some(sample) = self.waiting[number].front().copied() {
+            let (slow, other) = self.sides(&self.monitor.pairs()[number]);
+            let comparison = match other.beside(slow, sample.validity) {
+                Known::Later => return,
+                Known::Never => None,
+                Known::Value(known) => Some(Comparison {
                     received: now,
                     validity: sample.validity,
                     value: sample.value.midpoint(),
                     known: known.midpoint(),
-                    above: sample.value.lo() - known.hi(),
-                    below: known.lo() - sample.value.hi(),
                     width: sample.value.width() + known.width(),
-                };
-                self.comparisons[number].push(comparison);
-                let (count, before) = &mut self.conflicts[number];
-                let is_now = self.monitor.pairs()[number].relationship(now) == Relationship::Conflict;
-                *count += usize::from(is_now && !std::mem::replace(before, is_now));
-            }
+                }),
+            };
+            self.waiting[number].pop_front();
+            self.comparisons[number].extend(comparison);
         }
     }
 

@@ -1,7 +1,7 @@
 //! How much later one way tells the same as another: the shift with the least spread of their difference.
 
 use crate::comparison::Comparison;
-use crate::order::spread;
+use crate::order::{median, spread};
 use shsa_core::time::Validity;
 
 /// Shifts that are tried to either side.
@@ -10,11 +10,8 @@ const STEPS: i32 = 40;
 /// No more comparisons are used; they are taken evenly.
 const MOST_COMPARISONS: usize = 2_000;
 
-/// A shift is believed when it leaves no more than this share of the spread.
-const WORTH: f64 = 0.8;
-
-/// In each half of the time the spread may grow by this: while nothing changes, no delay can help.
-const NO_WORSE: f64 = 1.2;
+/// A shift is believed when it leaves no more than this share of the spread in each half of the time: a tenth less variance.
+const WORTH: f64 = 0.948;
 
 /// A delay that explains a part of the difference.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +28,8 @@ pub(crate) struct Curve {
     values: Vec<f64>,
     /// The integral up to each time.
     sums: Vec<f64>,
+    /// The median time between two values.
+    period: f64,
 }
 
 impl Curve {
@@ -46,8 +45,9 @@ impl Curve {
             sum += 0.5 * (pair[0].1 + pair[1].1) * (pair[1].0 - pair[0].0);
             sums.push(sum);
         }
+        let period = median(points.windows(2).map(|pair| pair[1].0 - pair[0].0));
         let (times, values) = points.into_iter().unzip();
-        Curve { times, values, sums }
+        Curve { times, values, sums, period }
     }
 
     /// The value, and the integral up to there.
@@ -88,17 +88,21 @@ pub(crate) fn between(comparisons: &[Comparison], other: &Curve, most_s: f64) ->
     let off = if curvature > 0.0 { 0.5 * (before - after) / curvature } else { 0.0 };
     let shift = (best as f64 - f64::from(STEPS) + off) * step;
     let share = left(&used, shift) / left(&used, 0.0);
-    let helps = |half: &[&Comparison]| left(half, shift) <= NO_WORSE * left(half, 0.0);
-    let is_worth = share <= WORTH && helps(halves.0) && helps(halves.1);
+    let helps = |half: &[&Comparison]| left(half, shift) <= WORTH * left(half, 0.0);
+    let is_worth = helps(halves.0) && helps(halves.1);
     is_worth.then_some(Delay { late_s: -shift, left: share })
 }
 
 /// The spread of the difference with the other way shifted; only comparisons that all shifts can make count.
+///
+/// The other way is read as a mean over two of its periods: between two values a straight line has less noise than at
+/// them, and a shift by half a period would look like a delay.
 fn left(used: &[&Comparison], other: &Curve, shift: f64, most_s: f64) -> f64 {
     let difference = |it: &&Comparison| {
         let (from, to) = (it.validity.from.seconds(), it.validity.to.seconds());
-        other.read(from - most_s).and(other.read(to + most_s))?;
-        Some(it.value - other.at(from + shift, to + shift)?)
+        let around = other.period;
+        other.read(from - most_s - around).and(other.read(to + most_s + around))?;
+        Some(it.value - other.at(from + shift - around, to + shift + around)?)
     };
     let differences: Vec<f64> = used.iter().filter_map(difference).collect();
     spread(&differences)
@@ -123,15 +127,7 @@ mod tests {
                         / 101.0;
                 let validity =
                     Validity { from: Time::from_seconds(to - window_s), to: Time::from_seconds(to) };
-                Comparison {
-                    received: validity.to,
-                    validity,
-                    value: mean,
-                    known: 0.0,
-                    above: 0.0,
-                    below: 0.0,
-                    width: 0.0,
-                }
+                Comparison { received: validity.to, validity, value: mean, known: 0.0, width: 0.0 }
             })
             .collect()
     }
@@ -156,6 +152,24 @@ mod tests {
         check(0.37, 0.0, Some(0.37));
         check(-0.37, 0.0, Some(-0.37));
         check(0.2, 0.5, Some(0.2));
+    }
+
+    /// Two that measure the same at the same moments: half a period of the other averages its noise, and is no delay.
+    #[test]
+    fn noise_is_no_delay() {
+        let mut chance = crate::chance::Chance::new(3);
+        let mut noise = || chance.normal();
+        let fast: Vec<(Validity, f64)> =
+            (0..400).map(|at| (Validity::at(Time::from_seconds(f64::from(at))), noise())).collect();
+        let compared = |(validity, known): &(Validity, f64)| Comparison {
+            received: validity.to,
+            validity: *validity,
+            value: 0.0,
+            known: *known,
+            width: 0.0,
+        };
+        let compared: Vec<Comparison> = fast.iter().map(compared).collect();
+        assert_eq!(between(&compared, &Curve::new(&fast), 4.0), None);
     }
 
     #[test]

@@ -1,9 +1,11 @@
-//! Numbers from recordings: tolerances, offsets, delays and rhythms that healthy observations need.
+//! Numbers from recordings: tolerances, delays and rhythms that healthy observations need.
 //!
-//! `observations -> rhythm (each signal) -> comparison (each pair of ways) -> delay -> order (bounds on the tail) -> widening
-//! (errors that explain all bounds) -> calibration (the changed model, tested on what came later)`
+//! `sessions -> rhythm (each signal) -> comparison (each pair of ways) -> delay -> calibration (scales, tails, surrogate
+//! recordings through the engine; the changed model, tested on what it has not seen)`
 
 mod order;
+mod chance;
+mod session;
 mod rhythm;
 mod comparison;
 mod delay;
@@ -11,7 +13,9 @@ mod widening;
 mod calibration;
 
 pub use calibration::{
-    Calibration, Fitted, Options, PairFit, Parameter, Problem, Stretch, Verdicts, calibrate,
+    Calibration, Fitted, Options, PairFit, Parameter, Problem, Promise, STEPS, Stretch, Verdicts, calibrate,
+    fewest_expected, most_expected,
 };
-pub use order::Support;
+pub use chance::Chance;
 pub use rhythm::Rhythm;
+pub use session::Session;

@@ -1,9 +1,9 @@
 //! How a signal comes: its rate, jitter and gaps, its range and how fast it changes.
 
 use crate::order::{quantile, sorted};
+use crate::session::Session;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
-use shsa_core::time::Time;
 
 /// A change is measured over at least this many seconds, and over ten observations: below it is noise.
 const SHORTEST_CHANGE_S: f64 = 0.2;
@@ -23,42 +23,53 @@ pub struct Rhythm {
     pub range: Option<(f64, f64)>,
     /// The largest change a second, over at least ten observations and 0.2 s.
     pub fastest: Option<f64>,
+    /// How long it has said exactly the same at most.
+    pub longest_hold_s: Option<f64>,
 }
 
 impl Rhythm {
     /// Of every signal of a model, in their order. Time: O(n log n) in the observations.
-    pub(crate) fn of_all(
-        knowledge: &KnowledgeBase,
-        observations: &[Observation],
-        left_out: &[(Time, Time)],
-    ) -> Vec<Rhythm> {
-        let signals = knowledge.signals().ids();
-        signals.map(|signal| Rhythm::of(observations, signal, left_out)).collect()
+    pub(crate) fn of_all(knowledge: &KnowledgeBase, sessions: &[Session]) -> Vec<Rhythm> {
+        knowledge.signals().ids().map(|signal| Rhythm::of(sessions, signal)).collect()
     }
 
-    fn of(observations: &[Observation], signal: SignalId, left_out: &[(Time, Time)]) -> Rhythm {
-        let own: Vec<&Observation> = observations.iter().filter(|it| it.signal == signal).collect();
+    fn of(sessions: &[Session], signal: SignalId) -> Rhythm {
+        let stretches = sessions.iter().flat_map(Session::stretches);
+        let own: Vec<Vec<&Observation>> =
+            stretches.map(|it| it.iter().filter(|it| it.signal == signal).collect()).collect();
         let gaps = |time: fn(&Observation) -> f64| {
-            let together = own.windows(2).filter(|pair| {
-                !left_out.iter().any(|(from, to)| pair[0].received < *to && *from <= pair[1].received)
-            });
+            let together = own.iter().flat_map(|own| own.windows(2));
             sorted(together.map(|pair| time(pair[1]) - time(pair[0])).filter(|gap| *gap > 0.0))
         };
         let stamped = gaps(|it| it.stamp.seconds());
         let usual = quantile(&stamped, 0.5);
         let jitter =
             usual.and_then(|usual| quantile(&sorted(stamped.iter().map(|gap| (gap - usual).abs())), 0.99));
-        let points: Vec<(f64, f64)> = own.iter().filter_map(|it| point(it)).collect();
-        let values = sorted(points.iter().map(|(_, value)| *value));
+        let points: Vec<Vec<(f64, f64)>> =
+            own.iter().map(|own| own.iter().filter_map(|it| point(it)).collect()).collect();
+        let values = sorted(points.iter().flatten().map(|(_, value)| *value));
+        let fastest = usual.and_then(|usual| {
+            let least_s = (10.0 * usual).max(SHORTEST_CHANGE_S);
+            points.iter().filter_map(|points| fastest(points, least_s)).reduce(f64::max)
+        });
         Rhythm {
-            count: own.len(),
+            count: own.iter().map(Vec::len).sum(),
             rate_hz: usual.map(|usual| 1.0 / usual),
             jitter_s: jitter,
             longest_gap_s: gaps(|it| it.received.seconds()).last().copied(),
             range: values.first().copied().zip(values.last().copied()),
-            fastest: usual.and_then(|usual| fastest(&points, (10.0 * usual).max(SHORTEST_CHANGE_S))),
+            fastest,
+            longest_hold_s: longest_hold(&points),
         }
     }
+}
+
+/// How long a signal has said the same at most, in seconds; `None` without two values.
+fn longest_hold(points: &[Vec<(f64, f64)>]) -> Option<f64> {
+    let runs = points.iter().flat_map(|points| points.chunk_by(|one, next| one.1 == next.1));
+    let lasts =
+        |run: &[(f64, f64)]| run.first().zip(run.last()).map_or(0.0, |(first, last)| last.0 - first.0);
+    runs.map(lasts).reduce(f64::max)
 }
 
 /// Stamp and value, when it is a number.
@@ -90,6 +101,7 @@ fn fastest(points: &[(f64, f64)], least_s: f64) -> Option<f64> {
 mod tests {
     use super::*;
     use shsa_core::knowledge::Id;
+    use shsa_core::time::Time;
 
     #[test]
     fn a_late_observation_is_a_gap_and_no_rate() {
@@ -101,14 +113,17 @@ mod tests {
             value: RawValue::Number(3.0 * time),
         };
         let observations: Vec<Observation> = times.into_iter().map(observation).collect();
-        let rhythm = Rhythm::of(&observations, SignalId::from_index(0), &[]);
+        let of = |signal: usize, left_out: &[(Time, Time)]| {
+            Rhythm::of(&[Session::new(observations.clone(), left_out)], SignalId::from_index(signal))
+        };
+        let rhythm = of(0, &[]);
         let near = |found: Option<f64>, expected: f64| (found.unwrap() - expected).abs() < 1e-6;
         assert!(near(rhythm.rate_hz, 10.0) && near(rhythm.longest_gap_s, 0.5), "{rhythm:?}");
         assert!(near(rhythm.jitter_s, 0.4) && near(rhythm.fastest, 3.0), "{rhythm:?}");
         assert_eq!(rhythm.range.map(|(lo, hi)| (lo, (hi * 10.0).round())), Some((0.0, 33.0)));
         let left_out = [(Time::from_seconds(0.4), Time::from_seconds(0.6))];
-        let without = Rhythm::of(&observations, SignalId::from_index(0), &left_out);
+        let without = of(0, &left_out);
         assert!(near(without.longest_gap_s, 0.1), "{without:?}");
-        assert_eq!(Rhythm::of(&observations, SignalId::from_index(1), &[]), Rhythm::default());
+        assert_eq!(of(1, &[]), Rhythm::default());
     }
 }

@@ -482,8 +482,10 @@ fn what_a_rover_cannot_tell_apart_stays_open() {
 /// A signal of a model, and the smallest bias that a plain script sees in its recording, in the signal's unit.
 type Goal = (&'static str, f64);
 
-/// A bias is seen that is at most so many times as large as what a plain script sees.
-const TIMES: f64 = 1.5;
+/// A step is told that is at most so many times as large as what a plain script sees. The script gives an alarm an hour and pair and
+/// knows the offsets of this recording; here the whole model gives one in two hours at most, and another recording may have
+/// other offsets.
+const TIMES: f64 = 5.0;
 
 /// What is found by fitting a part, after which no signal may be called failed in the rest.
 #[track_caller]
@@ -492,6 +494,7 @@ fn calibrated(case: &Case, more: &[&str]) -> Value {
     let mut command = Command::new(env!("CARGO_BIN_EXE_shsa"));
     let found = report(command.arg("calibrate").arg(&case.model).arg(&case.recording).args(more)).0;
     assert_eq!(found["after"]["failed"], 0, "{}", found["after"]);
+    assert!(found["after"]["suspected"].as_u64() <= Some(1), "{}", found["after"]);
     found
 }
 
@@ -503,7 +506,7 @@ fn check_calibrated(case: Option<Case>, goals: &[Goal]) {
     assert!(found["pairs"].as_array().unwrap().iter().all(|pair| pair["compared_later"].as_u64() > Some(0)));
     for (signal, plain) in goals {
         let fitted = found["fitted"].as_array().unwrap().iter().find(|it| it["name"] == *signal).unwrap();
-        let smallest = fitted["smallest_bias"].as_f64().unwrap();
+        let smallest = fitted["smallest_bias"].as_f64().unwrap_or(f64::INFINITY);
         assert!(smallest <= TIMES * plain, "{signal}: {smallest} is more than {TIMES} times {plain}");
     }
 }

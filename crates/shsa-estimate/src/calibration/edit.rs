@@ -1,61 +1,52 @@
 //! Models changed to try something, and the model with what was found.
 
-use super::{Bounds, Fitted, Parameter, Problem};
+use super::{Bounds, Parameter, Problem};
 use crate::rhythm::Rhythm;
 use shsa_core::knowledge::{Draft, Id, IdVec, KnowledgeBase, Severity, SignalId, Text, build};
 use shsa_core::time::Span;
 
-/// The error, in the unit of a parameter, with which its effect is tried.
-pub(super) const PROBE: f64 = 1e-3;
-
 /// A signal that was away for longer than its time-out although all was well gets this many times that gap.
 const TIMEOUT_FACTOR: f64 = 2.0;
 
-/// The model without the errors that are fitted, and with what is tried instead.
+/// A rate of change that is declared too small gets this many times the fastest that was seen.
+const RATE_FACTOR: f64 = 1.5;
+
+/// The model with errors that are tried.
 #[derive(Clone)]
 pub(super) struct Trial {
     pub(super) parameters: Vec<Parameter>,
-    /// How much each signal shows too much, and how much more the right side of a relation gives than the left, by
-    /// parameter in its unit.
-    pub(super) offsets: Vec<f64>,
+    /// The errors, by parameter and in its unit; `None` leaves one as the model has it.
+    pub(super) errors: Vec<Option<f64>>,
     /// How much later each tells than the model says.
     pub(super) delays: IdVec<SignalId, Span>,
     /// What the model says.
     pub(super) known: IdVec<SignalId, Span>,
-    /// Plus-minus on the time of each signal; zero leaves what the model says.
-    pub(super) time_errors: IdVec<SignalId, Span>,
-    /// What part of the value each error has besides, by parameter, in percent; only without an offset.
-    pub(super) shares: Vec<f64>,
-    /// The parameter that has an error of [`PROBE`].
-    pub(super) probe: Option<Parameter>,
-    /// The errors that are tried, by parameter; `None` leaves one as the model has it; 0 at first.
-    pub(super) errors: Vec<Option<f64>>,
 }
 
 impl Trial {
+    /// Without any errors.
     pub(super) fn new(parameters: &[Parameter], knowledge: &KnowledgeBase) -> Trial {
         let count = knowledge.signals().len();
         Trial {
             parameters: parameters.to_vec(),
-            offsets: vec![0.0; parameters.len()],
+            errors: vec![Some(0.0); parameters.len()],
             delays: IdVec::filled(count, |_| Span::ZERO),
             known: IdVec::filled(count, |signal| knowledge.signals()[signal].delay),
-            time_errors: IdVec::filled(count, |_| Span::ZERO),
-            shares: vec![0.0; parameters.len()],
-            probe: None,
-            errors: vec![Some(0.0); parameters.len()],
         }
+    }
+
+    /// The model with these, in which no reading is refused because it comes too fast: without errors, noise would be.
+    pub(super) fn ungated(&self, draft: &Draft) -> Draft {
+        let mut draft = self.applied(draft);
+        draft.signals.iter_mut().for_each(|it| it.max_rate = Some(text("none".to_owned())));
+        draft
     }
 
     pub(super) fn applied(&self, draft: &Draft) -> Draft {
         let mut draft = draft.clone();
-        for (number, parameter) in self.parameters.iter().enumerate() {
-            let Some(error) = self.errors[number] else { continue };
-            let error = if self.probe == Some(*parameter) { PROBE } else { error };
-            set_error(&mut draft, *parameter, around(-self.offsets[number], error, self.shares[number]));
-        }
-        for (signal, error) in self.time_errors.enumerate().filter(|(_, error)| **error > Span::ZERO) {
-            set_time_error(&mut draft, signal, *error);
+        for (parameter, error) in self.parameters.iter().zip(&self.errors) {
+            let Some(error) = error else { continue };
+            set_error(&mut draft, *parameter, Bounds::One(text(rounded_up(*error).to_string())));
         }
         for (signal, delay) in self.delays.enumerate().filter(|(_, delay)| **delay > Span::ZERO) {
             set_delay(&mut draft, signal, self.known[signal] + *delay);
@@ -80,16 +71,6 @@ pub(super) fn scale(knowledge: &KnowledgeBase, signal: SignalId) -> f64 {
 
 fn text(text: String) -> Text {
     Text { text, ..Text::default() }
-}
-
-fn around(middle: f64, error: f64, percent: f64) -> Bounds {
-    if middle == 0.0 {
-        let share = if percent > 0.0 { format!(" + {percent} %") } else { String::new() };
-        return Bounds::One(text(format!("{error}{share}")));
-    }
-    // Twelve digits: the last bits of a difference say nothing.
-    let plain = |value: f64| format!("{value:.11e}").parse().unwrap_or(value).to_string();
-    Bounds::Two(text(plain(middle - error)), text(plain(middle + error)))
 }
 
 fn set_error(draft: &mut Draft, parameter: Parameter, error: Bounds) {
@@ -119,42 +100,10 @@ fn set_delay(draft: &mut Draft, signal: SignalId, delay: Span) {
     draft.signals.iter_mut().skip(signal.index()).take(1).for_each(|it| it.delay = Some(written.clone()));
 }
 
-/// Sets how wrong the time of a signal may be, to either side.
-fn set_time_error(draft: &mut Draft, signal: SignalId, error: Span) {
-    let written = Bounds::One(text(format!("{} ms", error.seconds() * 1e3)));
-    draft
-        .signals
-        .iter_mut()
-        .skip(signal.index())
-        .take(1)
-        .for_each(|it| it.time_error = Some(written.clone()));
-}
-
-/// The model with what was found: errors rounded up to three digits, offsets to a thousandth of the errors.
-///
-/// A rate is written where there was none, a time-out only where it is shorter than a gap that was seen.
-pub(super) fn patched(
-    draft: &Draft,
-    fitted: &[Fitted],
-    time_errors: &IdVec<SignalId, Span>,
-    rhythms: &[Rhythm],
-    knowledge: &KnowledgeBase,
-) -> Draft {
+/// The model with the limits that healthy signals need: rates where there are none, time-outs and rates of change only where
+/// they are exceeded.
+pub(super) fn limited(draft: &Draft, rhythms: &[Rhythm], knowledge: &KnowledgeBase) -> Draft {
     let mut draft = draft.clone();
-    for one in fitted.iter().filter(|it| it.error.is_some() || it.offset != 0.0) {
-        let error = rounded_up(one.error.unwrap_or(0.0));
-        let step = if error > 0.0 { 10.0_f64.powf(error.log10().floor() - 3.0) } else { 1e-12 };
-        let middle = -(one.offset / step).round() * step;
-        set_error(&mut draft, one.parameter, around(middle, error, one.percent));
-    }
-    for (signal, error) in time_errors.enumerate().filter(|(_, error)| **error > Span::ZERO) {
-        set_time_error(&mut draft, signal, *error);
-    }
-    for one in fitted.iter().filter(|it| it.delay > Span::ZERO) {
-        if let Parameter::Signal(signal) = one.parameter {
-            set_delay(&mut draft, signal, knowledge.signals()[signal].delay + one.delay);
-        }
-    }
     let signals = draft.signals.iter_mut().zip(knowledge.signals().iter());
     for ((written, signal), rhythm) in signals.zip(rhythms) {
         if let (None, Some(rate)) = (&written.rate, rhythm.rate_hz) {
@@ -165,11 +114,41 @@ pub(super) fn patched(
             written.timeout = Some(text(format!("{} s", rounded_up(TIMEOUT_FACTOR * gap))));
         }
     }
+    for (id, variable) in knowledge.variables().enumerate() {
+        let fastest = knowledge
+            .carriers(id)
+            .iter()
+            .filter_map(|&signal| Some(rhythms.get(signal.index())?.fastest? * scale(knowledge, signal)));
+        let fastest = fastest.fold(0.0, f64::max);
+        let is_exceeded = variable.max_rate.is_some_and(|most| most < fastest);
+        let unit = variable.unit.as_ref().map_or(1.0, |unit| unit.to_si_difference(1.0).abs());
+        let written = draft.variables.iter_mut().find(|it| it.name.text == variable.name);
+        for written in written.into_iter().filter(|_| is_exceeded) {
+            written.max_rate = Some(text(rounded_up(RATE_FACTOR * fastest / unit).to_string()));
+        }
+    }
+    draft
+}
+
+/// The model with the noise of signals declared where it is not: their standard deviations, by the number of the parameter.
+pub(super) fn with_noise(
+    mut draft: Draft,
+    parameters: &[Parameter],
+    deviation: impl Fn(usize) -> Option<f64>,
+) -> Draft {
+    for (number, parameter) in parameters.iter().enumerate() {
+        let Parameter::Signal(signal) = *parameter else { continue };
+        let Some(noise) = deviation(number).filter(|it| *it > 0.0) else { continue };
+        let written = draft.signals.iter_mut().skip(signal.index()).take(1);
+        written
+            .filter(|it| it.noise.is_none())
+            .for_each(|it| it.noise = Some(text(rounded_up(noise).to_string())));
+    }
     draft
 }
 
 /// A positive number with three digits, no smaller than it was.
-fn rounded_up(value: f64) -> f64 {
+pub(super) fn rounded_up(value: f64) -> f64 {
     // What is a little above for no other reason than its last bits need not go up by a whole digit.
     to_digits(value * (1.0 - 1e-9), 3, f64::ceil)
 }

@@ -1,12 +1,16 @@
 //! Stretches in which one of two ways leaves the other, as no other stretch does: a fault in what should be healthy.
 
-use super::Work;
-use super::pair::{Block, PairFit};
-use crate::comparison::Watched;
+use super::PairFit;
+use super::scales::Compared;
+use crate::comparison::Comparison;
 use crate::order::median;
 use shsa_core::knowledge::SignalId;
-use shsa_core::time::Time;
+use shsa_core::time::{Span, Time};
 
+/// Blocks that a session is cut into, at most,
+const MOST_BLOCKS: i64 = 64;
+/// and comparisons in each, at least.
+const COMPARISONS: i64 = 16;
 /// In a stretch like that, two ways are apart by more than this many times the most of all other time.
 const TIMES: f64 = 5.0;
 
@@ -16,9 +20,11 @@ const ONE_IN: usize = 10;
 /// Fewer blocks say nothing about what is usual.
 const FEWEST_BLOCKS: usize = 20;
 
-/// A time before the split that is not taken as healthy.
+/// A time of what is fitted that is not taken as healthy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stretch {
+    /// The session, from 0.
+    pub session: usize,
     /// Since when, by reception.
     pub from: Time,
     /// Until when, this moment excluded.
@@ -31,75 +37,118 @@ pub struct Stretch {
     pub usual: f64,
 }
 
-impl Work<'_> {
-    /// The stretches before the split that look like faults; those of several pairs that meet are one.
-    ///
-    /// A manoeuvre moves both ways; what is left out is only where one way says what it never says otherwise, or varies
-    /// as it never does, and the other does not.
-    pub(super) fn unhealthy(&self, watched: &Watched) -> Vec<Stretch> {
-        let mut found: Vec<Stretch> =
-            (0..watched.comparisons.len()).flat_map(|at| self.unhealthy_of(watched, at)).collect();
-        found.sort_by_key(|stretch| (stretch.from, stretch.to));
-        let mut all: Vec<Stretch> = Vec::new();
-        for stretch in found {
-            match all.last_mut().filter(|last| stretch.from <= last.to) {
-                Some(last) => {
-                    last.to = last.to.max(stretch.to);
-                    last.signals.extend(stretch.signals);
-                    last.signals.sort_unstable();
-                    last.signals.dedup();
-                }
-                None => all.push(stretch),
+/// The stretches of a session that look like faults; those of several pairs that meet are one.
+///
+/// A manoeuvre moves both ways; what is left out is only where one way says what it never says otherwise, or varies
+/// as it never does, and the other does not.
+pub(super) fn unhealthy(pairs: &[PairFit], compared: &Compared, session: usize) -> Vec<Stretch> {
+    let of = |(pair, compared): (&PairFit, &Vec<Vec<Comparison>>)| {
+        compared.get(session).map_or(Vec::new(), |compared| unhealthy_of(pair, compared))
+    };
+    let mut found: Vec<Stretch> = pairs.iter().zip(compared).flat_map(of).collect();
+    found.sort_by_key(|stretch| (stretch.from, stretch.to));
+    let mut all: Vec<Stretch> = Vec::new();
+    for stretch in found {
+        match all.last_mut().filter(|last| stretch.from <= last.to) {
+            Some(last) => {
+                last.to = last.to.max(stretch.to);
+                last.signals.extend(stretch.signals);
+                last.signals.sort_unstable();
+                last.signals.dedup();
             }
+            None => all.push(stretch),
         }
-        all
     }
+    all.iter_mut().for_each(|it| it.session = session);
+    all
+}
 
-    fn unhealthy_of(&self, watched: &Watched, at: usize) -> Vec<Stretch> {
-        let pair = PairFit::new(self, watched, at, None);
-        let early = self.before_split(&watched.comparisons[at]);
-        let middle = median(early.iter().map(|it| it.value - it.known));
-        let blocks = pair.blocks(early, middle);
-        let most = blocks.len() / ONE_IN;
-        let Some(is_odd) = odd(&blocks, most).filter(|_| blocks.len() >= FEWEST_BLOCKS) else {
-            return Vec::new();
+fn unhealthy_of(pair: &PairFit, compared: &[Comparison]) -> Vec<Stretch> {
+    let middle = median(compared.iter().map(|it| it.value - it.known));
+    let (blocks, length) = blocks(compared, middle);
+    let most = blocks.len() / ONE_IN;
+    let Some(is_odd) = odd(&blocks, most).filter(|_| blocks.len() >= FEWEST_BLOCKS) else {
+        return Vec::new();
+    };
+    let usual =
+        (blocks.iter().zip(&is_odd)).filter(|(_, odd)| !**odd).map(|(it, _)| it.apart).fold(0.0, f64::max);
+    let of =
+        |odd: bool| blocks.iter().zip(&is_odd).filter(move |(_, it)| **it == odd).map(|(block, _)| block);
+    let (odd, others): (Vec<&Block>, Vec<&Block>) = (of(true).collect(), of(false).collect());
+    let is_wild = |values: fn(&Block) -> (f64, f64)| {
+        let hull = |blocks: &[&Block]| {
+            blocks
+                .iter()
+                .map(|block| values(block))
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |all, it| (all.0.min(it.0), all.1.max(it.1)))
         };
-        let usual = (blocks.iter().zip(&is_odd))
-            .filter(|(_, odd)| !**odd)
-            .map(|(it, _)| it.apart)
-            .fold(0.0, f64::max);
-        let of =
-            |odd: bool| blocks.iter().zip(&is_odd).filter(move |(_, it)| **it == odd).map(|(block, _)| block);
-        let (odd, others): (Vec<&Block>, Vec<&Block>) = (of(true).collect(), of(false).collect());
-        let is_wild = |values: fn(&Block) -> (f64, f64)| {
-            let hull = |blocks: &[&Block]| {
-                blocks
-                    .iter()
-                    .map(|block| values(block))
-                    .fold((f64::INFINITY, f64::NEG_INFINITY), |all, it| (all.0.min(it.0), all.1.max(it.1)))
-            };
-            let varies = |blocks: &[&Block]| {
-                blocks.iter().map(|block| values(block)).map(|(lo, hi)| hi - lo).fold(0.0, f64::max)
-            };
-            let (own, usual) = (hull(&odd), hull(&others));
-            own.0 < usual.0 || own.1 > usual.1 || varies(&odd) > varies(&others)
+        let varies = |blocks: &[&Block]| {
+            blocks.iter().map(|block| values(block)).map(|(lo, hi)| hi - lo).fold(0.0, f64::max)
         };
-        let signals = match (is_wild(|block| block.value), is_wild(|block| block.known)) {
-            (true, false) => &pair.one.1,
-            (false, true) => &pair.other.1,
-            _ => return Vec::new(),
-        };
-        let apart = odd.iter().map(|block| block.apart).fold(0.0, f64::max);
-        let stretch = |block: &&Block| Stretch {
-            // A block more on either side: it may have begun there, or not yet have ended.
-            from: block.from - pair.block,
-            to: block.from + pair.block.times(2),
-            signals: signals.clone(),
-            apart,
-            usual,
-        };
-        odd.iter().map(stretch).collect()
+        let (own, usual) = (hull(&odd), hull(&others));
+        own.0 < usual.0 || own.1 > usual.1 || varies(&odd) > varies(&others)
+    };
+    let signals = match (is_wild(|block| block.value), is_wild(|block| block.known)) {
+        (true, false) => &pair.one.1,
+        (false, true) => &pair.other.1,
+        _ => return Vec::new(),
+    };
+    let apart = odd.iter().map(|block| block.apart).fold(0.0, f64::max);
+    let stretch = |block: &&Block| Stretch {
+        session: 0,
+        // A block more on either side: it may have begun there, or not yet have ended.
+        from: block.from - length,
+        to: block.from + length.times(2),
+        signals: signals.clone(),
+        apart,
+        usual,
+    };
+    odd.iter().map(stretch).collect()
+}
+
+/// What two ways said in a block of time.
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    from: Time,
+    /// The second largest distance of two values: a single one is a matter of tails.
+    apart: f64,
+    largest: f64,
+    /// The lowest and highest values of the one and of the other way.
+    value: (f64, f64),
+    known: (f64, f64),
+}
+
+impl Block {
+    fn take(&mut self, apart: f64, value: f64, known: f64) {
+        self.apart = self.apart.max(apart.min(self.largest));
+        self.largest = self.largest.max(apart);
+        self.value = (self.value.0.min(value), self.value.1.max(value));
+        self.known = (self.known.0.min(known), self.known.1.max(known));
     }
+}
+
+/// The blocks of comparisons, of ways that differ by `middle` all the time, and how long each is.
+fn blocks(compared: &[Comparison], middle: f64) -> (Vec<Block>, Span) {
+    let ends = compared.first().zip(compared.last());
+    let Some((first, last)) = ends else { return (Vec::new(), Span(1)) };
+    let lasts = last.received - first.received;
+    let length = Span((lasts.0 / MOST_BLOCKS).max(lasts.0 / compared.len() as i64 * COMPARISONS).max(1));
+    let mut blocks: Vec<Block> = Vec::new();
+    for it in compared {
+        let from = first.received + length.times((it.received - first.received).0 / length.0);
+        let apart = (it.value - it.known - middle).abs();
+        match blocks.last_mut().filter(|last| last.from == from) {
+            Some(block) => block.take(apart, it.value, it.known),
+            None => blocks.push(Block {
+                from,
+                apart: 0.0,
+                largest: apart,
+                value: (it.value, it.value),
+                known: (it.known, it.known),
+            }),
+        }
+    }
+    (blocks, length)
 }
 
 /// The blocks that are no part of the rest: the fewest that are furthest apart, each run of them with one that is by far

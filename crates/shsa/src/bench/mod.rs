@@ -6,6 +6,7 @@ mod live;
 mod monitor;
 mod scale;
 mod thesis;
+mod truth;
 
 use crate::outcome::Outcome;
 
@@ -29,6 +30,8 @@ enum Command {
     Scale(scale::Arguments),
     /// The experiments of the thesis with all searches.
     Thesis(thesis::Arguments),
+    /// Whether calibration keeps its promise, on random plants with known truth.
+    Truth(truth::Arguments),
 }
 
 /// Runs one benchmark.
@@ -39,5 +42,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Scale(arguments) => scale::run(arguments),
         Command::Thesis(arguments) => thesis::run(arguments),
+        Command::Truth(arguments) => truth::run(arguments),
     }
 }

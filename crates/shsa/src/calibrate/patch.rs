@@ -2,29 +2,30 @@
 
 use super::report::{Report, number};
 use crate::campaign::grid::Kind;
-use shsa_core::knowledge::{Draft, RelationDraft, SignalDraft};
-use shsa_estimate::{Fitted, Parameter, Support};
+use crate::show;
+use shsa_core::knowledge::{Draft, RelationDraft, SignalDraft, VariableDraft};
+use shsa_estimate::{Fitted, Parameter};
 use shsa_format::model::write;
 
-/// The change as YAML: every signal and relation that is different, whole, below what it rests on.
-pub(super) fn text(report: &Report<'_>, false_alarms: f64) -> String {
-    let mut text = format!(
-        "# Fitted to the first {} s of a recording of {} s, for {} false conflicts of a pair an hour.\n\
-         # On the rest, a whole run calls {} signals failed and suspects {}.\n",
-        number(report.split.seconds()),
-        number(report.duration.seconds()),
-        number(false_alarms),
-        report.found.after.failed,
-        report.found.after.suspected,
-    );
-    let remarks = report.found.pairs.iter().filter_map(|pair| report.remark(pair));
-    for remark in report.unhealthy().into_iter().chain(remarks) {
+/// The change as YAML: every variable, signal and relation that is different, whole, below what it rests on.
+pub(super) fn text(report: &Report<'_>) -> String {
+    let mut text = String::new();
+    for told in [report.promised(), report.tested()] {
+        show::wrapped(&told, 0).lines().for_each(|line| text += &format!("# {line}\n"));
+    }
+    for remark in report.remarks() {
         text += &format!("# {remark}\n");
     }
     let (old, new) = (report.draft, &report.found.draft);
     let written = |draft: Draft| entry(&write::yaml(&draft));
     let relation = |it: &RelationDraft| written(Draft { relations: vec![it.clone()], ..Draft::default() });
     let signal = |it: &SignalDraft| written(Draft { signals: vec![it.clone()], ..Draft::default() });
+    let variable = |it: &VariableDraft| written(Draft { variables: vec![it.clone()], ..Draft::default() });
+    let variables = old
+        .variables
+        .iter()
+        .zip(&new.variables)
+        .map(|(old, new)| (&old.name.text, variable(old), variable(new)));
     let relations = old
         .relations
         .iter()
@@ -32,7 +33,12 @@ pub(super) fn text(report: &Report<'_>, false_alarms: f64) -> String {
         .map(|(old, new)| (&new.name.text, relation(old), relation(new)));
     let signals =
         old.signals.iter().zip(&new.signals).map(|(old, new)| (&new.name.text, signal(old), signal(new)));
-    for (section, entries) in [("relations", relations.collect::<Vec<_>>()), ("signals", signals.collect())] {
+    let sections = [
+        ("variables", variables.collect::<Vec<_>>()),
+        ("relations", relations.collect()),
+        ("signals", signals.collect()),
+    ];
+    for (section, entries) in sections {
         let mut changed = entries.iter().filter(|(_, old, new)| old != new).peekable();
         if changed.peek().is_some() {
             text += &format!("{section}:\n");
@@ -64,34 +70,21 @@ fn entry(yaml: &str) -> String {
 
 fn evidence(report: &Report<'_>, fitted: &Fitted) -> Vec<String> {
     let mut lines = Vec::new();
-    if let Some(pair) = fitted.asked_by.map(|pair| &report.found.pairs[pair]) {
-        let block = number(pair.block.seconds());
-        let support = match pair.support {
-            None => String::new(),
-            Some(Support::Counted { rank, of }) => format!("number {rank} of {of} blocks of {block} s"),
-            Some(Support::Extrapolated { largest, of }) => {
-                format!("{} at most in {of} blocks of {block} s, and a tail", report.amount(pair, largest))
-            }
-        };
-        lines.push(format!("{}: {} ({support})", report.pair(pair), report.amount(pair, pair.needed)));
+    if fitted.error.is_some() {
+        let factor = number(report.found.promise.factor);
+        lines.push(format!(
+            "{} all the time, and {factor} deviations of {}",
+            number(fitted.offset),
+            number(fitted.spread)
+        ));
     }
     if let Parameter::Signal(signal) = fitted.parameter {
         let unit = report.unit(signal);
-        if fitted.offset != 0.0 {
-            lines.push(format!("it shows {}{unit} more than the others", number(fitted.offset)));
-        }
         if fitted.delay.0 > 0 {
             lines.push(format!("it tells {} ms later than before", number(fitted.delay.seconds() * 1e3)));
         }
-        if let (Some(bias), Some(by)) = (fitted.smallest_bias, fitted.seen_by) {
-            let by = report.pair(&report.found.pairs[by]);
-            let lasting =
-                report.lasting(fitted).map(|it| format!("; if it lasts, by many together, one of {it}"));
-            lines.push(format!(
-                "a bias of {}{unit} is seen, by {by}{}",
-                number(bias),
-                lasting.unwrap_or_default()
-            ));
+        if let Some(bias) = fitted.smallest_bias {
+            lines.push(format!("a step of {}{unit} is told", number(bias)));
         }
         if let Some(smallest) = report.smallest {
             let signal_of_model = &report.knowledge.signals()[signal];

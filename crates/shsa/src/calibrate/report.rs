@@ -3,12 +3,11 @@
 use crate::campaign::smallest::Smallest;
 use crate::show::{self, Paint, paint};
 use serde_json::{Value, json};
-use shsa_core::knowledge::{Bounds, Draft, KnowledgeBase, RelationId, Signal, SignalId};
+use shsa_core::knowledge::{Bounds, Draft, KnowledgeBase, RelationId, Signal, SignalId, Text};
 use shsa_core::time::{Span, Time};
-use shsa_estimate::{Calibration, Fitted, PairFit, Parameter, Stretch, Support, Verdicts};
-
-/// Above this share of what the values themselves vary, nothing shows that two ways tell the same.
-const UNEXPLAINED: f64 = 0.5;
+use shsa_estimate::{
+    Calibration, Fitted, PairFit, Parameter, Stretch, Verdicts, fewest_expected, most_expected,
+};
 
 /// A calibration, and what it is about.
 pub(super) struct Report<'a> {
@@ -17,9 +16,12 @@ pub(super) struct Report<'a> {
     pub(super) found: &'a Calibration,
     /// The smallest faults of each kind that are seen, when they were looked for.
     pub(super) smallest: Option<&'a Smallest>,
-    pub(super) first: Time,
+    /// When each session begins.
+    pub(super) firsts: &'a [Time],
     pub(super) split: Span,
     pub(super) duration: Span,
+    /// Why the fitted numbers are not to be used.
+    pub(super) refusal: Option<&'a str>,
 }
 
 /// A number with three digits that count.
@@ -113,20 +115,120 @@ impl Report<'_> {
     }
 
     pub(super) fn to_text(&self) -> String {
-        let split = format!(
-            "fitted to the first {} s, tested on the other {} s",
-            number(self.split.seconds()),
-            number((self.duration - self.split).seconds())
-        );
-        let remarks = self.found.pairs.iter().filter_map(|pair| self.remark(pair));
-        let remarks: Vec<String> = self.unhealthy().into_iter().chain(remarks).collect();
-        let mut parts = vec![split, self.rhythms(), self.pairs(), self.numbers()];
+        let remarks = self.remarks();
+        let mut parts =
+            vec![show::wrapped(&self.promised(), 0), self.rhythms(), self.pairs(), self.numbers()];
         parts.extend(self.smallest.map(|smallest| self.faults(smallest)));
         if !remarks.is_empty() {
             parts.push(remarks.iter().map(|remark| show::wrapped(remark, 0)).collect::<Vec<_>>().join("\n"));
         }
         parts.push(self.verdicts());
         parts.join("\n\n")
+    }
+
+    /// What the numbers rest on.
+    pub(super) fn promised(&self) -> String {
+        let promise = self.found.promise;
+        let sessions = if promise.is_measured {
+            format!("recordings differ by {} deviations of a signal", number(promise.between))
+        } else {
+            "how much recordings differ is assumed, not measured: by one deviation of a signal".to_owned()
+        };
+        let recordings = match self.firsts.len() {
+            1 => "a recording".to_owned(),
+            count => format!("{count} recordings together"),
+        };
+        format!(
+            "Fitted to the first {} s of {recordings} of {} s, for at most {} false alarms of the whole model an hour on data not \
+             seen, with 95 % confidence: every error is what is there all the time and {} deviations; {} alarms in {} surrogate \
+             hours, and {sessions}.",
+            number(self.split.seconds()),
+            number(self.duration.seconds()),
+            number(promise.alarms_per_hour),
+            number(promise.factor),
+            promise.alarms,
+            number(promise.hours),
+        )
+    }
+
+    /// What the part that was not fitted says.
+    pub(super) fn tested(&self) -> String {
+        let told =
+            |it: Verdicts| format!("{} failed, {} suspected, {} silent", it.failed, it.suspected, it.silent);
+        let (found, after) = (self.found, self.found.after);
+        let wanted = found.promise.alarms_per_hour;
+        let (least, most) = (fewest_expected(after.alarms), most_expected(after.alarms));
+        let says = if least / found.unseen_hours > wanted {
+            "not compatible with what is promised"
+        } else if most / found.unseen_hours <= wanted {
+            "shows what is promised"
+        } else {
+            "too short to show what is promised, and compatible with it"
+        };
+        format!(
+            "in the {} h that were not fitted: {} with the fitted model, {} with the model as it is; {} alarms, {says}",
+            number(found.unseen_hours),
+            told(after),
+            told(found.before),
+            after.alarms
+        )
+    }
+
+    /// What should be known besides the numbers.
+    pub(super) fn remarks(&self) -> Vec<String> {
+        let pairs = self.found.pairs.iter().filter_map(|pair| self.remark(pair));
+        let promise = self.found.promise;
+        let remaining = (promise.remaining_per_hour > 0.0).then(|| {
+            format!(
+                "{} alarms an hour remain however wide the errors are: of values that change too fast, of relations that are not \
+                 fitted, or of limits that healthy data exceed",
+                number(promise.remaining_per_hour)
+            )
+        });
+        let followed = (promise.extrapolated > 10.0).then(|| {
+            format!(
+                "the factor is followed beyond the {} surrogate hours that were watched, to a rate {} times lower",
+                number(promise.hours),
+                number(promise.extrapolated)
+            )
+        });
+        let noise = promise.noise.is_none().then(|| {
+            "noise is not declared, as scatter and drift of healthy signals would be alarms: only bounds accuse".to_owned()
+        });
+        self.unhealthy()
+            .into_iter()
+            .chain(noise)
+            .chain(remaining)
+            .chain(followed)
+            .chain(self.limits())
+            .chain(pairs)
+            .collect()
+    }
+
+    /// Limits of the model that healthy data exceed.
+    fn limits(&self) -> Vec<String> {
+        let (old, new) = (self.draft, &self.found.draft);
+        let text = |it: &Option<Text>| it.as_ref().map_or_else(|| "none".to_owned(), |it| it.text.clone());
+        let signals = old.signals.iter().zip(&new.signals).filter(|(old, new)| old.timeout != new.timeout);
+        let timeouts = signals.map(|(old, new)| {
+            format!(
+                "{}: away for longer than its time-out although all is well: {} instead of {}",
+                old.name.text,
+                text(&new.timeout),
+                text(&old.timeout)
+            )
+        });
+        let variables =
+            old.variables.iter().zip(&new.variables).filter(|(old, new)| old.max_rate != new.max_rate);
+        let rates = variables.map(|(old, new)| {
+            format!(
+                "{}: changes faster than its max_rate although all is well: {} instead of {}",
+                old.name.text,
+                text(&new.max_rate),
+                text(&old.max_rate)
+            )
+        });
+        timeouts.chain(rates).collect()
     }
 
     fn rhythms(&self) -> String {
@@ -164,36 +266,18 @@ impl Report<'_> {
     fn pairs(&self) -> String {
         let row = |pair: &PairFit| {
             let amount = |value: f64| self.amount(pair, value);
-            let blocks = match pair.support {
-                None => "-".to_owned(),
-                Some(Support::Counted { rank, of }) => format!("number {rank} of {of}"),
-                Some(Support::Extrapolated { of, largest }) => {
-                    format!("{} in {of}, tail", number(self.in_own_unit(pair, largest)))
-                }
-            };
             vec![
                 self.way(&pair.one),
                 self.way(&pair.other),
                 pair.compared.0.to_string(),
                 amount(pair.offset),
                 amount(pair.spread),
-                amount(pair.needed),
-                blocks,
+                if pair.holds { "yes".to_owned() } else { "not shown".to_owned() },
                 amount(pair.given),
-                format!("{} in {}", pair.conflicts, pair.compared.1),
+                pair.compared.1.to_string(),
             ]
         };
-        let head = [
-            "way",
-            "other way",
-            "compared",
-            "offset",
-            "spread",
-            "needs",
-            "from blocks",
-            "gets",
-            "later conflicts",
-        ];
+        let head = ["way", "other way", "compared", "offset", "spread", "holds", "gets", "compared later"];
         show::table(&head, self.found.pairs.iter().map(row).collect())
     }
 
@@ -206,44 +290,24 @@ impl Report<'_> {
             } else {
                 "-".to_owned()
             };
-            let time_error = match fitted.time_error {
-                Span::ZERO => "-".to_owned(),
-                error => format!("{} ms", number(error.seconds() * 1e3)),
-            };
             let bias = match (fitted.smallest_bias, fitted.parameter) {
                 (Some(bias), Parameter::Signal(signal)) => format!("{}{}", number(bias), self.unit(signal)),
                 _ => "-".to_owned(),
             };
-            let lasting = self.lasting(fitted).unwrap_or_else(|| "-".to_owned());
             vec![
                 self.name(fitted.parameter).to_owned(),
                 bounds(before),
                 bounds(after),
-                time_error,
+                number(fitted.offset),
+                number(fitted.spread),
+                optional(fitted.noise),
                 delay,
                 bias,
-                fitted.seen_by.map_or_else(|| "-".to_owned(), |pair| self.pair(&self.found.pairs[pair])),
-                lasting,
             ]
         };
-        let head = [
-            "error of",
-            "now",
-            "fitted",
-            "of time",
-            "delay",
-            "smallest bias seen",
-            "by comparing",
-            "together, if it lasts",
-        ];
+        let head =
+            ["error of", "now", "fitted", "always", "deviation", "noise", "delay", "smallest step told"];
         show::table(&head, self.found.fitted.iter().map(row).collect())
-    }
-
-    /// The smallest bias of a signal that many comparisons show together, and how long that takes.
-    pub(super) fn lasting(&self, fitted: &Fitted) -> Option<String> {
-        let Parameter::Signal(signal) = fitted.parameter else { return None };
-        let (bias, span) = fitted.lasting_bias?;
-        Some(format!("{}{} in {} s", number(bias), self.unit(signal), number(span.seconds())))
     }
 
     /// What is seen of each signal, by kind.
@@ -283,33 +347,32 @@ impl Report<'_> {
             )
         });
         let share = pair.unexplained.min(1.0);
-        let holds = (share > UNEXPLAINED).then(|| {
+        let holds = (!pair.holds).then(|| {
             let share =
                 if pair.unexplained < 1.0 { format!("{:.0} %", 100.0 * share) } else { "all".to_owned() };
-            format!("{name}: not shown to hold, the difference varies by {share} of what the value does")
+            format!(
+                "{name}: not shown to hold, the difference varies by {share} of what the value does; its relations are left as they \
+                 are where nothing else shows them"
+            )
         });
         let words: Vec<String> = holds.into_iter().chain(delay).collect();
         (!words.is_empty()).then(|| words.join("; "))
     }
 
     fn verdicts(&self) -> String {
-        let told =
-            |it: Verdicts| format!("{} failed, {} suspected, {} silent", it.failed, it.suspected, it.silent);
-        let (before, after) = (self.found.before, self.found.after);
-        let paint_by = if after.failed > 0 { Paint::Red } else { Paint::Green };
-        let text = format!(
-            "in the part that was not fitted: {} with the fitted model, {} with the model as it is",
-            told(after),
-            told(before)
-        );
-        paint(paint_by, &text)
+        let is_well = self.refusal.is_none() && self.found.after.failed == 0;
+        let text = match self.refusal {
+            Some(why) => format!("{}\nno patch is written: {why}", self.tested()),
+            None => self.tested(),
+        };
+        paint(if is_well { Paint::Green } else { Paint::Red }, &show::wrapped(&text, 0))
     }
 
     pub(super) fn to_json(&self) -> Value {
         let rhythm = |(signal, it): (SignalId, &shsa_estimate::Rhythm)| {
             let value = json!({
                 "count": it.count, "rate_hz": it.rate_hz, "jitter_s": it.jitter_s, "longest_gap_s": it.longest_gap_s,
-                "range": it.range.map(|(lo, hi)| [lo, hi]), "fastest": it.fastest,
+                "range": it.range.map(|(lo, hi)| [lo, hi]), "fastest": it.fastest, "longest_hold_s": it.longest_hold_s,
             });
             (self.signal(signal).to_owned(), value)
         };
@@ -327,20 +390,45 @@ impl Report<'_> {
             "unhealthy": self.found.unhealthy.iter().map(|it| self.stretch_json(it)).collect::<Vec<_>>(),
             "before": verdicts(self.found.before),
             "after": verdicts(self.found.after),
+            "promise": self.promise_json(),
+            "refused": self.refusal,
         })
     }
 
+    fn promise_json(&self) -> Value {
+        let promise = self.found.promise;
+        json!({
+            "alarms_per_hour": promise.alarms_per_hour,
+            "confidence": 0.95,
+            "factor": promise.factor,
+            "noise": promise.noise,
+            "surrogate_hours": promise.hours,
+            "surrogate_alarms": promise.alarms,
+            "between_sessions": promise.between,
+            "between_is_measured": promise.is_measured,
+            "remaining_per_hour": promise.remaining_per_hour,
+            "unseen_hours": self.found.unseen_hours,
+            "unseen_alarms": self.found.after.alarms,
+        })
+    }
+
+    /// Seconds since the beginning of the session that a stretch is in.
+    fn since(&self, stretch: &Stretch, time: Time) -> f64 {
+        let first = self.firsts.get(stretch.session).copied().unwrap_or(time);
+        (time - first).seconds().max(0.0)
+    }
+
     fn stretch_json(&self, stretch: &Stretch) -> Value {
-        let at = |time: Time| (time - self.first).seconds().max(0.0);
+        let at = |time: Time| self.since(stretch, time);
         let names = |signals: &[SignalId]| signals.iter().map(|it| self.signal(*it)).collect::<Vec<_>>();
-        json!({ "from_s": at(stretch.from), "to_s": at(stretch.to), "signals": names(&stretch.signals) })
+        json!({ "session": stretch.session, "from_s": at(stretch.from), "to_s": at(stretch.to), "signals": names(&stretch.signals) })
     }
 
     /// What was not fitted although nobody said so.
     pub(super) fn unhealthy(&self) -> Vec<String> {
         let told = |it: &Stretch| {
             let names: Vec<&str> = it.signals.iter().map(|signal| self.signal(*signal)).collect();
-            let at = |time: Time| number((time - self.first).seconds().max(0.0));
+            let at = |time: Time| number(self.since(it, time));
             format!(
                 "not fitted: {} s to {} s, in which {} leaves what it agrees with by {:.0} times as much as ever else; --all fits that, too",
                 at(it.from),
@@ -354,10 +442,6 @@ impl Report<'_> {
 
     fn pair_json(&self, pair: &PairFit) -> Value {
         let in_unit = |value: f64| self.in_own_unit(pair, value);
-        let support = pair.support.map(|support| match support {
-            Support::Counted { rank, of } => json!({ "rank": rank, "blocks": of }),
-            Support::Extrapolated { largest, of } => json!({ "largest": in_unit(largest), "blocks": of }),
-        });
         json!({
             "variable": self.knowledge.variables()[pair.variable].name,
             "one": self.way(&pair.one),
@@ -368,30 +452,21 @@ impl Report<'_> {
             "spread": in_unit(pair.spread),
             "unexplained": pair.unexplained.is_finite().then_some(pair.unexplained),
             "late_s": pair.late.map(|(late_s, _)| late_s),
-            "needed": in_unit(pair.needed),
-            "support": support,
-            "block_s": pair.block.seconds(),
+            "holds": pair.holds,
             "given": in_unit(pair.given),
-            "conflicts_later": pair.conflicts,
-            "smallest_bias": pair.smallest_bias.map(in_unit),
         })
     }
 
     fn fitted_json(&self, fitted: &Fitted) -> Value {
-        let of_pair = |pair: Option<usize>| pair.map(|pair| self.pair(&self.found.pairs[pair]));
         json!({
             "name": self.name(fitted.parameter),
             "kind": match fitted.parameter { Parameter::Signal(_) => "signal", Parameter::Relation(_) => "relation" },
             "error": fitted.error,
-            "percent": fitted.percent,
             "offset": fitted.offset,
-            "time_error_s": fitted.time_error.seconds(),
+            "spread": fitted.spread,
+            "noise": fitted.noise,
             "delay_s": fitted.delay.seconds(),
             "smallest_bias": fitted.smallest_bias,
-            "seen_by": of_pair(fitted.seen_by),
-            "smallest_lasting_bias": fitted.lasting_bias.map(|(bias, _)| bias),
-            "lasting_s": fitted.lasting_bias.map(|(_, span)| span.seconds()),
-            "asked_by": of_pair(fitted.asked_by),
         })
     }
 }

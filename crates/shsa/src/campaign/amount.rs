@@ -51,7 +51,7 @@ pub(super) fn instead(
         unhealthy: Vec::new(),
         threads: wish.threads,
     };
-    let smallest = Smallest::find_in(knowledge, sessions, &wish)?;
+    let smallest = Smallest::find(knowledge, sessions, &wish)?;
     let amount = |(id, size): (SignalId, Size)| {
         let seen = smallest.seen(id, Kind::Bias).map(|(bias, _)| bias / TIMES);
         (id, seen.unwrap_or(SHARE_OF_RANGE * size.range))

@@ -6,7 +6,7 @@ use anyhow::{anyhow, bail};
 use shsa_core::knowledge::{Id, KnowledgeBase, Severity, SignalId, build};
 use shsa_core::observation::Observation;
 use shsa_core::time::Span;
-use shsa_estimate::{Options, calibrate};
+use shsa_estimate::{Options, Session, calibrate};
 use shsa_format::model::live::Live;
 use shsa_format::recording::Sample;
 use std::num::NonZeroUsize;
@@ -46,7 +46,9 @@ pub(super) fn calibrated(
         value: sample.value.clone(),
     };
     let observations: Vec<Observation> = samples.iter().map(observation).collect();
-    let found = calibrate(live.draft(), &observations, first + half, &Options::default())?;
+    let (fitted, unseen) = Session::new(observations, &[]).split(first + half);
+    let options = Options { finds_steps: false, ..Options::default() };
+    let found = calibrate(live.draft(), &[fitted], &[unseen], &options)?;
     let (knowledge, remarks) = build(&found.draft);
     if let Some(error) = remarks.into_iter().find(|it| it.severity == Severity::Error) {
         return Err(anyhow!("the calibrated model has an error: {}", error.message));
@@ -65,6 +67,6 @@ pub(super) fn calibrated(
         unhealthy: found.unhealthy.iter().map(|it| (it.from, it.to)).collect(),
         threads: wish.threads,
     };
-    let smallest = Smallest::find_in(&knowledge, &[early], &wish)?;
+    let smallest = Smallest::find(&knowledge, &[early], &wish)?;
     Ok((knowledge, Detectable { from: half, smallest }))
 }

@@ -99,19 +99,6 @@ impl Smallest {
     /// When a run broke off.
     pub(crate) fn find(
         knowledge: &KnowledgeBase,
-        samples: &[Sample],
-        wish: &Wish<'_>,
-    ) -> anyhow::Result<Smallest> {
-        let origin = samples.first().map_or(Time(0), |sample| sample.received);
-        Smallest::find_in(knowledge, &[Recorded { origin, samples }], wish)
-    }
-
-    /// The same in several sessions.
-    ///
-    /// # Errors
-    /// As [`Smallest::find`].
-    pub(crate) fn find_in(
-        knowledge: &KnowledgeBase,
         sessions: &[Recorded<'_>],
         wish: &Wish<'_>,
     ) -> anyhow::Result<Smallest> {

@@ -32,10 +32,24 @@ pub(crate) fn open<const N: usize>(
     Ok(files.map(|file| file.map(BufWriter::new)))
 }
 
-fn open_one(path: &Path, taken: &mut Vec<PathBuf>) -> anyhow::Result<File> {
+/// Whether a file that may be written in the end is none of those that are `read`: said before anything is done.
+///
+/// # Errors
+/// When it is.
+pub(crate) fn ensure_free(path: &Path, read: &[&PathBuf]) -> anyhow::Result<()> {
+    let taken: Vec<PathBuf> = read.iter().filter_map(|path| path.canonicalize().ok()).collect();
+    ensure_none_of(path, &taken)
+}
+
+fn ensure_none_of(path: &Path, taken: &[PathBuf]) -> anyhow::Result<()> {
     if path.canonicalize().is_ok_and(|path| taken.contains(&path)) {
         bail!("{} is in use by this run already; name another file to write to", path.display());
     }
+    Ok(())
+}
+
+fn open_one(path: &Path, taken: &mut Vec<PathBuf>) -> anyhow::Result<File> {
+    ensure_none_of(path, taken)?;
     let options = OpenOptions::new().write(true).create(true).truncate(false).open(path);
     let file = options.with_context(|| format!("{} cannot be written", path.display()))?;
     taken.extend(path.canonicalize());
