@@ -2,9 +2,11 @@
 
 use crate::outcome::Outcome;
 use crate::show::{self, Paint};
+use crate::unwatched;
 use serde_json::json;
+use shsa_core::engine::WatchBudget;
 use shsa_core::knowledge::{KnowledgeBase, Severity};
-use shsa_format::model::{self, Report};
+use shsa_format::model::{self, Located, Report};
 use std::io::{IsTerminal, Write, stdout};
 use std::path::PathBuf;
 
@@ -46,8 +48,13 @@ pub(crate) struct Arguments {
 
 /// Checks a model; bad input when it has errors.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let loaded = model::load_file(&arguments.model);
+    let mut loaded = model::load_file(&arguments.model);
     let knowledge = &loaded.knowledge;
+    if loaded.report.ok() {
+        let warnings = unwatched::declared(knowledge, WatchBudget::default());
+        let file = arguments.model.display().to_string();
+        loaded.report.diagnostics.extend(warnings.into_iter().map(|told| Located::warning(&file, told)));
+    }
     let mut output = stdout().lock();
     if arguments.json {
         let answer = json!({

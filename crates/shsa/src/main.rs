@@ -24,6 +24,7 @@ mod service;
 mod show;
 mod story;
 mod tell;
+mod unwatched;
 mod watch;
 
 use clap::{Parser, Subcommand};

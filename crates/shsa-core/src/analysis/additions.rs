@@ -3,7 +3,7 @@
 use super::Options;
 use super::basis::Basis;
 use super::budget::Budget;
-use super::comparisons::{Comparisons, Watched, gathered};
+use super::comparisons::{Comparisons, Watched, gathered, isolated};
 use super::faults::Faults;
 use super::losses::{Left, Losses, Target, Tolerance};
 use super::survey::Survey;
@@ -232,6 +232,7 @@ fn faults_with(
             true => Watched::of(larger, graph, basis, variable, budget),
             false => survey.wanted[variable].clone(),
         });
+    isolated(larger, graph, basis, &mut watched, budget);
     let comparisons = Comparisons::new(larger, gathered(larger, basis, &mut watched));
     budget.spend(comparisons.pairs().len() as u64);
     Faults::new(larger, &comparisons)

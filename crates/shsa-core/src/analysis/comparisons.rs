@@ -2,11 +2,12 @@
 
 use super::basis::Basis;
 use super::budget::Budget;
-use crate::engine::{Testimony, Witnesses, afford, witnesses};
-use crate::knowledge::{IdVec, KnowledgeBase, Shape, SignalSet, VariableId};
+use crate::engine::{Testimony, Witnesses, afford, isolate, witnesses};
+use crate::knowledge::{IdVec, KnowledgeBase, RelationSet, Shape, SignalSet, VariableId};
 use crate::monitor::compared;
 use crate::plan::Graph;
 use crate::substitution::Way;
+use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
 /// The ways of knowing one variable that are compared.
@@ -64,7 +65,10 @@ impl Comparisons {
         let testimony: Vec<Testimony> = ways.iter().map(|way| Testimony::of(knowledge, way)).collect();
         let rests_on = testimony.iter().map(Testimony::rests_on);
         let borrowed: Vec<(&Way, &SignalSet)> = ways.iter().zip(rests_on).collect();
-        let pairs = compared(&borrowed).into_iter().map(|(one, other)| Comparison { one, other }).collect();
+        let pairs = compared(knowledge, &borrowed)
+            .into_iter()
+            .map(|(one, other)| Comparison { one, other })
+            .collect();
         Comparisons { ways, testimony, pairs }
     }
 
@@ -92,9 +96,48 @@ impl Comparisons {
         self.of(comparison).map(|(one, other)| one.shows(other)).unwrap_or_default()
     }
 
+    /// The relations that a comparison speaks about: when its ways disagree, one of its signals is faulty, or one of these does
+    /// not hold.
+    #[must_use]
+    pub fn relations(&self, comparison: Comparison) -> RelationSet {
+        self.of(comparison).map(|(one, other)| one.relations(other)).unwrap_or_default()
+    }
+
+    /// The relations of which a comparison [shows](Testimony::shows_relations) that they do not hold.
+    #[must_use]
+    pub fn shows_relations(&self, comparison: Comparison) -> RelationSet {
+        self.of(comparison).map(|(one, other)| one.shows_relations(other)).unwrap_or_default()
+    }
+
+    /// What each comparison says on its two sides.
+    pub(super) fn testimony(&self) -> impl Iterator<Item = (&Testimony, &Testimony)> {
+        self.pairs.iter().filter_map(|&comparison| self.of(comparison))
+    }
+
     fn of(&self, Comparison { one, other }: Comparison) -> Option<(&Testimony, &Testimony)> {
         Some((self.testimony.get(one)?, self.testimony.get(other)?))
     }
+}
+
+/// Adds the ways that look behind measured numbers, of variables whose ways were looked for.
+pub(super) fn isolated(
+    knowledge: &KnowledgeBase,
+    graph: &Graph,
+    basis: &Basis,
+    watched: &mut IdVec<VariableId, Watched>,
+    budget: &mut Budget,
+) {
+    if budget.is_spent() {
+        return;
+    }
+    let is_number = |variable: VariableId| knowledge.variables()[variable].shape == Shape::Scalar;
+    let ids: Vec<VariableId> = watched.ids().collect();
+    let looked_for =
+        ids.into_iter().zip(watched.iter_mut()).filter(|(id, watched)| is_number(*id) && !watched.skipped);
+    let mut ways: BTreeMap<VariableId, &mut Witnesses> =
+        looked_for.map(|(id, watched)| (id, &mut watched.witnesses)).collect();
+    let admits = |way: &Way| basis.admits(knowledge, way);
+    budget.spend(isolate(knowledge, graph, &mut ways, basis.watch().ways, admits));
 }
 
 /// All ways of the variables, in order, within what they may cost together.

@@ -14,11 +14,13 @@ mod faults;
 mod losses;
 mod survey;
 mod watch;
+mod gaps;
 mod additions;
 
 pub use additions::{Addition, Candidate, Survives};
 pub use comparisons::{Comparison, Comparisons};
 pub use faults::Faults;
+pub use gaps::{Gap, Obstacle};
 pub use losses::Tolerance;
 pub use watch::{Hidden, Watch};
 
@@ -97,6 +99,8 @@ pub struct Analysis {
     pub needs: IdVec<NeedId, Tolerance>,
     /// What would help, the best first.
     pub additions: Vec<Addition>,
+    /// What the structure tells and no comparison does, and why.
+    pub gaps: Vec<Gap>,
     /// What was not looked at to the end.
     pub limited: Vec<Limited>,
 }
@@ -126,6 +130,31 @@ impl Analysis {
     }
 }
 
+/// What a model declares, or its structure allows, and is not watched.
+#[derive(Clone, Debug)]
+pub struct Unwatched {
+    /// As [`Analysis::watched`].
+    pub watched: Vec<Watch>,
+    /// As [`Analysis::gaps`].
+    pub gaps: Vec<Gap>,
+}
+
+/// What of an analysis is about what is not watched, without its losses and additions.
+///
+/// Complexity: the searches of a monitor, at most [`Options::steps`], and 2,000,000 edges of the structure.
+#[must_use]
+pub fn unwatched(knowledge: &KnowledgeBase, options: Options) -> Unwatched {
+    let graph = Graph::new(knowledge);
+    let basis = basis::Basis::new(knowledge, options, RelationId::from_index(knowledge.relations().len()));
+    let mut budget = Budget::new(options.steps);
+    let (watched, comparisons) = survey::compared(knowledge, &graph, &basis, &mut budget);
+    let faults = Faults::new(knowledge, &comparisons);
+    Unwatched {
+        watched: watch::watched(knowledge, &watched.are, &faults),
+        gaps: gaps::gaps(knowledge, &basis, &faults),
+    }
+}
+
 /// Analyses a model.
 ///
 /// Complexity: the searches of a monitor and a few dozen searches for each variable that a signal carries, at most
@@ -150,7 +179,8 @@ pub fn analyze(knowledge: &KnowledgeBase, options: Options) -> Analysis {
         survey.variables[variable].clone().unwrap_or_default()
     };
     Analysis {
-        watched: watch::watched(knowledge, &survey),
+        watched: watch::watched(knowledge, &survey.watched, &survey.faults),
+        gaps: gaps::gaps(knowledge, &basis, &survey.faults),
         signals: IdVec::filled(knowledge.signals().len(), of_signal),
         comparisons: survey.comparisons,
         faults: survey.faults,

@@ -3,17 +3,41 @@
 use super::Limited;
 use super::basis::Basis;
 use super::budget::Budget;
-use super::comparisons::{Comparisons, Watched, gathered};
+use super::comparisons::{Comparisons, Watched, gathered, isolated};
 use super::faults::Faults;
 use super::losses::{Losses, Target, Tolerance};
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId, VariableId};
 use crate::plan::Graph;
 use alloc::vec::Vec;
 
+/// The ways of knowing each variable.
+pub(super) struct Ways {
+    /// What would be watched if it cost nothing, without what looks behind measured numbers.
+    pub(super) wanted: IdVec<VariableId, Watched>,
+    /// What is.
+    pub(super) are: IdVec<VariableId, Watched>,
+}
+
+/// The ways that are watched, and their comparisons.
+pub(super) fn compared(
+    knowledge: &KnowledgeBase,
+    graph: &Graph,
+    basis: &Basis,
+    budget: &mut Budget,
+) -> (Ways, Comparisons) {
+    let wanted = IdVec::filled(knowledge.variables().len(), |variable| {
+        Watched::of(knowledge, graph, basis, variable, budget)
+    });
+    let mut are = wanted.clone();
+    isolated(knowledge, graph, basis, &mut are, budget);
+    let comparisons = Comparisons::new(knowledge, gathered(knowledge, basis, &mut are));
+    (Ways { wanted, are }, comparisons)
+}
+
 /// Everything about the model as it is.
 #[derive(Clone, Debug)]
 pub(super) struct Survey {
-    /// What would be watched if it cost nothing.
+    /// What would be watched if it cost nothing, without what looks behind measured numbers.
     pub(super) wanted: IdVec<VariableId, Watched>,
     /// What is.
     pub(super) watched: IdVec<VariableId, Watched>,
@@ -34,11 +58,7 @@ impl Survey {
         let needs = IdVec::filled(knowledge.needs().len(), |need| {
             losses.tolerance(&Target::of_need(knowledge, need), &mut for_needs)
         });
-        let wanted = IdVec::filled(knowledge.variables().len(), |variable| {
-            Watched::of(knowledge, graph, basis, variable, &mut for_ways)
-        });
-        let mut watched = wanted.clone();
-        let comparisons = Comparisons::new(knowledge, gathered(knowledge, basis, &mut watched));
+        let (Ways { wanted, are: watched }, comparisons) = compared(knowledge, graph, basis, &mut for_ways);
         let faults = Faults::new(knowledge, &comparisons);
         let variables = IdVec::filled(knowledge.variables().len(), |variable| {
             let carried = !knowledge.carriers(variable).is_empty();

@@ -1,7 +1,8 @@
 //! What the monitor watches of each variable, what it leaves out, and what that costs in telling faults apart.
 
-use super::survey::Survey;
-use crate::knowledge::{KnowledgeBase, SignalId, SignalSet, VariableId};
+use super::comparisons::Watched;
+use super::faults::Faults;
+use crate::knowledge::{IdVec, KnowledgeBase, SignalId, SignalSet, VariableId};
 use alloc::vec::Vec;
 
 /// The ways of knowing a variable that are watched.
@@ -34,8 +35,12 @@ pub struct Hidden {
 
 /// In file order. Complexity: that of [`Witnesses::reach`](crate::engine::Witnesses::reach) for each variable of which
 /// not all ways are watched.
-pub(super) fn watched(knowledge: &KnowledgeBase, survey: &Survey) -> Vec<Watch> {
-    let watch = |(variable, watched): (VariableId, &super::comparisons::Watched)| {
+pub(super) fn watched(
+    knowledge: &KnowledgeBase,
+    watched: &IdVec<VariableId, Watched>,
+    faults: &Faults,
+) -> Vec<Watch> {
+    let watch = |(variable, watched): (VariableId, &Watched)| {
         let witnesses = &watched.witnesses;
         Watch {
             variable,
@@ -43,19 +48,19 @@ pub(super) fn watched(knowledge: &KnowledgeBase, survey: &Survey) -> Vec<Watch> 
             possible: witnesses.possible,
             exact: witnesses.exact,
             cost: witnesses.cost(knowledge),
-            hidden: hidden(knowledge, survey, witnesses.reach(knowledge)),
+            hidden: hidden(knowledge, faults, witnesses.reach(knowledge)),
         }
     };
-    let all = survey.watched.enumerate().map(watch);
+    let all = watched.enumerate().map(watch);
     all.filter(|watch| watch.possible > 1).collect()
 }
 
 /// What more ways would tell, as far as the comparisons of all variables together do not; what does not show comes first.
-fn hidden(knowledge: &KnowledgeBase, survey: &Survey, reach: Vec<(SignalId, SignalSet)>) -> Vec<Hidden> {
+fn hidden(knowledge: &KnowledgeBase, faults: &Faults, reach: Vec<(SignalId, SignalSet)>) -> Vec<Hidden> {
     let untold = |(signal, within_reach): (SignalId, SignalSet)| {
         let within_reach = knowledge.with_same(within_reach);
-        let undetected = !survey.faults.is_detectable(signal);
-        let suspects = survey.faults.suspects(signal).iter();
+        let undetected = !faults.is_detectable(signal);
+        let suspects = faults.suspects(signal).iter();
         let taken_for: SignalSet = suspects.filter(|suspect| !within_reach.contains(*suspect)).collect();
         (undetected || !taken_for.is_empty()).then_some(Hidden { signal, undetected, taken_for })
     };

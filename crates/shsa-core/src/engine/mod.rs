@@ -10,7 +10,9 @@ mod message;
 mod explain;
 mod testimony;
 mod choice;
+mod findings;
 mod watched;
+mod isolation;
 mod ways;
 mod standby;
 mod provider;
@@ -21,12 +23,14 @@ mod evidence;
 
 pub use evidence::{Comparison, Evidence, Mute, Rival, Side};
 pub use explain::{difference as difference_text, interval as interval_text, span as span_text};
+pub use findings::{Findings, Told};
+pub use isolation::{isolate, to_watch};
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality, Report};
 pub use order::{Order, Refusal, Subject};
 pub use provider::{Commission, NeedStatus};
 pub use snapshot::{Charge, Missing, Published, Remembered, Served, Snapshot, Trending};
 pub use testimony::Testimony;
-pub use watched::{WatchBudget, Witnesses, afford, can_be_watched, to_watch, witnesses};
+pub use watched::{WatchBudget, Witnesses, afford, can_be_watched, witnesses};
 
 use crate::computation::Task;
 use crate::diagnosis::{Component, Decision, Judge, JudgeOptions, Verdict};

@@ -2,7 +2,7 @@
 
 use crate::computation::Computation;
 use crate::expression::{Formula, Shape};
-use crate::knowledge::{Id, IdVec, KnowledgeBase, SignalId, SignalSet, VariableId};
+use crate::knowledge::{Id, IdVec, KnowledgeBase, RelationId, RelationSet, SignalId, SignalSet, VariableId};
 use crate::monitor::{rests_on, sized_by};
 use crate::substitution::{Step, Way};
 use alloc::vec::Vec;
@@ -13,27 +13,47 @@ const COMPARISON: f64 = 10.0;
 /// Elements that a vector counts as: how long it is, only its observations say.
 const USUAL_ELEMENTS: f64 = 256.0;
 
-/// The signals of a way of knowing, and how they reach its output.
+/// The signals and relations of a way of knowing, and how they reach its output.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Testimony {
     rests_on: SignalSet,
     /// Those that the output is computed from; the others are read by conditions only.
     sized_by: SignalSet,
+    relations: RelationSet,
+    /// Those that the output is computed by; the others serve conditions only.
+    sized_through: RelationSet,
     /// For each signal that the output is computed from, ascending: the steps through which it reaches it, ascending. As
     /// one witness, signals from the same source stand under the first of them.
     paths: Vec<(SignalId, Vec<Step>)>,
+    /// The same of each step, from the step itself on, ascending by its relation.
+    through: Vec<(RelationId, Vec<Step>)>,
 }
 
 impl Testimony {
-    /// Complexity: O(inputs times steps).
+    /// Complexity: O((inputs + steps) times steps).
     #[must_use]
     pub fn of(knowledge: &KnowledgeBase, way: &Way) -> Testimony {
         let sized_by = sized_by(knowledge, way);
-        let path = |signal| (knowledge.witness(signal), path(knowledge, way, signal));
+        let path = |signal: SignalId| {
+            let variable = knowledge.signals()[signal].variable;
+            (knowledge.witness(signal), path(knowledge, way, 0, variable, Vec::new()))
+        };
         let mut paths: Vec<(SignalId, Vec<Step>)> = way.inputs().map(path).collect();
         paths.retain(|(signal, _)| sized_by.contains(*signal));
         paths.sort_unstable();
-        Testimony { rests_on: rests_on(knowledge, way), sized_by, paths }
+        let from = |(at, step): (usize, &Step)| {
+            (step.relation, self::path(knowledge, way, at + 1, step.output, Vec::from([*step])))
+        };
+        let mut through: Vec<(RelationId, Vec<Step>)> =
+            way.substitution.steps.iter().enumerate().map(from).collect();
+        through.sort_unstable();
+        let sink = way.substitution.sink;
+        let arrives = |steps: &[Step]| steps.iter().any(|step| step.output == sink);
+        let relations = through.iter().map(|(relation, _)| *relation).collect();
+        let sized_through = through.iter().filter(|(_, steps)| arrives(steps));
+        let sized_through = sized_through.map(|(relation, _)| *relation).collect();
+        let rests_on = rests_on(knowledge, way);
+        Testimony { rests_on, sized_by, relations, sized_through, paths, through }
     }
 
     /// The signals whose loss takes the way.
@@ -67,33 +87,79 @@ impl Testimony {
         shown
     }
 
-    fn paths_of(&self, signal: SignalId) -> impl Iterator<Item = &[Step]> {
-        let from = self.paths.partition_point(|(earlier, _)| *earlier < signal);
-        let own = self.paths.iter().skip(from).take_while(move |(same, _)| *same == signal);
-        own.map(|(_, steps)| steps.as_slice())
+    /// The relations that a comparison speaks about: when its ways disagree, one of its signals is faulty, or one of these
+    /// does not hold.
+    #[must_use]
+    pub fn relations(&self, other: &Testimony) -> RelationSet {
+        let mut relations = self.relations.clone();
+        relations.extend(&other.relations);
+        relations
     }
 
-    /// The same with signals under other ids.
+    /// The relations of which a comparison shows that they do not hold: those that its two ways do not depend on in the same
+    /// manner, as with signals.
+    #[must_use]
+    pub fn shows_relations(&self, other: &Testimony) -> RelationSet {
+        let mut shown = self.sized_through.difference(&other.sized_through);
+        let both = self.sized_through.iter().filter(|&relation| other.sized_through.contains(relation));
+        for relation in both {
+            if of(&self.through, relation).ne(of(&other.through, relation)) {
+                shown.insert(relation);
+            }
+        }
+        shown
+    }
+
+    fn paths_of(&self, signal: SignalId) -> impl Iterator<Item = &[Step]> {
+        of(&self.paths, signal)
+    }
+
+    /// The same with signals under other ids, and without relations.
     pub(super) fn renamed(&self, rename: impl Fn(SignalId) -> Option<SignalId>) -> Testimony {
         let path = |(signal, steps): &(SignalId, Vec<Step>)| Some((rename(*signal)?, steps.clone()));
         let mut paths: Vec<_> = self.paths.iter().filter_map(path).collect();
         paths.sort_unstable();
         let renamed = |signals: &SignalSet| signals.iter().filter_map(&rename).collect();
-        Testimony { rests_on: renamed(&self.rests_on), sized_by: renamed(&self.sized_by), paths }
+        Testimony {
+            rests_on: renamed(&self.rests_on),
+            sized_by: renamed(&self.sized_by),
+            relations: RelationSet::new(),
+            sized_through: RelationSet::new(),
+            paths,
+            through: Vec::new(),
+        }
     }
 
     #[cfg(test)]
     pub(super) fn resting_on(signals: impl IntoIterator<Item = SignalId>) -> Testimony {
         let rests_on: SignalSet = signals.into_iter().collect();
-        Testimony { sized_by: rests_on.clone(), rests_on, paths: Vec::new() }
+        Testimony {
+            sized_by: rests_on.clone(),
+            rests_on,
+            relations: RelationSet::new(),
+            sized_through: RelationSet::new(),
+            paths: Vec::new(),
+            through: Vec::new(),
+        }
     }
 }
 
-/// The steps of a way through which a signal reaches its output, ascending.
-fn path(knowledge: &KnowledgeBase, way: &Way, signal: SignalId) -> Vec<Step> {
-    let mut reached = Vec::from([knowledge.signals()[signal].variable]);
-    let mut steps = Vec::new();
-    for &step in &way.substitution.steps {
+/// What stands under an id in an ascending list.
+fn of<I: Ord + Copy>(paths: &[(I, Vec<Step>)], id: I) -> impl Iterator<Item = &[Step]> {
+    let from = paths.partition_point(|(earlier, _)| *earlier < id);
+    paths.iter().skip(from).take_while(move |(same, _)| *same == id).map(|(_, steps)| steps.as_slice())
+}
+
+/// The steps of a way from one on through which a variable reaches its output, with those before it, ascending.
+fn path(
+    knowledge: &KnowledgeBase,
+    way: &Way,
+    from: usize,
+    variable: VariableId,
+    mut steps: Vec<Step>,
+) -> Vec<Step> {
+    let mut reached = Vec::from([variable]);
+    for &step in way.substitution.steps.iter().skip(from) {
         let relation = &knowledge.relations()[step.relation];
         let is_read = |input: VariableId| reached.contains(&input);
         let reaches = match relation.formula(step.output) {

@@ -36,7 +36,7 @@ impl Default for WatchBudget {
 /// The ways of knowing a variable that are watched.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Witnesses {
-    /// Best utility first, then in file order.
+    /// Best utility first, then in file order; last those that look behind a measured number.
     pub ways: Vec<Way>,
     /// How many ways there are; at least so many unless it is [`exact`](Witnesses::exact).
     pub possible: usize,
@@ -71,6 +71,15 @@ impl Witnesses {
         (0..costs.len()).map(|count| added_cost(&costs, 0..=count)).sum()
     }
 
+    /// Watches one more.
+    pub(super) fn add(&mut self, way: Way) {
+        if !self.candidates.is_empty() {
+            self.candidates.push(way.clone());
+        }
+        self.ways.push(way);
+        self.possible = self.possible.saturating_add(1);
+    }
+
     /// Watches these only, by their places; fewer than two compare nothing.
     fn keep(&mut self, kept: &BTreeSet<usize>) {
         if kept.len() == self.ways.len() {
@@ -99,20 +108,6 @@ fn testimony(knowledge: &KnowledgeBase, ways: &[Way]) -> Vec<Testimony> {
     ways.iter().map(|way| Testimony::of(knowledge, way)).collect()
 }
 
-/// All ways of knowing every variable that can be known in two ways or more, within a budget: what the engine's monitor
-/// compares.
-#[must_use]
-pub fn to_watch(knowledge: &KnowledgeBase, graph: &Graph, budget: WatchBudget) -> Vec<Way> {
-    let runs = |way: &Way| can_be_watched(knowledge, way);
-    let is_number = |variable: &VariableId| knowledge.variables()[*variable].shape == Shape::Scalar;
-    let variables = knowledge.variables().ids().filter(is_number);
-    let mut all: Vec<Witnesses> =
-        variables.map(|variable| witnesses(knowledge, graph, variable, budget.ways, runs)).collect();
-    all.retain(|witnesses| witnesses.ways.len() > 1);
-    afford(knowledge, all.iter_mut(), budget.cost);
-    all.into_iter().filter(|witnesses| witnesses.ways.len() > 1).flat_map(|each| each.ways).collect()
-}
-
 /// Whether a way can be evaluated for comparisons: it has formulas, and does not go on from its own last value.
 #[must_use]
 pub fn can_be_watched(knowledge: &KnowledgeBase, way: &Way) -> bool {
@@ -123,7 +118,7 @@ pub fn can_be_watched(knowledge: &KnowledgeBase, way: &Way) -> bool {
 /// [tell most faults apart](super::choice).
 ///
 /// `admits` says of a way whether it counts; it is asked once for ways that differ in their signals only. A provided number
-/// is not looked behind: it is compared in its own right. A provided vector is, as vectors are compared only in the numbers
+/// is not looked behind: it is compared in its own right ([`isolate`](super::isolate) adds what that leaves untold). A provided vector is, as vectors are compared only in the numbers
 /// that follow from them. Of ways that read the same measurement, one counts.
 ///
 /// Complexity: a search for 256 substitutions, and, where there are more than `most` ways, O(w k s^2 / 64) for w of them (at
@@ -216,7 +211,7 @@ fn choices(knowledge: &KnowledgeBase, substitution: &Substitution) -> usize {
 }
 
 /// Whether a signal is the first of its variable from its source.
-fn stands(knowledge: &KnowledgeBase, signal: SignalId) -> bool {
+pub(super) fn stands(knowledge: &KnowledgeBase, signal: SignalId) -> bool {
     let variable = knowledge.signals()[signal].variable;
     let mut carriers = knowledge.carriers(variable).iter();
     let witness = knowledge.witness(signal);

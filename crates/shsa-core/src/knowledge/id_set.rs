@@ -1,6 +1,6 @@
 //! Sets of ids as bits.
 
-use super::ids::{Id, SignalId};
+use super::ids::{Id, RelationId, SignalId};
 use alloc::vec::Vec;
 use core::marker::PhantomData;
 
@@ -14,6 +14,9 @@ pub struct IdSet<I> {
 
 /// A set of signals.
 pub type SignalSet = IdSet<SignalId>;
+
+/// A set of relations.
+pub type RelationSet = IdSet<RelationId>;
 
 impl<I: Id> IdSet<I> {
     /// Without elements; equal sets are equal however they were made.

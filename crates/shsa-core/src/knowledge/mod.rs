@@ -23,11 +23,11 @@ pub use draft::{
     BodyDraft, Bounds, Diagnostic, Draft, NeedDraft, Place, PropertyDrafts, RelationDraft, Severity,
     SignalDraft, Source, Text, UtilityDraft, VariableDraft,
 };
-pub use id_set::{IdSet, SignalSet};
+pub use id_set::{IdSet, RelationSet, SignalSet};
 pub use ids::{CauseId, Id, IdVec, NeedId, RelationId, SignalId, VariableId};
 pub use lineage::Lineage;
 pub use parts::{Contradiction, join, part};
-pub use properties::Properties;
+pub use properties::{NEGLIGIBLE, Properties};
 pub use utility::{Aggregate, Element, Fact, Figure, Inputs, OwnUtility, Rating, Utility, UtilityProblem};
 
 use crate::expression::Formula;

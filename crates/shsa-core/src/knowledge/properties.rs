@@ -5,6 +5,9 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::ops::Index;
 
+/// A lower probability of a fault counts as none.
+pub const NEGLIGIBLE: f64 = 1e-6;
+
 /// How many places are reserved for a list that says how long it is.
 const MOST_RESERVED: usize = 8;
 
@@ -28,6 +31,12 @@ impl Properties {
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&f64> {
         self.place(name).ok().and_then(|at| self.numbers.get(at)).map(|(_, number)| number)
+    }
+
+    /// The declared probability of a fault; `None` where none is declared.
+    #[must_use]
+    pub fn prior(&self) -> Option<f64> {
+        self.get("prior").copied()
     }
 
     /// Sets the number of a name; gives the one that it had.

@@ -7,7 +7,9 @@ use super::{
 };
 use crate::alignment::{Clocks, History, Port, Reach};
 use crate::computation::Computation;
-use crate::knowledge::{Id, IdVec, KnowledgeBase, RelationId, Shape, SignalId, SignalSet, VariableId};
+use crate::knowledge::{
+    Id, IdVec, KnowledgeBase, NEGLIGIBLE, RelationId, Shape, SignalId, SignalSet, VariableId,
+};
 use crate::substitution::Way;
 use crate::time::Span;
 use alloc::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -77,7 +79,7 @@ impl Monitor {
     fn add_pairs(&mut self, knowledge: &KnowledgeBase, options: Options) {
         let ways: Vec<(&Way, &SignalSet)> =
             self.ways.iter().map(|way| (way.computation.way(), &way.rests_on)).collect();
-        let compared = compared(&ways);
+        let compared = compared(knowledge, &ways);
         for (at, after) in compared {
             if let (Some(one), Some(other)) = (self.ways.get(at), self.ways.get(after)) {
                 let (slow, fast) = by_slowness((at, one), (after, other));
@@ -110,11 +112,13 @@ pub const PARTNERS: [usize; 6] = [1, 2, 3, 5, 8, 13];
 
 /// Which ways are compared: all pairs of each variable where there are few, each with some others where there are
 /// [many](ALL_PAIRS); but the same signals and relations only once, in whichever variable. No way is left out.
+/// Two that rest on the same signals are compared only where a relation with a declared prior probability of a fault is in one of
+/// them: then that is what the comparison is about.
 ///
 /// Arguments: each way with the signals that it [rests on](rests_on). Returns places in `ways`, the smaller one first,
 /// ascending. Complexity: O(p log p) for p pairs, which are at most `16 n` for n ways.
 #[must_use]
-pub fn compared(ways: &[(&Way, &SignalSet)]) -> Vec<(usize, usize)> {
+pub fn compared(knowledge: &KnowledgeBase, ways: &[(&Way, &SignalSet)]) -> Vec<(usize, usize)> {
     let mut of_variable: BTreeMap<VariableId, Vec<usize>> = BTreeMap::new();
     for (at, (way, _)) in ways.iter().enumerate() {
         of_variable.entry(way.substitution.sink).or_default().push(at);
@@ -134,12 +138,23 @@ pub fn compared(ways: &[(&Way, &SignalSet)]) -> Vec<(usize, usize)> {
     pairs.sort_unstable();
     let mut seen = BTreeSet::new();
     pairs.retain(|&(at, after)| match (ways.get(at), ways.get(after)) {
-        (Some(&(one, one_rests_on)), Some(&(other, other_rests_on))) => {
-            one_rests_on != other_rests_on && seen.insert(evidence(one, other))
+        (Some(&one), Some(&other)) => {
+            are_compared(knowledge, one, other) && seen.insert(evidence(one.0, other.0))
         }
         _ => false,
     });
     pairs
+}
+
+/// Whether two ways of one variable, each with the signals that it rests on, say something about each other.
+#[must_use]
+pub fn are_compared(knowledge: &KnowledgeBase, one: (&Way, &SignalSet), other: (&Way, &SignalSet)) -> bool {
+    let may_fail = |relation: &RelationId| {
+        knowledge.relations()[*relation].properties.prior().is_some_and(|prior| prior >= NEGLIGIBLE)
+    };
+    let fallible =
+        |way: &Way| way.substitution.relations().into_iter().filter(may_fail).collect::<Vec<RelationId>>();
+    one.1 != other.1 || fallible(one.0) != fallible(other.0)
 }
 
 /// The longest time between an event and the last observation of it: how far back histories reach.
@@ -297,6 +312,8 @@ fn pair(
         trend: Trend::new(options.trends, timing.mean_over, noise(knowledge, slow.1, fast.1)),
         disagreement: None,
         due: None,
+        made: 0,
+        before: 0,
     }
 }
 

@@ -70,6 +70,8 @@ impl Monitor {
     }
 
     fn inherit_pairs(&mut self, old: &[Pair], inheritance: &mut Inheritance) {
+        let chances: Vec<u64> = self.pairs.iter().map(|pair| self.chances(pair)).collect();
+        self.pairs.iter_mut().zip(chances).for_each(|(pair, chances)| pair.before = chances);
         let places: BTreeMap<_, usize> =
             self.pairs.iter().enumerate().map(|(at, pair)| ((pair.way, pair.other), at)).collect();
         for before in old {
@@ -86,6 +88,7 @@ impl Monitor {
                     {
                         insert(awaited, u32::try_from(at).unwrap_or(u32::MAX));
                     }
+                    (pair.made, pair.before) = (before.made, before.before);
                     inheritance.compared.extend(&pair.signals);
                 }
                 None => inheritance.is_whole = false,

@@ -25,8 +25,10 @@ mod index;
 mod build;
 mod inherit;
 mod amend;
+mod coverage;
 
-pub use build::{ALL_PAIRS, PARTNERS, compared, rests_on, sized_by};
+pub use build::{ALL_PAIRS, PARTNERS, are_compared, compared, rests_on, sized_by};
+pub use coverage::Coverage;
 pub use detector::{Detectors, Evidence, Fault, Finding};
 pub use inherit::Inheritance;
 pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};

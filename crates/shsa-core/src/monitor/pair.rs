@@ -297,6 +297,10 @@ pub struct Pair {
     pub disagreement: Option<Disagreement>,
     /// The first moment at which the slower way has said something that the faster one has not yet.
     pub(super) due: Option<Time>,
+    /// How many comparisons were made.
+    pub made: u64,
+    /// How many could have been made before the pair was watched.
+    pub(super) before: u64,
 }
 
 /// What a comparison has changed.
@@ -318,6 +322,7 @@ impl Pair {
         validity: Validity,
         now: Time,
     ) -> Recorded {
+        self.made += 1;
         let disagrees = !value.value.overlaps(other.value);
         let (was_restless, tendency) = (self.is_restless(), self.trend.tendency());
         let before = together(self.window.record(disagrees, now), tendency);

@@ -37,6 +37,23 @@ pub struct Located {
     pub span: Range<usize>,
 }
 
+impl Located {
+    /// A warning about a whole file.
+    #[must_use]
+    pub fn warning(file: &str, message: String) -> Located {
+        Located {
+            severity: Severity::Warning,
+            message,
+            file: file.to_owned(),
+            line: 0,
+            column: 0,
+            help: None,
+            source_line: String::new(),
+            span: 0..0,
+        }
+    }
+}
+
 /// Everything that was found, in file order.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(transparent)]

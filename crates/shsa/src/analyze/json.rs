@@ -2,13 +2,15 @@
 
 use super::names::Report;
 use serde_json::{Value, json};
-use shsa_core::analysis::{Addition, Candidate, Hidden, Limited, Survives, Tolerance, Watch};
-use shsa_core::knowledge::SignalId;
+use shsa_core::analysis::{Addition, Candidate, Gap, Hidden, Limited, Obstacle, Survives, Tolerance, Watch};
+use shsa_core::diagnosis::Component;
+use shsa_core::knowledge::{RelationId, SignalId};
 
 /// Numbers of losses are `null` where no loss can take it, or nothing knows it anyway.
 pub(super) fn object(report: &Report<'_>) -> Value {
     let (knowledge, analysis) = (report.knowledge, report.analysis);
     let signals: Vec<Value> = knowledge.signals().ids().map(|id| signal(report, id)).collect();
+    let relations: Vec<Value> = knowledge.relations().ids().map(|id| relation(report, id)).collect();
     let needs: Vec<Value> = knowledge
         .needs()
         .enumerate()
@@ -28,12 +30,14 @@ pub(super) fn object(report: &Report<'_>) -> Value {
     let groups: Vec<Vec<&str>> = analysis.faults.groups().iter().map(|group| report.signals(group)).collect();
     json!({
         "signals": signals,
+        "relations": relations,
         "needs": needs,
         "comparisons": analysis.comparisons.pairs().len(),
         "watch": { "ways": report.watch.ways, "cost_per_second": report.watch.cost },
         "watched": analysis.watched.iter().map(|watch| watched(report, watch)).collect::<Vec<_>>(),
         "undetectable": report.signals(&report.undetectable()),
         "not_told_apart": groups,
+        "gaps": analysis.gaps.iter().map(|each| gap(report, each)).collect::<Vec<_>>(),
         "unhealed": report.signals(&analysis.unhealed()),
         "additions": analysis.additions.iter().map(|each| addition(report, each)).collect::<Vec<_>>(),
         "structure": report.figures.json(),
@@ -46,16 +50,62 @@ pub(super) fn object(report: &Report<'_>) -> Value {
 fn signal(report: &Report<'_>, id: SignalId) -> Value {
     let analysis = report.analysis;
     let isolable: Vec<&str> = analysis.faults.isolable_from(id).map(|other| report.signal(other)).collect();
+    let relations = analysis.faults.told_from(Component::Signal(id));
+    let relations: Vec<&str> =
+        relations.filter(|it| matches!(it, Component::Relation(_))).map(|it| report.component(it)).collect();
     json!({
         "signal": report.signal(id),
         "variable": report.variable(report.knowledge.signals()[id].variable),
         "detectable": analysis.faults.is_detectable(id),
         "shown_by": analysis.faults.shown_by(id),
         "isolable_from": isolable,
+        "isolable_from_relations": relations,
         "substitutable": analysis.is_substitutable(id),
         "tolerates": survives(&analysis.signals[id]),
         "exact": analysis.signals[id].exact,
         "needs_lost": report.needs_lost(id),
+    })
+}
+
+/// The fault of a relation is that it does not hold.
+fn relation(report: &Report<'_>, id: RelationId) -> Value {
+    let (faults, told) = (&report.analysis.faults, report.analysis.faults.of_relation(id));
+    let isolable: Vec<&str> =
+        faults.told_from(Component::Relation(id)).map(|other| report.component(other)).collect();
+    let prior = report.knowledge.relations()[id].properties.prior();
+    json!({
+        "relation": report.component(Component::Relation(id)),
+        "prior": prior,
+        "detectable": told.shown_by > 0,
+        "shown_by": told.shown_by,
+        "isolable_from": isolable,
+    })
+}
+
+fn gap(report: &Report<'_>, gap: &Gap) -> Value {
+    let obstacle = |obstacle: &Obstacle| {
+        let relation = |id: &RelationId| report.component(Component::Relation(*id));
+        match obstacle {
+            Obstacle::Loop { relations, variables, is_dynamic } => json!({
+                "what": "loop",
+                "relations": relations.iter().map(relation).collect::<Vec<_>>(),
+                "variables": variables.iter().map(|it| report.variable(*it)).collect::<Vec<_>>(),
+                "dynamic": is_dynamic,
+            }),
+            Obstacle::Direction { relation: id, variable } => {
+                json!({ "what": "direction", "relation": relation(id), "variable": report.variable(*variable) })
+            }
+            Obstacle::NotRun { relation: id } => json!({ "what": "not run", "relation": relation(id) }),
+            Obstacle::Derived { signal } => json!({ "what": "derived", "signal": report.signal(*signal) }),
+            Obstacle::LeftOut => json!({ "what": "left out" }),
+            Obstacle::NotSearched => json!({ "what": "not searched" }),
+        }
+    };
+    json!({
+        "fault": report.component(gap.fault),
+        "from": gap.from.map(|from| report.component(from)),
+        "obstacles": gap.obstacles.iter().map(obstacle).collect::<Vec<_>>(),
+        "because": report.obstacles(&gap.obstacles),
     })
 }
 

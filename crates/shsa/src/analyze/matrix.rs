@@ -2,6 +2,8 @@
 
 use super::names::Report;
 use crate::show;
+use shsa_core::diagnosis::Component;
+use shsa_core::engine::Told;
 use shsa_core::knowledge::{SignalId, SignalSet};
 use shsa_format::drawing::escaped;
 use std::fmt::Write;
@@ -9,29 +11,29 @@ use std::fmt::Write;
 /// More rows than these nobody reads.
 const MOST: usize = 60;
 
-/// A row for each faulty signal, a column for each that it could be taken for; of many signals, those in question.
+/// A row for each faulty signal or relation, a column for each that it could be taken for; of many, those in question.
 pub(super) fn matrix(report: &Report<'_>) -> String {
     let shown = shown(report);
     if shown.is_empty() {
         return String::new();
     }
     let mut html = key();
-    let all = report.knowledge.signals().len();
+    let all = report.knowledge.signals().len() + report.knowledge.relations().len();
     if shown.len() < all {
         let _ = writeln!(
             html,
-            "<p>{} of {all} signals: those whose faults do not show or are taken for others', as far as there is room.</p>",
+            "<p>{} of {all} signals and relations: those whose faults do not show or are taken for others', as far as there is room.</p>",
             shown.len()
         );
     }
     html.push_str("<div class=\"wide\"><table class=\"matrix\">\n<thead><tr><th></th>");
     for &column in &shown {
-        let name = escaped(report.signal(column));
+        let name = escaped(report.component(column));
         let _ = write!(html, "<th scope=\"col\" title=\"{name}\"><div>{name}</div></th>");
     }
     html.push_str("</tr></thead>\n<tbody>\n");
     for &row in &shown {
-        let name = escaped(report.signal(row));
+        let name = escaped(report.component(row));
         let _ = write!(html, "<tr><th scope=\"row\" title=\"{name}\">{name}</th>");
         shown.iter().for_each(|&column| html.push_str(&cell(report, row, column)));
         html.push_str("</tr>\n");
@@ -47,26 +49,31 @@ fn key() -> String {
         .to_owned()
 }
 
-/// Signals that cannot be told apart stand together, else in file order.
-fn shown(report: &Report<'_>) -> Vec<SignalId> {
+/// Signals that cannot be told apart stand together, else in file order; relations follow.
+fn shown(report: &Report<'_>) -> Vec<Component> {
     let faults = &report.analysis.faults;
     let groups = faults.groups();
     let first =
         |signal: SignalId| groups.iter().find(|group| group.contains(signal)).and_then(|g| g.iter().next());
-    let mut shown: Vec<SignalId> = report.knowledge.signals().ids().collect();
+    let mut shown: Vec<Component> = faults.components().collect();
     if shown.len() > MOST {
-        shown.retain(|&signal| faults.suspects(signal).len() != 1);
+        let is_sure = |told: &Told| told.signals.len() + told.relations.len() == 1;
+        shown.retain(|&component| !faults.told(component).is_some_and(is_sure));
         shown.truncate(MOST);
     }
-    shown.sort_by_key(|&signal| (first(signal).unwrap_or(signal), signal));
+    shown.sort_by_key(|&component| match component {
+        Component::Signal(signal) => (Component::Signal(first(signal).unwrap_or(signal)), component),
+        other => (other, other),
+    });
     shown
 }
 
-fn cell(report: &Report<'_>, row: SignalId, column: SignalId) -> String {
-    let faults = &report.analysis.faults;
-    let (fault, other) = (report.signal(row), report.signal(column));
-    let count = || show::counted(faults.shown_by(row) as usize, "comparison");
-    let (class, sign, title) = if !faults.is_detectable(row) {
+fn cell(report: &Report<'_>, row: Component, column: Component) -> String {
+    let nothing = Told::default();
+    let told = report.analysis.faults.told(row).unwrap_or(&nothing);
+    let (fault, other) = (report.component(row), report.component(column));
+    let count = || show::counted(told.shown_by as usize, "comparison");
+    let (class, sign, title) = if told.shown_by == 0 {
         ("blind", "", format!("No comparison shows a fault in {fault}."))
     } else if row == column {
         (
@@ -75,7 +82,7 @@ fn cell(report: &Report<'_>, row: SignalId, column: SignalId) -> String {
             format!("{} show a fault in {fault}.", count())
                 .replace("1 comparison show", "1 comparison shows"),
         )
-    } else if faults.is_isolable_from(row, column) {
+    } else if told.is_told_from(column) {
         ("told", "", format!("A fault in {fault} is told from one in {other}."))
     } else {
         let through = format!("{} that show it rest on {other}, too", all(&count()));

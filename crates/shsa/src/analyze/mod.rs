@@ -1,11 +1,14 @@
 //! `shsa analyze`: what a model can do at all, before anything runs.
 
 mod figures;
+mod naming;
 mod names;
 mod text;
 mod json;
 mod matrix;
 mod page;
+
+pub(crate) use naming::{Names, ways as watched_ways};
 
 use crate::outcome::Outcome;
 use crate::show;

@@ -1,8 +1,12 @@
 //! An analysis with the names of its model: what text, JSON and page have in common.
 
 use super::figures::Figures;
+use super::naming::Names;
 use crate::show;
-use shsa_core::analysis::{Addition, Analysis, Candidate, Hidden, Limited, Options, Tolerance, Watch};
+use shsa_core::analysis::{
+    Addition, Analysis, Candidate, Hidden, Limited, Obstacle, Options, Tolerance, Watch,
+};
+use shsa_core::diagnosis::Component;
 use shsa_core::engine::WatchBudget;
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, SignalSet, VariableId};
 
@@ -39,6 +43,11 @@ impl<'a> Report<'a> {
         &self.knowledge.signals()[signal].name
     }
 
+    /// A signal or relation.
+    pub(super) fn component(&self, component: Component) -> &'a str {
+        Names::new(self.knowledge).component(component)
+    }
+
     pub(super) fn variable(&self, variable: VariableId) -> &'a str {
         &self.knowledge.variables()[variable].name
     }
@@ -62,10 +71,7 @@ impl<'a> Report<'a> {
 
     /// How many ways of knowing a variable are watched: `3 of 3`, `32 of 256 or more`.
     pub(super) fn ways(watch: &Watch) -> String {
-        match watch.exact {
-            true => format!("{} of {}", watch.ways, watch.possible),
-            false => format!("{} of {} or more", watch.ways, watch.possible),
-        }
+        super::naming::ways(watch)
     }
 
     /// What the choice of ways leaves untold about a signal, in words.
@@ -75,6 +81,16 @@ impl<'a> Report<'a> {
             true => format!("{signal} does not show"),
             false => format!("{signal} is taken for {}", self.signals(&hidden.taken_for).join(", ")),
         }
+    }
+
+    /// What hinders a residual, in words.
+    pub(super) fn obstacles(&self, obstacles: &[Obstacle]) -> String {
+        Names::new(self.knowledge).obstacles(obstacles)
+    }
+
+    /// What the structure tells and no comparison does, one line for each reason.
+    pub(super) fn gaps(&self) -> Vec<String> {
+        Names::new(self.knowledge).by_reason(&self.analysis.gaps)
     }
 
     /// The relations that are structure only, in file order.

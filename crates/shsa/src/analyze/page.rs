@@ -5,7 +5,8 @@ use super::names::{Report, losses};
 use crate::page::{document, section};
 use crate::show;
 use shsa_core::analysis::{Addition, Comparison, Watch};
-use shsa_core::knowledge::{NeedId, SignalId, SignalSet};
+use shsa_core::diagnosis::Component;
+use shsa_core::knowledge::{NeedId, RelationId, SignalId, SignalSet};
 use shsa_format::drawing::{self, Marks, escaped};
 use std::fmt::Write;
 
@@ -19,7 +20,9 @@ pub(super) fn page(report: &Report<'_>) -> String {
         notes(report),
         section("Needs", NEEDS, &needs(report)),
         section("Signals", SIGNALS, &signals(report)),
+        section("Relations", RELATIONS, &relations(report)),
         section("Which faults can be told apart", MATRIX, &apart(report)),
+        section("What the structure would tell and no comparison does", GAPS, &gaps(report)),
         section("What would help most", ADDITIONS, &additions(report)),
         section("What is watched", WATCHED, &watched(report)),
         section("Structure", STRUCTURE, &structure(report)),
@@ -35,8 +38,12 @@ const NEEDS: &str = "How many signals may be lost at once, whichever they are, a
 const SIGNALS: &str = "A fault is detectable when a comparison of two ways of knowing the same variable shows it. \
     A signal is substitutable when its variable can be known without it; it tolerates so many losses of signals \
     before its variable cannot be known.";
-const MATRIX: &str = "Each row is a faulty signal, each column one that it may be taken for. \
-    A fault is told from another when a comparison shows it that does not rest on the other signal.";
+const RELATIONS: &str = "A relation is faulty when it does not hold. Its fault is detectable when a comparison of two ways \
+    of knowing the same variable shows it, of which it is only in one, or in both at different places.";
+const MATRIX: &str = "Each row is a faulty signal, or a relation that does not hold; each column one that it may be taken for. \
+    A fault is told from another when a comparison shows it that does not rest on the other.";
+const GAPS: &str = "What the structure allows any method to detect or tell apart, and no comparison of two ways does, and what \
+    hinders the residual that comes closest.";
 const ADDITIONS: &str = "Each was put into the model and the analysis repeated. A relation helps only if there is one \
     in the world. First comes what makes faults show, then what tells them apart, then what can be replaced, then \
     what survives.";
@@ -145,6 +152,29 @@ fn signal_row(report: &Report<'_>, signal: SignalId) -> String {
         survives = losses(&analysis.signals[signal]),
         lost = lost.join(", "),
     )
+}
+
+fn relations(report: &Report<'_>) -> String {
+    let (knowledge, faults) = (report.knowledge, &report.analysis.faults);
+    let others = (knowledge.signals().len() + knowledge.relations().len()).saturating_sub(1);
+    let row = |relation: RelationId| {
+        let component = Component::Relation(relation);
+        let told = faults.told_from(component).count();
+        let class = if told == others { "yes" } else { "no" };
+        format!(
+            "<tr><td class=\"name\">{}</td><td>{}</td><td>{}</td><td class=\"{class}\">{told} of {others}</td></tr>\n",
+            escaped(report.component(component)),
+            escaped(&knowledge.relations()[relation].text),
+            yes(faults.of_relation(relation).shown_by > 0),
+        )
+    };
+    let rows: Vec<String> = knowledge.relations().ids().map(row).collect();
+    table(&["Relation", "Equation", "Detectable", "Isolable from"], &rows)
+}
+
+fn gaps(report: &Report<'_>) -> String {
+    let lines: String = report.gaps().iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect();
+    if lines.is_empty() { lines } else { format!("<ul>\n{lines}</ul>\n") }
 }
 
 fn yes(is: bool) -> &'static str {

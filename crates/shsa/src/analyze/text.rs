@@ -3,17 +3,23 @@
 use super::names::{Report, losses};
 use crate::show::{self, Paint};
 use shsa_core::analysis::{Addition, Watch};
-use shsa_core::knowledge::SignalId;
+use shsa_core::diagnosis::Component;
+use shsa_core::knowledge::{RelationId, SignalId};
 
 /// Signals named of a variable whose faults more ways would tell.
 const MOST_HIDDEN: usize = 12;
+
+/// Reasons why comparisons tell less than the structure.
+const MOST_REASONS: usize = 20;
 
 /// Tables of signals, needs and additions, then what is wrong in sentences.
 pub(super) fn text(report: &Report<'_>) -> String {
     let blocks = [
         signals(report),
+        relations(report),
         needs(report),
         weaknesses(report),
+        gaps(report),
         additions(report),
         watched(report),
         structure(report),
@@ -44,6 +50,40 @@ fn signal_row(report: &Report<'_>, signal: SignalId) -> Vec<String> {
         losses(&analysis.signals[signal]),
         report.needs_lost(signal).join(", "),
     ]
+}
+
+/// Each relation may be faulty: it may not hold.
+fn relations(report: &Report<'_>) -> String {
+    let (knowledge, faults) = (report.knowledge, &report.analysis.faults);
+    if knowledge.relations().is_empty() {
+        return String::new();
+    }
+    let others = knowledge.signals().len() + knowledge.relations().len() - 1;
+    let row = |relation: RelationId| {
+        let component = Component::Relation(relation);
+        let told = faults.told_from(component).count();
+        vec![
+            report.component(component).to_owned(),
+            yes(faults.of_relation(relation).shown_by > 0),
+            format!("{told} of {others}"),
+        ]
+    };
+    show::table(&["relation", "detectable", "isolable"], knowledge.relations().ids().map(row).collect())
+}
+
+/// What the structure tells and no comparison does, with the reasons.
+fn gaps(report: &Report<'_>) -> String {
+    let lines = report.gaps();
+    if lines.is_empty() {
+        return String::new();
+    }
+    let more = lines.len().saturating_sub(MOST_REASONS);
+    let mut told: Vec<String> = lines.iter().take(MOST_REASONS).map(|line| show::wrapped(line, 2)).collect();
+    if more > 0 {
+        told.push(show::wrapped(&format!("and {more} more reasons (--json)"), 2));
+    }
+    let head = show::paint(Paint::Bold, "Faults that the structure would tell and no comparison does:");
+    format!("{head}\n{}", told.join("\n"))
 }
 
 fn yes(is: bool) -> String {

@@ -118,7 +118,7 @@ fn written(arguments: &Arguments) -> anyhow::Result<[Option<BufWriter<File>>; 2]
 }
 
 fn finish(arguments: &Arguments, parts: &[Part<'_>], elapsed: Duration) -> anyhow::Result<Outcome> {
-    let report = report::Report::new(parts).context("nothing to replay")?;
+    let report = report::Report::new(parts, arguments.watching.budget()).context("nothing to replay")?;
     report.print(arguments.json, elapsed)?;
     Ok(match (report.all_met(), parts.iter().any(|part| part.source.degraded)) {
         (false, _) => Outcome::No,

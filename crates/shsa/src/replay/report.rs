@@ -3,9 +3,10 @@
 use super::Source;
 use crate::show::{self, Paint};
 use crate::tell;
+use crate::unwatched::{self, Compared};
 use serde_json::{Map, Value, json};
 use shsa_core::alignment::Counts;
-use shsa_core::engine::{Event, Publication, PublishedValue, Quality};
+use shsa_core::engine::{Event, Publication, PublishedValue, Quality, WatchBudget};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, Need, NeedId, SignalId, VariableId};
 use shsa_core::monitor::{Figures, WatchedWay, WayIndex};
@@ -104,11 +105,15 @@ pub(super) struct Report<'a> {
     /// By session, and all together.
     needs_of: Vec<Vec<NeedReport>>,
     needs: Vec<NeedReport>,
+    /// Each comparison with how often it was made, over all sessions.
+    comparisons: Vec<Compared>,
+    /// What is not compared though the model declares it, by what was known before and by what has turned out.
+    warnings: Vec<String>,
 }
 
 impl<'a> Report<'a> {
     /// Needs and signals are those of the model at the end.
-    pub(super) fn new(parts: &'a [Part<'a>]) -> Option<Report<'a>> {
+    pub(super) fn new(parts: &'a [Part<'a>], watch: WatchBudget) -> Option<Report<'a>> {
         let Part { run, source, .. } = parts.last()?;
         let knowledge = run.engine.knowledge();
         let of_part = |part: &Part<'_>| -> Vec<NeedReport> {
@@ -120,7 +125,11 @@ impl<'a> Report<'a> {
         };
         let needs_of: Vec<Vec<NeedReport>> = parts.iter().map(of_part).collect();
         let needs = (0..knowledge.needs().len()).filter_map(|at| together(&needs_of, at)).collect();
-        Some(Report { knowledge, parts, run, source, needs_of, needs })
+        let mut warnings = unwatched::declared(knowledge, watch);
+        let comparisons = unwatched::compared(parts.iter().map(|part| &part.run.engine));
+        let seen = comparisons.iter().filter_map(Compared::warning).collect();
+        warnings.extend(unwatched::shortened(seen));
+        Some(Report { knowledge, parts, run, source, needs_of, needs, comparisons, warnings })
     }
 
     /// The number of a session where there are several, from 1.
@@ -165,6 +174,8 @@ impl<'a> Report<'a> {
             "needs": needs,
             "signals": signals,
             "ways": ways,
+            "comparisons": self.comparisons.iter().map(Compared::json).collect::<Vec<_>>(),
+            "warnings": self.warnings,
         });
         let sessions: Vec<Value> = parts().filter_map(|(at, part)| self.session_json(at, part)).collect();
         for (key, more) in [("reloads", reloads), ("sessions", sessions)] {
@@ -301,6 +312,9 @@ impl<'a> Report<'a> {
         }
         parts.push(self.signals_text());
         parts.extend(self.ways_text());
+        let warning = |told: &String| format!("{} {told}", show::paint(Paint::Yellow, "warning:"));
+        let warnings: Vec<String> = self.warnings.iter().map(warning).collect();
+        parts.extend((!warnings.is_empty()).then(|| warnings.join("\n")));
         parts.join("\n\n")
     }
 

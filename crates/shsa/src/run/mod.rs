@@ -37,7 +37,7 @@ pub(crate) use wires::topic_and_field;
 use crate::bus::{Address, BusArguments};
 use crate::outcome::{AlreadyTold, Outcome};
 use crate::watch::Watching;
-use crate::{demo, show};
+use crate::{demo, show, unwatched};
 use anyhow::Context;
 use control::{Desk, Guard, Reply, Request, Token, bus, http};
 use figures::Figures;
@@ -159,6 +159,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let memory = MemoryBus::new(clock.clone());
     let mut bridge = arguments.bus.open(&arguments.name, inbox.clone(), &memory)?;
     let options = Options { watch: arguments.watching.budget(), ..Options::default() };
+    for (_, live) in &models {
+        unwatched::declared(live.knowledge(), options.watch).iter().for_each(show::warn);
+    }
     let outgoings = outgoings(arguments, &models)?;
     let healer =
         |(path, live): (PathBuf, Live)| Healer::new(&path, live, options, outgoings.clone(), bridge.as_mut());

@@ -10,10 +10,11 @@ use super::parts::Parts;
 use super::shares::{Handover, Shares};
 use super::wiring::Note;
 use crate::outcome::Outcome;
+use crate::unwatched;
 use serde_json::{Map, Value, json};
 use shsa_bridge::{Bridge, Clock, Link, Losses, Message, Outgoing, Payload, Quality};
 use shsa_core::time::{Span, Time};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
@@ -23,6 +24,8 @@ use std::time::Duration;
 const BATCH: usize = 256;
 /// How often the house is kept: link, losses, status.
 const HOUSEKEEPING: Span = Span::from_millis(1_000);
+/// How often it is looked which comparisons are not made.
+const UNCOMPARED: Span = Span::from_millis(60_000);
 
 /// A run under way.
 pub(super) struct Session {
@@ -59,12 +62,23 @@ pub(super) struct House {
     standings: Vec<Vec<Standing>>,
     /// From when on a quality may be another one; until then nobody has to look at all needs in every turn.
     doubt: Time,
+    /// When it is looked next which comparisons are not made, and what was told of them.
+    uncompared: (Time, BTreeSet<String>),
 }
 
 impl House {
     pub(super) fn new() -> House {
         let (next, doubt) = (Time::MIN, Time::MIN);
-        House { next, link: Link::Up, losses: BTreeMap::new(), missing: 0, standings: Vec::new(), doubt }
+        let (losses, standings) = (BTreeMap::new(), Vec::new());
+        House {
+            next,
+            link: Link::Up,
+            losses,
+            missing: 0,
+            standings,
+            doubt,
+            uncompared: (Time::MIN, BTreeSet::new()),
+        }
     }
 }
 
@@ -341,6 +355,7 @@ impl Session {
         }
         self.tell_losses(now);
         self.tell_missing(now);
+        self.tell_uncompared(now);
         if let Some(told) = self.herald.troubles(now) {
             self.herald.noted(now, "terminal", &told, self.bridge.as_mut());
         }
@@ -396,6 +411,28 @@ impl Session {
         }
         let because = format!("{} could not be written: {because}", inputs - told);
         self.herald.noted(now, "disk", &because, self.bridge.as_mut());
+    }
+
+    /// Tells once of each comparison that is never or rarely made though there are values enough.
+    fn tell_uncompared(&mut self, now: Time) {
+        let (next, told) = &mut self.house.uncompared;
+        if now < *next {
+            return;
+        }
+        // There is nothing to be said in the first minute.
+        let is_first = *next == Time::MIN;
+        *next = now + UNCOMPARED;
+        if is_first {
+            return;
+        }
+        let engines = self.healers.iter().map(Healer::engine);
+        let seen = engines.flat_map(|engine| unwatched::compared(std::iter::once(engine)));
+        let new = seen.filter_map(|pair| Some((pair.name(), pair.warning()?)));
+        let new: Vec<String> =
+            new.filter(|(name, _)| told.insert(name.clone())).map(|(_, warning)| warning).collect();
+        for warning in new {
+            self.herald.noted(now, "uncompared", &warning, self.bridge.as_mut());
+        }
     }
 
     /// Tells on the bus how each need is served, when that has changed, and now and then although it has not.

@@ -20,12 +20,14 @@ fn the_tank_as_json() {
     let answer = tank::folder().json("analyze tank.yaml", 0);
     let found = [
         "signals",
+        "relations",
         "needs",
         "comparisons",
         "watch",
         "watched",
         "undetectable",
         "not_told_apart",
+        "gaps",
         "unhealed",
         "additions",
         "structure",
@@ -36,10 +38,16 @@ fn the_tank_as_json() {
     assert_eq!(keys(&answer), found);
     let level = json!({
         "signal": "/level", "variable": "level", "detectable": true, "shown_by": 2,
-        "isolable_from": ["/pressure", "/volume"], "substitutable": true, "tolerates": 2, "exact": true,
+        "isolable_from": ["/pressure", "/volume"], "isolable_from_relations": ["hydrostatic", "cylinder"], "substitutable": true, "tolerates": 2, "exact": true,
         "needs_lost": [],
     });
     assert_eq!(answer["signals"][0], level);
+    // What is in every comparison that a relation is in is taken for it.
+    let hydrostatic = json!({
+        "relation": "hydrostatic", "prior": null, "detectable": true, "shown_by": 2,
+        "isolable_from": ["/level", "/volume", "cylinder"],
+    });
+    assert_eq!(answer["relations"][0], hydrostatic);
     let need = json!({
         "need": "/healed/level", "variable": "level", "served": true, "survives": 2, "exact": true,
         "single_points": [], "taken_by": ["/level", "/pressure", "/volume"],
@@ -66,6 +74,10 @@ signal     carries   detectable  isolable  substitutable  tolerates  its loss ta
 /level     level     yes         2 of 2    yes            2
 /pressure  pressure  yes         2 of 2    yes            2
 /volume    volume    yes         2 of 2    no             0
+
+relation     detectable  isolable
+hydrostatic  yes         3 of 4
+cylinder     yes         3 of 4
 
 need           variable  survives losses  single points of failure
 /healed/level  level     2                -

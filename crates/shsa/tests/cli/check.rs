@@ -57,6 +57,55 @@ fn warnings_do_not_make_a_model_bad() {
 }
 
 #[test]
+fn a_relation_that_serves_one_variable_of_three_is_noted() {
+    let model = "\
+shsa: 1
+variables:
+  temperature: { range: [-20, 60] }
+  humidity: { range: [0, 100] }
+  dew_point: { range: [-30, 50] }
+functions:
+  slope(t): 17.62 * t / (243.12 + t)
+relations:
+  magnus: { equation: slope(dew_point) = ln(humidity / 100) + slope(temperature), error: 0.1 }
+  alone: { equation: humidity = floor(dew_point), for: [humidity], error: 1 }
+  guarded: { equation: temperature = 2 * dew_point, when: humidity > 50 }
+signals:
+  t: { variable: temperature }
+  h: { variable: humidity }
+  d: { variable: dew_point }
+";
+    let folder = Folder::with(&[("m.yaml", model.as_bytes())]);
+    let answer = folder.json("check m.yaml", 0);
+    let notes: Vec<_> = answer["diagnostics"].as_array().unwrap().iter().collect();
+    // What `for` names is meant so, and what only a condition reads is nothing to solve for.
+    let [note] = notes.as_slice() else { panic!("{notes:?}") };
+    assert_eq!((&note["severity"], &note["line"], &note["column"]), (&"note".into(), &9.into(), &69.into()));
+    let message = "this relation is not solved for `temperature`, `dew_point`: it occurs 2 times";
+    assert_eq!(note["message"], message);
+    assert!(
+        note["help"].as_str().unwrap().starts_with("write the equation so that it occurs once"),
+        "{note}"
+    );
+    assert!(folder.ends("check m.yaml", 0).stdout.starts_with(&format!("note: {message}\n")));
+    assert_eq!(folder.ends("plan m.yaml humidity", 0).stderr, "");
+}
+
+#[test]
+fn what_the_budget_leaves_out_is_a_warning() {
+    let signals: String = (0..40).map(|at| format!("  s{at}: {{ variable: x, rate: 10 kHz }}\n")).collect();
+    let model = format!("shsa: 1\nvariables: {{ x: {{}} }}\nsignals:\n{signals}");
+    let folder = Folder::with(&[("m.yaml", model.as_bytes())]);
+    let answer = folder.json("check m.yaml", 0);
+    let warning = &answer["diagnostics"][0];
+    assert_eq!((&warning["severity"], &answer["ok"]), (&"warning".into(), &true.into()));
+    let message = warning["message"].as_str().unwrap();
+    assert!(message.contains(" of 40 ways of knowing x are watched"), "{message}");
+    assert!(message.contains("no comparison shows a fault of s"), "{message}");
+    assert!(folder.ends("check m.yaml", 0).stdout.contains(" of 40 ways"));
+}
+
+#[test]
 fn json_models_windows_line_ends_and_byte_order_marks() {
     let json = r#"{"shsa": 1, "variables": {"x": {"unit": "m"}}, "signals": {"/a": {"variable": "x"}}}"#;
     let folder = Folder::with(&[

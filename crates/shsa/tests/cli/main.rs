@@ -24,5 +24,6 @@ mod scan;
 mod service;
 mod sessions;
 mod streams;
+mod structures;
 mod thesis;
 mod wrong;

@@ -24,7 +24,17 @@ fn a_lie_is_found_and_healed() {
     let report = tank::folder().json("replay tank.yaml run.csv", 0);
     assert_eq!(
         keys(&report),
-        ["observations", "duration_s", "elapsed_s", "events", "needs", "signals", "ways"]
+        [
+            "observations",
+            "duration_s",
+            "elapsed_s",
+            "events",
+            "needs",
+            "signals",
+            "ways",
+            "comparisons",
+            "warnings"
+        ]
     );
     assert_eq!(report["observations"], 180);
     assert!((report["duration_s"].as_f64().unwrap() - 59.0).abs() < 1e-9);
@@ -47,6 +57,45 @@ fn a_lie_is_found_and_healed() {
     assert_eq!(keys(proven), ["variable", "way", "agreement", "error", "width", "availability"]);
     assert_eq!((&proven["variable"], &proven["agreement"]), (&"level".into(), &1.0.into()));
     assert!(way("/level")["agreement"].as_f64().unwrap() < 0.8, "{report}");
+}
+
+#[test]
+fn what_is_declared_and_never_compared_is_a_warning_by_name() {
+    let model = "shsa: 1
+variables: { x: {} }
+signals:
+  a: { variable: x, source: a#a, rate: 1 Hz, value_error: 0.5, timeout: 1 h }
+  b: { variable: x, source: b#b, rate: 1 Hz, value_error: 0.5, timeout: 1 h }
+  c: { variable: x, source: c#c, rate: 1 Hz, value_error: 0.5, timeout: 1 h }
+";
+    let rows = |name: &str, seconds: std::ops::Range<u32>| {
+        let lines: Vec<String> = seconds.map(|second| format!("{second},5\n")).collect();
+        format!("t [s],{name}\n{}", lines.concat())
+    };
+    // The second speaks when the first has ended.
+    let [a, b, c] = [rows("a", 0..60), rows("b", 100..160), rows("c", 0..160)];
+    let files = [("m.yaml", model), ("a.csv", &a), ("b.csv", &b), ("c.csv", &c)];
+    let folder = Folder::with(&files.map(|(name, text)| (name, text.as_bytes())));
+    let report = folder.json("replay m.yaml a.csv b.csv c.csv", 0);
+    let pairs = report["comparisons"].as_array().unwrap();
+    let of = |one: &str, other: &str| {
+        let is_it = |pair: &&Value| {
+            let names = [&pair["one"], &pair["other"]];
+            names.contains(&&json!(one)) && names.contains(&&json!(other))
+        };
+        pairs.iter().find(is_it).unwrap()
+    };
+    assert_eq!((&of("a", "b")["made"], &of("a", "b")["possible"]), (&json!(0), &json!(60)));
+    assert!(of("a", "c")["made"].as_u64().unwrap() >= 58, "{pairs:?}");
+    let warnings = report["warnings"].as_array().unwrap();
+    let [warning] = warnings.as_slice() else { panic!("{warnings:?}") };
+    let warning = warning.as_str().unwrap();
+    assert!(warning.starts_with("x: ") && warning.contains("were never compared"), "{warning}");
+    assert!(warning.contains("a") && warning.ends_with("(0 times of 60)"), "{warning}");
+    let told = folder.ends("replay m.yaml a.csv b.csv c.csv", 0).stdout;
+    assert!(told.contains(&format!("warning: {warning}")), "{told}");
+    // Where all that is declared is compared there is nothing to tell.
+    assert_eq!(tank::folder().json("replay tank.yaml run.csv", 0)["warnings"], json!([]));
 }
 
 /// Three signals of `a`, three of `b`, and `b` no longer is what `a` implies from 2 s on.

@@ -78,7 +78,7 @@ fn underdetermined(
 
 /// Strongly connected components of the just determined equations: one rests on another when it holds the
 /// variable that the other determines.
-struct Blocks<'i> {
+pub(super) struct Blocks<'i> {
     incidence: &'i Incidence<EquationId, VariableId>,
     matching: &'i Matching<EquationId, VariableId>,
     equations: IdSet<EquationId>,
@@ -94,7 +94,7 @@ struct Blocks<'i> {
 const DONE: usize = usize::MAX;
 
 impl<'i> Blocks<'i> {
-    fn new(
+    pub(super) fn new(
         incidence: &'i Incidence<EquationId, VariableId>,
         matching: &'i Matching<EquationId, VariableId>,
         equations: IdSet<EquationId>,
@@ -105,7 +105,7 @@ impl<'i> Blocks<'i> {
     }
 
     /// Blocks, those that others rest on first.
-    fn find(mut self) -> Vec<Part> {
+    pub(super) fn find(mut self) -> Vec<Part> {
         let mut clock = 0;
         for root in self.incidence.rows.ids() {
             if self.equations.contains(root) && self.met[root] == 0 {

@@ -16,7 +16,8 @@
 //! # Derived signals
 //!
 //! A signal that is derived from others is no witness of its own. It counts as a relation between its variable
-//! and those of the signals that it is derived from, and as none when that is the same variable.
+//! and those of the signals that it is derived from, and as none when that is the same variable. So does another name of
+//! the same field of the same source.
 //!
 //! # The words
 //!
@@ -31,12 +32,13 @@ mod matching;
 mod decomposition;
 mod redundant;
 mod search;
+mod solving;
 
+pub use crate::knowledge::NEGLIGIBLE;
 pub use decomposition::{Decomposition, Part};
+pub use solving::Solving;
 
-use crate::knowledge::{
-    Id, IdSet, IdVec, KnowledgeBase, Properties, Relation, RelationId, Signal, SignalId, VariableId,
-};
+use crate::knowledge::{Id, IdSet, IdVec, KnowledgeBase, Relation, RelationId, Signal, SignalId, VariableId};
 use crate::plan::{Limits, StopReason};
 use alloc::vec::Vec;
 use matching::Incidence;
@@ -78,9 +80,6 @@ pub struct Equation {
     /// Whether its violation is a fault that is looked for.
     pub may_fail: bool,
 }
-
-/// A lower probability of a fault counts as none.
-pub const NEGLIGIBLE: f64 = 1e-6;
 
 /// What the searches may spend when nothing else is said: about a second, and 20 MB for the sets at the most.
 ///
@@ -290,6 +289,39 @@ impl Structure {
         found.finished()
     }
 
+    /// How a minimal overdetermined set would be solved with the fewest equations that have to be solved together, or for a
+    /// variable for which they are not: `solves` says whether an equation is. `None` for a set that is not minimal.
+    ///
+    /// Complexity: O(n edges sqrt(n)) for n equations.
+    #[must_use]
+    pub fn solving(
+        &self,
+        set: &EquationSet,
+        solves: &dyn Fn(EquationId, VariableId) -> bool,
+    ) -> Option<Solving> {
+        solving::best(&self.incidence, set, solves)
+    }
+
+    /// A minimal overdetermined set with one equation and without another; `None` where there is none.
+    ///
+    /// Complexity: O(edges sqrt(n)) for each of n equations.
+    #[must_use]
+    pub fn overdetermined_set(&self, with: EquationId, without: Option<EquationId>) -> Option<EquationSet> {
+        let kept = self.equations.ids().filter(|&equation| Some(equation) != without);
+        let mut rows = self.incidence.overdetermined(&kept.collect::<Vec<_>>());
+        if !rows.contains(&with) {
+            return None;
+        }
+        for equation in rows.clone() {
+            let fewer: Vec<EquationId> = rows.iter().copied().filter(|&row| row != equation).collect();
+            let fewer = self.incidence.overdetermined(&fewer);
+            if equation != with && rows.contains(&equation) && fewer.contains(&with) {
+                rows = fewer;
+            }
+        }
+        Some(rows.into_iter().collect())
+    }
+
     fn may_fail(&self, equation: EquationId) -> bool {
         self.equations.find(equation).is_some_and(|equation| equation.may_fail)
     }
@@ -345,7 +377,7 @@ impl Found {
 fn of_relation(id: RelationId, relation: &Relation, unknown: &IdSet<VariableId>) -> Equation {
     let named: IdSet<VariableId> = relation.inputs.iter().chain(&relation.outputs).copied().collect();
     let variables = named.iter().filter(|&variable| unknown.contains(variable)).collect();
-    let may_fail = prior(&relation.properties).is_some_and(|prior| prior >= NEGLIGIBLE);
+    let may_fail = relation.properties.prior().is_some_and(|prior| prior >= NEGLIGIBLE);
     Equation { origin: Origin::Relation(id), variables, may_fail }
 }
 
@@ -355,16 +387,16 @@ fn of_signal(
     signal: &Signal,
     unknown: &IdSet<VariableId>,
 ) -> Option<Equation> {
-    let origins = signal.derived_from.iter().map(|&origin| knowledge.signals()[origin].variable);
+    // Another name of the same measurement is derived from it.
+    let first = Some(knowledge.witness(id)).filter(|&first| first != id);
+    let origins = signal.derived_from.iter().copied().chain(first);
+    let is_derived = first.is_some() || !signal.derived_from.is_empty();
+    let origins = origins.map(|origin| knowledge.signals()[origin].variable);
     let named: IdSet<VariableId> = origins.chain([signal.variable]).collect();
-    if !signal.derived_from.is_empty() && named.len() == 1 {
+    if is_derived && named.len() == 1 {
         return None;
     }
     let variables = named.iter().filter(|&variable| unknown.contains(variable)).collect();
-    let may_fail = prior(&signal.properties).is_none_or(|prior| prior >= NEGLIGIBLE);
+    let may_fail = signal.properties.prior().is_none_or(|prior| prior >= NEGLIGIBLE);
     Some(Equation { origin: Origin::Signal(id), variables, may_fail })
-}
-
-fn prior(properties: &Properties) -> Option<f64> {
-    properties.get("prior").copied()
 }

@@ -4,7 +4,7 @@ use super::problems::Problems;
 use super::quantity;
 use super::scope::Names;
 use crate::expression::{
-    self, Equation, Formula, Node, Problem, check as check_formula, check_equation, parse_equation,
+    self, Equation, Formula, Node, Problem, Severity, check as check_formula, check_equation, parse_equation,
     parse_expression, solve,
 };
 use crate::knowledge::draft::{BodyDraft, Bounds, Place, RelationDraft, Source, Text};
@@ -270,7 +270,7 @@ fn every(
     names: &Names,
 ) -> (Vec<VariableId>, Vec<Formula>) {
     let mut solved = (Vec::new(), Vec::new());
-    let mut reasons = Vec::new();
+    let mut unsolved = Vec::new();
     if used.len() > MAX_DIRECTIONS {
         let message = format!("this relation holds {} variables", used.len());
         problems.error(
@@ -286,22 +286,66 @@ fn every(
                 solved.0.push(id);
                 solved.1.push(formula);
             }
-            Err(problem) => reasons.push(reason(&names.variables.list[id].name, &problem)),
+            Err(problem) => unsolved.push((id, problem)),
         }
     }
     if solved.0.is_empty() {
+        let name = |id: VariableId| names.variables.list[id].name.as_str();
+        let reasons: Vec<String> = unsolved.iter().map(|(id, problem)| reason(name(*id), problem)).collect();
         let (message, help) = unsolvable(equation, &reasons, names);
         problems.error(text, message, help);
+    } else {
+        note_unsolved(problems, text, equation, &unsolved, names);
     }
     solved
 }
 
+/// Notes for which variables an equation is not solved: those with the same reason together, at the first of them.
+fn note_unsolved(
+    problems: &mut Problems,
+    text: &Text,
+    equation: &Equation,
+    unsolved: &[(VariableId, Problem)],
+    names: &Names,
+) {
+    let sides = check_equation(equation, names).sides;
+    // What only the condition reads, or the past of a variable, is nothing to solve for.
+    let is_in = |id: &VariableId| {
+        let count = |side: &Formula| side.occurrences(id.symbol());
+        sides.as_ref().is_some_and(|(lhs, rhs)| count(lhs) + count(rhs) > 0)
+    };
+    let mut by_reason: Vec<(&str, &Problem, Vec<&str>)> = Vec::new();
+    for (id, problem) in unsolved.iter().filter(|(id, _)| is_in(id)) {
+        let (message, name) = (why(problem), names.variables.list[*id].name.as_str());
+        match by_reason.iter_mut().find(|(known, ..)| *known == message) {
+            Some((.., same)) => same.push(name),
+            None => by_reason.push((message, problem, Vec::from([name]))),
+        }
+    }
+    // With an error of the relation, the equation that is solved is longer than the text.
+    let written = parse_equation(&text.text).ok();
+    for (why, problem, variables) in by_reason {
+        let place = |name: &&str| {
+            let written = written.as_ref()?;
+            written.lhs.places_of(name).into_iter().chain(written.rhs.places_of(name)).next()
+        };
+        let span = variables.iter().find_map(place).unwrap_or(0..text.text.len());
+        let listed: Vec<String> = variables.iter().map(|name| format!("`{name}`")).collect();
+        let message = format!("this relation is not solved for {}: {why}", listed.join(", "));
+        let own = problem.help.as_ref().map(|help| format!("{help}; ")).unwrap_or_default();
+        let help = format!("{own}where it is meant so, `for` names what it is solved for");
+        problems.inside(text, Problem { severity: Severity::Note, span, message, help: Some(help) });
+    }
+}
+
 fn reason(variable: &str, problem: &Problem) -> String {
+    format!("not for `{variable}`: {}", why(problem))
+}
+
+/// Why it cannot be solved, alone.
+fn why(problem: &Problem) -> &str {
     let message = problem.message.as_str();
-    format!(
-        "not for `{variable}`: {}",
-        message.strip_prefix("this cannot be solved for it: ").unwrap_or(message)
-    )
+    message.strip_prefix("this cannot be solved for it: ").unwrap_or(message)
 }
 
 /// Why an equation can be solved for nothing, and what to do.

@@ -1,0 +1,404 @@
+//! Ways of knowing that look behind a measured number, where a comparison of them tells apart what else is not.
+//!
+//! A provided number is compared in its own right, so that most faults show without looking behind it. But then every
+//! comparison of what follows from it rests on its signal, too: a fault elsewhere is taken for one of that signal, if all
+//! comparisons that show it pass through the number. A residual that does without the signal computes the number instead
+//! (it *eliminates* the measured variable; Krysander, Aslund and Nyberg 2008, doi:10.1109/TSMCA.2007.909555). One signal at a
+//! time has to be done without, and a residual that passes through other measured numbers falls apart into some that do
+//! not, so only numbers with a single independent signal are looked behind, one at a time, and only ways that tell more
+//! apart than all comparisons so far are added.
+
+use super::findings::Findings;
+use super::testimony::Testimony;
+use super::watched::{WatchBudget, Witnesses, afford, can_be_watched, stands, witnesses};
+use crate::knowledge::{
+    IdVec, KnowledgeBase, RelationId, RelationSet, Shape, SignalId, SignalSet, VariableId,
+};
+use crate::monitor::{are_compared, compared};
+use crate::plan::{self, Graph, Limits, Options};
+use crate::substitution::{Substitution, Way};
+use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::vec::Vec;
+
+/// In a larger model nothing is looked behind: what is told of each component is kept for each other one.
+const MOST_COMPONENTS: usize = 20_000;
+
+/// Decisions of all searches together; counted, so that runs repeat.
+const MOST_EXPANDED: u64 = 100_000;
+
+/// What one search may cost.
+const LIMITS: Limits = Limits { expansions: 5_000, states: 5_000 };
+
+/// How many substitutions of a variable are looked at, and choices of signals of each.
+const MOST_SEARCHED: usize = 32;
+const MOST_CHOICES: usize = 2;
+
+/// How many comparisons are looked at in all.
+const MOST_LOOKED: u64 = 100_000;
+
+/// Of so many ways each two are looked at together, where no single one tells anything beside those that are watched.
+const MOST_PAIRED: usize = 8;
+
+/// Of each variable so many ways count as compared with each other.
+const MOST_COMPARED: usize = 64;
+
+/// All ways of knowing every variable that can be known in two ways or more, with those that [isolate](isolate()) more, within a
+/// budget: what the engine's monitor compares.
+#[must_use]
+pub fn to_watch(knowledge: &KnowledgeBase, graph: &Graph, budget: WatchBudget) -> Vec<Way> {
+    let runs = |way: &Way| can_be_watched(knowledge, way);
+    let is_number = |variable: &VariableId| knowledge.variables()[*variable].shape == Shape::Scalar;
+    let variables = knowledge.variables().ids().filter(is_number);
+    let mut all: Vec<(VariableId, Witnesses)> = variables
+        .map(|variable| (variable, witnesses(knowledge, graph, variable, budget.ways, runs)))
+        .collect();
+    let mut by_variable = all.iter_mut().map(|(variable, witnesses)| (*variable, witnesses)).collect();
+    isolate(knowledge, graph, &mut by_variable, budget.ways, runs);
+    afford(knowledge, all.iter_mut().map(|(_, witnesses)| witnesses), budget.cost);
+    let watched = all.into_iter().map(|(_, witnesses)| witnesses.ways);
+    watched.filter(|ways| ways.len() > 1).flatten().collect()
+}
+
+/// Adds ways that look behind a measured number to those that are watched, as long as each tells more apart, and as there are
+/// no more than `most` of a variable. Gives how many decisions were taken.
+///
+/// `admits` says of a way whether it counts. Complexity: for each number with one signal for which a fault is taken, a
+/// search for each variable that follows from it, at most 100,000 expansions in all; O(p s) for the p pairs of ways that are
+/// watched, over s signals.
+pub fn isolate(
+    knowledge: &KnowledgeBase,
+    graph: &Graph,
+    watched: &mut BTreeMap<VariableId, &mut Witnesses>,
+    most: usize,
+    admits: impl Fn(&Way) -> bool,
+) -> u64 {
+    if knowledge.signals().len() + knowledge.relations().len() > MOST_COMPONENTS {
+        return 0;
+    }
+    let readers = readers(knowledge);
+    let is_read = |variable: &VariableId| !readers[*variable].is_empty();
+    let variables = knowledge.variables().ids().filter(is_read);
+    let measured: Vec<(VariableId, SignalId)> =
+        variables.filter_map(|variable| Some((variable, only_signal(knowledge, variable)?))).collect();
+    if measured.is_empty() {
+        return 0;
+    }
+    let findings = taken_in(knowledge, watched);
+    let blamed = blamed(&findings);
+    let (expanded, looked) = (0, 0);
+    let mut isolation = Isolation { knowledge, graph, readers, findings, most, expanded, looked };
+    for (variable, signal) in measured {
+        if isolation.expanded >= MOST_EXPANDED || isolation.looked >= MOST_LOOKED {
+            break;
+        }
+        // Of what was taken for its fault at first, some may be told from it by now.
+        if let Some(blamed) = blamed.get(&signal) {
+            let measured = Measured::new(knowledge, variable, signal);
+            isolation.look_behind(&measured, blamed, watched, &admits);
+        }
+    }
+    isolation.expanded
+}
+
+/// What is told by the comparisons that are made anyway.
+fn taken_in(knowledge: &KnowledgeBase, watched: &BTreeMap<VariableId, &mut Witnesses>) -> Findings {
+    let ways: Vec<&Way> =
+        watched.values().flat_map(|witnesses| witnesses.ways.iter().take(MOST_COMPARED)).collect();
+    let testimony: Vec<Testimony> = ways.iter().map(|way| Testimony::of(knowledge, way)).collect();
+    let rests_on = testimony.iter().map(Testimony::rests_on);
+    let borrowed: Vec<(&Way, &SignalSet)> = ways.into_iter().zip(rests_on).collect();
+    let mut findings = Findings::new(knowledge);
+    for (one, other) in compared(knowledge, &borrowed) {
+        if let (Some(one), Some(other)) = (testimony.get(one), testimony.get(other)) {
+            findings.compare(one, other);
+        }
+    }
+    findings
+}
+
+/// The components whose faults are taken for one of each signal; relations as far as they are looked for.
+fn blamed(findings: &Findings) -> BTreeMap<SignalId, Blamed> {
+    let mut blamed: BTreeMap<SignalId, Blamed> = BTreeMap::new();
+    for fault in findings.signals() {
+        for signal in findings.signal(fault).signals.iter().filter(|&signal| signal != fault) {
+            blamed.entry(signal).or_default().signals.insert(fault);
+        }
+    }
+    for fault in findings.fallible().iter() {
+        for signal in findings.relation(fault).signals.iter() {
+            blamed.entry(signal).or_default().relations.insert(fault);
+        }
+    }
+    blamed
+}
+
+/// The relations that read each variable.
+fn readers(knowledge: &KnowledgeBase) -> IdVec<VariableId, Vec<RelationId>> {
+    let mut readers = IdVec::filled(knowledge.variables().len(), |_| Vec::new());
+    for (id, relation) in knowledge.relations().enumerate() {
+        for &input in &relation.inputs {
+            if relation.outputs.iter().any(|&output| output != input) {
+                readers[input].push(id);
+            }
+        }
+    }
+    readers
+}
+
+/// A number with one independent signal, which relations compute, too.
+struct Measured {
+    variable: VariableId,
+    /// The signal, or the first of those that are the same measurement or rest on it.
+    signal: SignalId,
+    /// All signals that go with it.
+    followers: SignalSet,
+}
+
+impl Measured {
+    /// Complexity: O(signals times what they are derived from).
+    fn new(knowledge: &KnowledgeBase, variable: VariableId, signal: SignalId) -> Measured {
+        let follows = |other: &SignalId| rests(knowledge, *other, signal);
+        Measured { variable, signal, followers: knowledge.signals().ids().filter(follows).collect() }
+    }
+}
+
+/// Whether a signal is the same measurement as another one, or derived from it.
+fn rests(knowledge: &KnowledgeBase, signal: SignalId, other: SignalId) -> bool {
+    knowledge.as_witnesses(knowledge.origins(signal)).contains(other)
+}
+
+/// The signal on which all signals of a number rest that relations compute, too.
+fn only_signal(knowledge: &KnowledgeBase, variable: VariableId) -> Option<SignalId> {
+    let described = &knowledge.variables()[variable];
+    let is_number = described.constant.is_none() && described.shape == Shape::Scalar;
+    if !is_number || knowledge.producers(variable).is_empty() {
+        return None;
+    }
+    let mut carriers = knowledge.carriers(variable).iter().filter(|&&it| knowledge.is_available(it));
+    let signal = knowledge.witness(*carriers.next()?);
+    carriers.all(|&other| rests(knowledge, other, signal)).then_some(signal)
+}
+
+/// A way that may be added, or is watched.
+struct Candidate {
+    way: Way,
+    testimony: Testimony,
+}
+
+impl Candidate {
+    fn new(knowledge: &KnowledgeBase, way: Way) -> Candidate {
+        Candidate { testimony: Testimony::of(knowledge, &way), way }
+    }
+
+    fn sink(&self) -> VariableId {
+        self.way.substitution.sink
+    }
+
+    fn is_compared(&self, knowledge: &KnowledgeBase, other: &Candidate) -> bool {
+        let own = (&self.way, self.testimony.rests_on());
+        are_compared(knowledge, own, (&other.way, other.testimony.rests_on()))
+    }
+
+    fn rests_on(&self, measured: &Measured) -> bool {
+        self.testimony.rests_on().contains(measured.signal)
+    }
+}
+
+struct Isolation<'a> {
+    knowledge: &'a KnowledgeBase,
+    graph: &'a Graph,
+    readers: IdVec<VariableId, Vec<RelationId>>,
+    findings: Findings,
+    most: usize,
+    expanded: u64,
+    /// How many comparisons were looked at.
+    looked: u64,
+}
+
+impl Isolation<'_> {
+    /// Those of some components whose faults are still taken for one of the signal.
+    fn still(&self, blamed: &Blamed, measured: &Measured) -> Blamed {
+        let Measured { signal: own, followers, .. } = measured;
+        let signals = blamed.signals.iter().filter(|&it| !followers.contains(it));
+        let relations = blamed.relations.iter();
+        Blamed {
+            signals: signals.filter(|&it| self.findings.signal(it).signals.contains(*own)).collect(),
+            relations: relations.filter(|&it| self.findings.relation(it).signals.contains(*own)).collect(),
+        }
+    }
+
+    fn look_behind(
+        &mut self,
+        measured: &Measured,
+        blamed: &Blamed,
+        watched: &mut BTreeMap<VariableId, &mut Witnesses>,
+        admits: &impl Fn(&Way) -> bool,
+    ) {
+        if self.still(blamed, measured).is_empty() {
+            return;
+        }
+        let mut candidates = Vec::new();
+        let mut beside: BTreeMap<VariableId, Vec<Candidate>> = BTreeMap::new();
+        for sink in self.follow_from(measured) {
+            let Some(witnesses) = watched.get(&sink).filter(|it| it.ways.len() < self.most) else { continue };
+            let found = self.candidates(measured, sink, admits);
+            if !found.is_empty() {
+                let ways = witnesses.ways.iter().take(MOST_COMPARED).cloned();
+                let known = ways.map(|way| Candidate::new(self.knowledge, way));
+                beside.insert(sink, known.filter(|it| !it.rests_on(measured)).collect());
+                candidates.extend(found);
+            }
+        }
+        loop {
+            let blamed = self.still(blamed, measured);
+            let Some(chosen) = self.best(&candidates, &beside, &blamed) else { break };
+            for at in chosen.into_iter().rev() {
+                let candidate = candidates.remove(at);
+                let sink = candidate.sink();
+                let (Some(witnesses), Some(beside)) = (watched.get_mut(&sink), beside.get_mut(&sink)) else {
+                    continue;
+                };
+                for other in beside.iter().filter(|other| candidate.is_compared(self.knowledge, other)) {
+                    self.findings.compare(&candidate.testimony, &other.testimony);
+                }
+                witnesses.add(candidate.way.clone());
+                beside.push(candidate);
+                if witnesses.ways.len() >= self.most {
+                    candidates.retain(|other| other.sink() != sink);
+                    break;
+                }
+            }
+        }
+    }
+
+    /// The numbers that are computed from one without passing through another that is provided.
+    fn follow_from(&self, measured: &Measured) -> Vec<VariableId> {
+        let mut reached: BTreeSet<VariableId> = BTreeSet::from([measured.variable]);
+        let mut open = Vec::from([measured.variable]);
+        let mut found = Vec::new();
+        while let Some(variable) = open.pop() {
+            for &relation in &self.readers[variable] {
+                let relation = &self.knowledge.relations()[relation];
+                let outputs = relation.outputs.iter().copied().filter(|&output| output != variable);
+                for output in outputs {
+                    if !reached.insert(output) {
+                        continue;
+                    }
+                    let is_number = self.knowledge.variables()[output].shape == Shape::Scalar;
+                    if is_number {
+                        found.push(output);
+                    }
+                    if !is_number || !self.is_provided(output, measured) {
+                        open.push(output);
+                    }
+                }
+            }
+        }
+        found.sort_unstable();
+        found
+    }
+
+    /// Whether a variable is provided by something else than what goes with the signal.
+    fn is_provided(&self, variable: VariableId, measured: &Measured) -> bool {
+        let is_left =
+            |&signal: &SignalId| self.knowledge.is_available(signal) && !measured.followers.contains(signal);
+        self.knowledge.variables()[variable].constant.is_some()
+            || self.knowledge.carriers(variable).iter().any(is_left)
+    }
+
+    /// Ways of knowing a variable that compute the measured number.
+    fn candidates(
+        &mut self,
+        measured: &Measured,
+        sink: VariableId,
+        admits: &impl Fn(&Way) -> bool,
+    ) -> Vec<Candidate> {
+        let knowledge = self.knowledge;
+        let expansions = LIMITS.expansions.min(MOST_EXPANDED.saturating_sub(self.expanded));
+        let options =
+            Options { forbidden_signals: measured.followers.iter().collect(), ..Options::default() };
+        let found = plan::best(self.graph, sink, &options, MOST_SEARCHED, Limits { expansions, ..LIMITS });
+        self.expanded += 1 + found.expanded;
+        let passes = |substitution: &&Substitution| {
+            let mut outputs = substitution.steps.iter().map(|step| step.output);
+            outputs.any(|output| output == measured.variable) && !substitution.continues_itself(knowledge)
+        };
+        let usable = |signal| stands(knowledge, signal) && !measured.followers.contains(signal);
+        let ways = |substitution| Way::choices(knowledge, substitution, usable, MOST_CHOICES);
+        let substitutions = found.substitutions.iter().map(|(substitution, _)| substitution).filter(passes);
+        let mut seen = BTreeSet::new();
+        let found = substitutions.flat_map(ways).filter(|way| admits(way));
+        let found = found.map(|way| Candidate::new(knowledge, way));
+        // Of ways over the same signals and relations, one says what all do.
+        found
+            .filter(|it| seen.insert((it.testimony.rests_on().clone(), it.way.substitution.relations())))
+            .collect()
+    }
+
+    /// The places of the way that tells most of what is blamed from the signal beside the ways that are watched, or of two
+    /// that do so together; of equals, the shorter, then the first.
+    fn best(
+        &mut self,
+        candidates: &[Candidate],
+        beside: &BTreeMap<VariableId, Vec<Candidate>>,
+        blamed: &Blamed,
+    ) -> Option<Vec<usize>> {
+        let mut best: Option<(usize, usize, usize)> = None;
+        for (at, candidate) in candidates.iter().enumerate() {
+            let others = beside.get(&candidate.sink()).into_iter().flatten();
+            let gain = self.told(candidate, others, blamed);
+            let steps = candidate.way.substitution.steps.len();
+            if gain > 0 && best.is_none_or(|(most, least, _)| gain > most || (gain == most && steps < least))
+            {
+                best = Some((gain, steps, at));
+            }
+        }
+        if let Some((_, _, at)) = best {
+            return Some(Vec::from([at]));
+        }
+        let mut best: Option<(usize, Vec<usize>)> = None;
+        for (at, one) in candidates.iter().enumerate() {
+            let after = candidates.iter().enumerate().skip(at + 1).take(MOST_PAIRED);
+            for (after, other) in after.filter(|(_, other)| other.sink() == one.sink()) {
+                let gain = self.told(one, core::iter::once(other), blamed);
+                if gain > best.as_ref().map_or(0, |(most, _)| *most) {
+                    best = Some((gain, Vec::from([at, after])));
+                }
+            }
+        }
+        best.map(|(_, places)| places)
+    }
+
+    /// How much of what is blamed the comparisons of a way with others show.
+    fn told<'c>(
+        &mut self,
+        one: &Candidate,
+        others: impl Iterator<Item = &'c Candidate>,
+        blamed: &Blamed,
+    ) -> usize {
+        let mut shown = Blamed::default();
+        for other in others {
+            self.looked += 1;
+            if self.looked <= MOST_LOOKED && one.is_compared(self.knowledge, other) {
+                shown.signals.extend(&one.testimony.shows(&other.testimony));
+                shown.relations.extend(&one.testimony.shows_relations(&other.testimony));
+            }
+        }
+        shown.signals.intersect(&blamed.signals);
+        shown.relations.intersect(&blamed.relations);
+        shown.signals.len() + shown.relations.len()
+    }
+}
+
+/// Components whose faults are taken for one of a signal.
+#[derive(Default)]
+struct Blamed {
+    signals: SignalSet,
+    relations: RelationSet,
+}
+
+impl Blamed {
+    fn is_empty(&self) -> bool {
+        self.signals.is_empty() && self.relations.is_empty()
+    }
+}

@@ -1,0 +1,137 @@
+//! What a model declares and nobody compares, by name: warnings of several commands.
+
+use crate::analyze::{Names, watched_ways};
+use serde_json::{Value, json};
+use shsa_core::analysis::{Gap, Hidden, Obstacle, Options, Unwatched, Watch, unwatched};
+use shsa_core::diagnosis::Component;
+use shsa_core::engine::{Engine, WatchBudget};
+use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::monitor::{Coverage, WayIndex};
+
+/// What looking for it may cost at a start, in steps.
+const STEPS: u64 = 300_000;
+
+/// Warnings of one kind that are told, and names in each.
+const MOST: usize = 12;
+
+/// What is known before anything runs: signals of which no comparison shows a fault though others know their variable, and
+/// comparisons that the budget leaves out.
+pub(crate) fn declared(knowledge: &KnowledgeBase, watch: WatchBudget) -> Vec<String> {
+    let options = Options { only_runnable: true, steps: STEPS, addition_steps: 0, watch };
+    let Unwatched { watched, gaps } = unwatched(knowledge, options);
+    let names = Names::new(knowledge);
+    let mut told: Vec<String> = watched.iter().filter_map(|watch| left_out(&names, watch)).collect();
+    let is_hidden = |fault: Component| {
+        let of = |hidden: &Hidden| Component::Signal(hidden.signal) == fault;
+        watched.iter().any(|watch| watch.hidden.iter().any(of))
+    };
+    let matters = |obstacle: &Obstacle| !matches!(obstacle, Obstacle::NotRun { .. } | Obstacle::NotSearched);
+    let is_told = |gap: &Gap| {
+        let is_signal = matches!(gap.fault, Component::Signal(_));
+        is_signal && gap.from.is_none() && gap.obstacles.iter().all(matters) && !is_hidden(gap.fault)
+    };
+    let undetected: Vec<Gap> = gaps.into_iter().filter(is_told).collect();
+    let lines = names.by_reason(&undetected);
+    told.extend(lines.into_iter().map(|line| format!("no comparison shows a fault of {line}")));
+    shortened(told)
+}
+
+/// What the budget leaves out of the ways of knowing a variable.
+fn left_out(names: &Names<'_>, watch: &Watch) -> Option<String> {
+    if watch.hidden.is_empty() {
+        return None;
+    }
+    let (undetected, untold): (Vec<_>, Vec<_>) = watch.hidden.iter().partition(|hidden| hidden.undetected);
+    let listed = |signals: &[&Hidden]| {
+        let first: Vec<&str> = signals.iter().take(MOST).map(|hidden| names.signal(hidden.signal)).collect();
+        let more = signals.len() - first.len();
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        format!("{}{more}", first.join(", "))
+    };
+    let of = watched_ways(watch);
+    let variable = names.variable(watch.variable);
+    let mut told = format!("{of} ways of knowing {variable} are watched (--watch, --watch-cost)");
+    if !undetected.is_empty() {
+        told.push_str(&format!("; no comparison shows a fault of {}", listed(&undetected)));
+    }
+    if !untold.is_empty() {
+        told.push_str(&format!("; not told from others is one of {}", listed(&untold)));
+    }
+    Some(told)
+}
+
+/// A comparison, and how often it was made of how often it could have been.
+#[derive(Clone)]
+pub(crate) struct Compared {
+    variable: String,
+    one: String,
+    other: String,
+    coverage: Coverage,
+}
+
+impl Compared {
+    /// What is compared, in words.
+    pub(crate) fn name(&self) -> String {
+        let Compared { variable, one, other, .. } = self;
+        format!("{variable}: {one} and {other}")
+    }
+
+    pub(crate) fn json(&self) -> Value {
+        let Compared { variable, one, other, coverage } = self;
+        let Coverage { made, possible, .. } = coverage;
+        json!({ "variable": variable, "one": one, "other": other, "made": made, "possible": possible })
+    }
+
+    /// What is to be told of it: never made though there were values enough, or rarely.
+    pub(crate) fn warning(&self) -> Option<String> {
+        let coverage = &self.coverage;
+        let how = match (coverage.is_missing(), coverage.is_rare()) {
+            (true, _) if coverage.is_conditional => {
+                "were never compared: a condition never held while both spoke"
+            }
+            (true, _) => "were never compared: there is no moment about which both say something",
+            (_, true) => "were rarely compared",
+            _ => return None,
+        };
+        Some(format!("{} {how} ({} times of {})", self.name(), coverage.made, coverage.possible))
+    }
+}
+
+/// What has turned out in some runs of one model, all of them together.
+pub(crate) fn compared<'e>(engines: impl Iterator<Item = &'e Engine>) -> Vec<Compared> {
+    let mut all: Vec<Compared> = Vec::new();
+    for engine in engines {
+        for (at, coverage) in engine.monitor().coverage(engine.knowledge()).enumerate() {
+            let (variable, one, other) = described(engine, &coverage);
+            let new = Compared { variable, one, other, coverage };
+            match all.get_mut(at).filter(|known| known.name() == new.name()) {
+                Some(known) => {
+                    known.coverage.made += coverage.made;
+                    known.coverage.possible += coverage.possible;
+                }
+                None => all.push(new),
+            }
+        }
+    }
+    all
+}
+
+/// The variable and the two ways of a comparison.
+fn described(engine: &Engine, coverage: &Coverage) -> (String, String, String) {
+    let (monitor, knowledge) = (engine.monitor(), engine.knowledge());
+    let way = |index: WayIndex| {
+        monitor.way(index).map(|way| way.computation.way().describe(knowledge)).unwrap_or_default()
+    };
+    let variable = monitor.way(coverage.way).map(|way| knowledge.variables()[way.variable()].name.clone());
+    (variable.unwrap_or_default(), way(coverage.way), way(coverage.other))
+}
+
+/// The first of many lines.
+pub(crate) fn shortened(mut lines: Vec<String>) -> Vec<String> {
+    let more = lines.len().saturating_sub(MOST);
+    lines.truncate(MOST);
+    if more > 0 {
+        lines.push(format!("and {more} more of this kind"));
+    }
+    lines
+}
