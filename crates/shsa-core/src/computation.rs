@@ -1,6 +1,7 @@
 //! A way of knowing at work: its inputs brought to one moment, its program evaluated.
 
 use crate::alignment::{Known, Port, Reach, Sample};
+use crate::circle;
 use crate::expression::{Assignment, InputKind, Program, State, Symbol, Value};
 use crate::interval::Interval;
 use crate::knowledge::{Id, IdVec, KnowledgeBase, Lineage, Shape, SignalId, VariableId};
@@ -82,7 +83,13 @@ enum Body {
     /// The signal's own values.
     Direct(Input),
     /// A program over inputs.
-    Computed { program: Program, state: State<Interval>, inputs: Vec<Source> },
+    Computed {
+        program: Program,
+        state: State<Interval>,
+        inputs: Vec<Source>,
+        /// Inputs that wrap, where nothing is remembered of them.
+        wrapping: Vec<Wrapping>,
+    },
 }
 
 /// Where an input of a program comes from.
@@ -92,6 +99,16 @@ enum Source {
     Constant(Interval),
     /// The last value of the variable that is computed.
     Last,
+}
+
+/// An input that wraps, by its place: the first one is brought back into one turn, the others beside it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Wrapping {
+    at: usize,
+    turn: f64,
+    begins: f64,
+    /// Whether a condition asks where in its turn it is: that is not known of what lies on both sides of its end.
+    is_asked: bool,
 }
 
 /// A signal as an input.
@@ -263,8 +280,8 @@ impl Computation {
         match (&mut self.body, &mut old.body) {
             (Body::Direct(own), Body::Direct(input)) => input.succeeded(lineage) == Some(*own),
             (
-                Body::Computed { program, state, inputs },
-                Body::Computed { program: old_program, state: old_state, inputs: old_inputs },
+                Body::Computed { program, state, inputs, .. },
+                Body::Computed { program: old_program, state: old_state, inputs: old_inputs, .. },
             ) => {
                 let is_same = program.is_renamed(old_program, rename)
                     && old_inputs
@@ -332,7 +349,7 @@ impl Computation {
     ) -> Option<(Computed<'a>, Validity)> {
         let (value, validity) = match &mut self.body {
             Body::Direct(input) => (input.at(ports, moment)?, moment),
-            Body::Computed { program, state, inputs } => {
+            Body::Computed { program, state, inputs, wrapping } => {
                 let mut usual = [Value::Scalar(Interval::EMPTY); USUAL_INPUTS];
                 let mut many = Vec::new();
                 let values = match usual.get_mut(..inputs.len()) {
@@ -348,6 +365,9 @@ impl Computation {
                         Source::Constant(value) => Value::Scalar(*value),
                         Source::Last => Value::Scalar(last?.value),
                     };
+                }
+                if !bring_back(values, wrapping) {
+                    return None;
                 }
                 make_room(state, values);
                 let outcome = program.evaluate(state, values, moment, last.map(|last| last.validity));
@@ -382,7 +402,7 @@ impl Computation {
 
     /// Does a task of a computation of the same way. `None` when it is of another shape, or the result has no value.
     pub fn carry_out(&mut self, task: &Task) -> Option<(Computed<'_>, Validity)> {
-        let Body::Computed { program, state, inputs } = &mut self.body else { return None };
+        let Body::Computed { program, state, inputs, wrapping } = &mut self.body else { return None };
         if inputs.len() != task.values.len() {
             return None;
         }
@@ -392,6 +412,9 @@ impl Computation {
                 Source::Signal(Input { shape: Shape::Vector, .. }) => Value::Vector(given),
                 _ => Value::Scalar(given.first().copied()?),
             });
+        }
+        if !bring_back(&mut values, wrapping) {
+            return None;
         }
         make_room(state, &values);
         let outcome = program.evaluate(state, &values, task.moment, task.last);
@@ -404,7 +427,7 @@ impl Computation {
         let item = |at: usize| items.get(at).copied().flatten();
         let (program, state, inputs) = match &mut self.body {
             Body::Direct(_) => return item(0)?.values.first().copied(),
-            Body::Computed { program, state, inputs } => (program, state, inputs),
+            Body::Computed { program, state, inputs, .. } => (program, state, inputs),
         };
         let signals = &self.way.signals;
         let mut values = Vec::new();
@@ -452,7 +475,9 @@ impl Computation {
 
     #[inline(never)]
     fn evaluate_any(&mut self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Settled {
-        let Body::Computed { program, state, inputs } = &mut self.body else { return Settled::Nothing };
+        let Body::Computed { program, state, inputs, wrapping } = &mut self.body else {
+            return Settled::Nothing;
+        };
         let mut usual = [Value::Scalar(Interval::EMPTY); USUAL_INPUTS];
         let mut many = Vec::new();
         let values = match usual.get_mut(..inputs.len()) {
@@ -479,6 +504,9 @@ impl Computation {
                 Source::Last => return Settled::Nothing,
             };
         }
+        if !bring_back(values, wrapping) {
+            return Settled::Nothing;
+        }
         make_room(state, values);
         let outcome = program.evaluate(state, values, moment, None);
         match usable(outcome.value) {
@@ -489,7 +517,7 @@ impl Computation {
 
     /// The value of a way that rests on constants alone; `None` of all others.
     pub fn constant(&mut self) -> Option<Interval> {
-        let Body::Computed { program, state, inputs } = &mut self.body else { return None };
+        let Body::Computed { program, state, inputs, .. } = &mut self.body else { return None };
         if program.is_stateful() {
             return None;
         }
@@ -532,7 +560,54 @@ fn computed(knowledge: &KnowledgeBase, way: &Way, trigger: Option<SignalId>) -> 
     let rate_hz = trigger.and_then(|signal| knowledge.signals()[signal].rate_hz).unwrap_or(USUAL_RATE_HZ);
     let state = program.new_state(0, rate_hz);
     let window = program.longest_window();
-    Some((Body::Computed { program, state, inputs }, window))
+    let wrapping = wrapping(knowledge, way, &inputs);
+    Some((Body::Computed { program, state, inputs, wrapping }, window))
+}
+
+/// The inputs that wrap; none where something is remembered of inputs, which must go on without a step then.
+fn wrapping(knowledge: &KnowledgeBase, way: &Way, inputs: &[Source]) -> Vec<Wrapping> {
+    let is_stateful = |step: &crate::substitution::Step| {
+        let relation = &knowledge.relations()[step.relation];
+        let formulas = relation.formula(step.output).into_iter().chain(&relation.condition);
+        formulas.into_iter().any(crate::expression::Formula::is_stateful)
+    };
+    if way.substitution.steps.iter().any(is_stateful) {
+        return Vec::new();
+    }
+    let wraps = |(at, source): (usize, &Source)| {
+        let Source::Signal(input) = source else { return None };
+        let variable = &knowledge.variables()[knowledge.signals()[input.signal].variable];
+        let symbol = knowledge.signals()[input.signal].variable.symbol();
+        let is_asked = way.substitution.steps.iter().any(|step| {
+            let relation = &knowledge.relations()[step.relation];
+            let mut formulas = relation.formula(step.output).into_iter().chain(&relation.condition);
+            formulas.any(|formula| formula.compares(symbol))
+        });
+        Some(Wrapping { at, turn: variable.wraps?, begins: variable.turn_begins(), is_asked })
+    };
+    inputs.iter().enumerate().filter_map(wraps).collect()
+}
+
+/// Brings inputs that wrap into one turn: conditions read them as they are shown, and differences and means of two are those
+/// of the shorter way round. False where a condition asks what is not known.
+#[inline]
+fn bring_back(values: &mut [Value<'_, Interval>], wrapping: &[Wrapping]) -> bool {
+    let mut first: Option<(f64, Interval)> = None;
+    for Wrapping { at, turn, begins, is_asked } in wrapping {
+        let Some(Value::Scalar(value)) = values.get_mut(*at) else { continue };
+        *value = match first {
+            Some((same, beside)) if same == *turn => circle::nearest(*value, beside, *turn),
+            _ => circle::brought_back(*value, *begins, *turn),
+        };
+        if *is_asked {
+            *value = circle::brought_back(*value, *begins, *turn);
+            if value.lo() < *begins || value.hi() >= begins + turn {
+                return false;
+            }
+        }
+        first = first.or(Some((*turn, *value)));
+    }
+    true
 }
 
 /// The program of a way with the sources of its inputs.

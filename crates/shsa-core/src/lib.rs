@@ -14,6 +14,7 @@ extern crate std;
 
 pub mod time;
 pub mod interval;
+pub mod circle;
 pub mod unit;
 pub mod expression;
 pub mod knowledge;

@@ -45,8 +45,8 @@ impl Signal {
 
     /// As [`Signal::enclose`] for a value that brings its own bounds: the signal's error comes on top of them.
     ///
-    /// The relative error is a share of the reading in the signal's unit. Without it and in SI units the bounds are
-    /// plain sums of 64-bit numbers, else they are rounded outward.
+    /// The errors are those of the value in the signal's unit, after scaling; the relative one is a share of it. Without
+    /// that, without scaling and in SI units the bounds are plain sums of 64-bit numbers, else they are rounded outward.
     #[inline]
     #[must_use]
     pub fn enclose_bounds(&self, lo: f64, hi: f64) -> Interval {
@@ -54,19 +54,23 @@ impl Signal {
             return Interval::EMPTY;
         }
         let error = self.value_error;
-        if error.relative == 0.0 && self.unit.as_ref().is_none_or(Unit::is_si) {
+        let is_si = self.scaling.is_none() && self.unit.as_ref().is_none_or(Unit::is_si);
+        if error.relative == 0.0 && is_si {
             return Interval::new(lo + error.lo, hi + error.hi);
         }
         self.enclose_shares(lo, hi)
     }
 
-    /// The same with a relative error, or in a unit.
+    /// The same with a relative error, a scaling, or in a unit.
     fn enclose_shares(&self, lo: f64, hi: f64) -> Interval {
         let error = self.value_error;
         let unit = self.unit.as_ref().filter(|unit| !unit.is_si());
+        let reading = Interval::new(lo, hi);
+        let reading = self.scaling.map_or(reading, |scaling| scaling.values(reading));
+        let (lo, hi) = (reading.lo(), reading.hi());
         let share =
             |bound: f64| if error.relative == 0.0 { 0.0 } else { (error.relative * bound.abs()).next_up() };
-        let (reading, shares) = (Interval::new(lo, hi), Interval::new(-share(lo), share(hi)));
+        let shares = Interval::new(-share(lo), share(hi));
         let (value, shares) = match unit {
             Some(unit) => (unit.to_si_interval(reading), unit.to_si_difference_interval(shares)),
             None => (reading, shares),
@@ -85,7 +89,7 @@ impl Signal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::knowledge::{Id, Properties, ReadingLimits, ValueError, VariableId};
+    use crate::knowledge::{Id, Properties, ReadingLimits, Scaling, ValueError, VariableId};
     use crate::time::Span;
     use alloc::string::String;
     use proptest::prelude::*;
@@ -96,6 +100,7 @@ mod tests {
             variable: VariableId::from_index(0),
             source: String::new(),
             unit: unit.and_then(|text| Unit::parse(text).ok()),
+            scaling: None,
             rate_hz: None,
             value_error: ValueError { lo, hi, relative },
             noise: None,
@@ -129,6 +134,21 @@ mod tests {
         check(&signal(Some("degC"), -0.5, 0.5, 0.0), 20.0, 292.65, 293.65);
         check(&signal(Some("degC"), 0.0, 0.0, 0.02), 20.0, 292.75, 293.55);
         check(&signal(None, -0.3, 0.3, 0.01), -10.0, -10.4, -9.6);
+    }
+
+    #[test]
+    fn readings_are_scaled_before_errors_come_on_top() {
+        let scaled = |unit, lo, hi, relative, scale, offset| Signal {
+            scaling: Some(Scaling { scale, offset }),
+            ..signal(Some(unit), lo, hi, relative)
+        };
+        check(&scaled("m/s", -0.1, 0.2, 0.0, -1.0, 0.0), 3.0, -3.1, -2.8);
+        check(&scaled("V", -0.1, 0.1, 0.0, 0.005, -2.0), 1000.0, 2.9, 3.1);
+        check(&scaled("km/h", -1.0, 1.0, 0.0, 0.1, 0.0), 360.0, 9.0, 11.0);
+        check(&scaled("degC", 0.0, 0.0, 0.02, 0.1, -20.0), 400.0, 292.75, 293.55);
+        let turned = scaled("m", 0.0, 0.0, 0.0, -2.0, 1.0).enclose_bounds(1.0, 4.0);
+        assert_eq!((turned.lo(), turned.hi()), (-7.0, -1.0));
+        assert!(scaled("m", 0.0, 0.0, 0.0, -2.0, 1.0).enclose(f64::NAN).is_empty());
     }
 
     #[test]

@@ -222,6 +222,7 @@ fn larger(knowledge: &KnowledgeBase, candidate: Candidate) -> KnowledgeBase {
                 variable,
                 source: String::new(),
                 unit: None,
+                scaling: None,
                 rate_hz: None,
                 value_error: ValueError::default(),
                 time_error: (Span::ZERO, Span::ZERO),

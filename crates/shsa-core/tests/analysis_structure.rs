@@ -41,6 +41,7 @@ fn variable(index: usize, constant: Option<f64>) -> Variable {
         shape,
         range,
         max_rate,
+        wraps: None,
         constant,
         properties: Properties::new(),
     }
@@ -52,6 +53,7 @@ fn signal(name: String, variable: VariableId, may_fail: bool, derived_from: Vec<
         variable,
         source: String::new(),
         unit: None,
+        scaling: None,
         rate_hz: None,
         value_error: Default::default(),
         time_error: (Span::ZERO, Span::ZERO),

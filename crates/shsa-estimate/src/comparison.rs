@@ -107,13 +107,16 @@ impl Watched {
             let comparison = match other.beside(slow, sample.validity) {
                 Known::Later => return,
                 Known::Never => None,
-                Known::Value(known) => Some(Comparison {
-                    received: now,
-                    validity: sample.validity,
-                    value: sample.value.midpoint(),
-                    known: known.midpoint(),
-                    width: sample.value.width() + known.width(),
-                }),
+                Known::Value(known) => {
+                    let known = slow.in_turn(known, sample.value);
+                    Some(Comparison {
+                        received: now,
+                        validity: sample.validity,
+                        value: sample.value.midpoint(),
+                        known: known.midpoint(),
+                        width: sample.value.width() + known.width(),
+                    })
+                }
             };
             self.waiting[number].pop_front();
             self.comparisons[number].extend(comparison);

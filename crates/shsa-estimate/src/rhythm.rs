@@ -2,7 +2,7 @@
 
 use crate::order::{quantile, sorted};
 use crate::session::Session;
-use shsa_core::knowledge::{KnowledgeBase, SignalId};
+use shsa_core::knowledge::{KnowledgeBase, Scaling, Signal, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 
 /// A change is measured over at least this many seconds, and over ten observations: below it is noise.
@@ -30,7 +30,25 @@ pub struct Rhythm {
 impl Rhythm {
     /// Of every signal of a model, in their order. Time: O(n log n) in the observations.
     pub(crate) fn of_all(knowledge: &KnowledgeBase, sessions: &[Session]) -> Vec<Rhythm> {
-        knowledge.signals().ids().map(|signal| Rhythm::of(sessions, signal)).collect()
+        let signals = knowledge.signals().ids();
+        let rhythm = |signal: SignalId| {
+            let found = Rhythm::of(sessions, signal);
+            let Signal { scaling, limits, .. } = &knowledge.signals()[signal];
+            // Where readings wrap, the lowest, the highest and the steps between them say nothing.
+            let is_line = limits.turn.is_none();
+            let fastest = found.fastest.filter(|_| is_line);
+            let range = found.range.filter(|_| is_line);
+            Rhythm { fastest, range, ..found }.scaled(*scaling)
+        };
+        signals.map(rhythm).collect()
+    }
+
+    /// The same of the values of readings that are scaled.
+    fn scaled(self, scaling: Option<Scaling>) -> Rhythm {
+        let Some(scaling) = scaling else { return self };
+        let ordered = |(one, other): (f64, f64)| (one.min(other), one.max(other));
+        let range = self.range.map(|(lo, hi)| ordered((scaling.value(lo), scaling.value(hi))));
+        Rhythm { range, fastest: self.fastest.map(|fastest| fastest * scaling.scale.abs()), ..self }
     }
 
     fn of(sessions: &[Session], signal: SignalId) -> Rhythm {

@@ -1,11 +1,12 @@
 //! Faults injected into recordings: `KIND[=AMOUNT]:SIGNAL@FROM..TO`.
 //!
-//! Times count from the first sample of the recording, amounts are in the signal's unit. What is random comes
-//! from a seed, so that a run repeats byte for byte.
+//! Times count from the first sample of the recording, amounts are in the signal's unit, after its scaling: as errors and
+//! ranges are in the model. What is random comes from a seed, so that a run repeats byte for byte.
 
 use crate::recording::{Sample, parse_span};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use shsa_core::knowledge::Scaling;
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 
@@ -127,10 +128,16 @@ fn parse_kind(kind: &str, amount: Option<&str>) -> Result<FaultKind, String> {
 
 impl Fault {
     /// Injects this fault into the samples of signal number `wanted`, which stay sorted by reception; `first` is when
-    /// the recording begins, from which the fault's times count.
+    /// the recording begins, from which the fault's times count; `scaling` is the signal's.
     ///
     /// Complexity: O(samples), for a delay O(samples log samples).
-    pub fn inject(&self, samples: &mut Vec<Sample>, wanted: usize, first: Time, seed: u64) {
+    pub fn inject(
+        &self,
+        samples: &mut Vec<Sample>,
+        (wanted, scaling): (usize, Option<Scaling>),
+        first: Time,
+        seed: u64,
+    ) {
         let span = (first + self.from, self.to.map_or(Time::MAX, |to| first + to));
         let hit = |sample: &Sample| {
             sample.wanted == wanted && span.0 <= sample.received && sample.received < span.1
@@ -147,7 +154,8 @@ impl Fault {
             }
             FaultKind::Stuck(None) => freeze(samples, wanted, hit),
             kind => {
-                let mut change = Change { kind, random: ChaCha8Rng::seed_from_u64(seed), since: span.0 };
+                let random = ChaCha8Rng::seed_from_u64(seed);
+                let mut change = Change { kind, scaling, random, since: span.0 };
                 samples.iter_mut().filter(|sample| hit(sample)).for_each(|sample| change.apply(sample));
             }
         }
@@ -167,6 +175,7 @@ fn freeze(samples: &mut [Sample], wanted: usize, hit: impl Fn(&Sample) -> bool) 
 /// A fault that changes values one by one.
 struct Change {
     kind: FaultKind,
+    scaling: Option<Scaling>,
     random: ChaCha8Rng,
     since: Time,
 }
@@ -174,7 +183,7 @@ struct Change {
 impl Change {
     fn apply(&mut self, sample: &mut Sample) {
         let elapsed = (sample.received - self.since).seconds();
-        let mut each = |value: &mut f64| *value = self.changed(*value, elapsed);
+        let mut each = |reading: &mut f64| *reading = self.reading(*reading, elapsed);
         match &mut sample.value {
             RawValue::Number(value) => each(value),
             RawValue::Interval { lo, hi } => {
@@ -185,6 +194,14 @@ impl Change {
             }
             RawValue::Vector(values) => values.iter_mut().for_each(each),
         }
+    }
+
+    /// What is read instead of a reading, which stays as it is to the last bit where its value does.
+    fn reading(&mut self, reading: f64, elapsed: f64) -> f64 {
+        let Some(scaling) = self.scaling else { return self.changed(reading, elapsed) };
+        let value = scaling.value(reading);
+        let changed = self.changed(value, elapsed);
+        if changed == value { reading } else { scaling.reading(changed) }
     }
 
     fn changed(&mut self, value: f64, elapsed: f64) -> f64 {
@@ -227,7 +244,7 @@ mod tests {
         let fault: Fault = fault.parse().unwrap();
         let mut samples = samples();
         let first = samples[0].received;
-        fault.inject(&mut samples, 0, first, 7);
+        fault.inject(&mut samples, (0, None), first, 7);
         let shown: Vec<String> = samples
             .iter()
             .filter(|sample| sample.wanted == 0)
@@ -251,10 +268,25 @@ mod tests {
     }
 
     #[test]
+    fn amounts_count_in_the_unit_after_scaling() {
+        let check = |fault: &str, scale: f64, offset: f64, expected: f64| {
+            let mut samples = samples();
+            let scaling = Some(Scaling { scale, offset });
+            fault.parse::<Fault>().unwrap().inject(&mut samples, (0, scaling), Time(0), 7);
+            assert_eq!(samples[0].value, RawValue::Number(expected), "{fault}");
+        };
+        check("bias=1.5:/a", -0.5, 0.0, 7.0);
+        check("spoof=3:/a", 0.5, 1.0, 4.0);
+        check("scale=2:/a", 0.5, 5.0, 30.0);
+        check("drift=0.1:/a", -1.0, 0.0, 9.0);
+        check("bias=0:/a", 0.1, 0.3, 10.0);
+    }
+
+    #[test]
     fn noise_and_spikes_repeat_with_their_seed() {
         let run = |seed| {
             let mut samples = samples();
-            "noise=3:/a".parse::<Fault>().unwrap().inject(&mut samples, 0, Time(0), seed);
+            "noise=3:/a".parse::<Fault>().unwrap().inject(&mut samples, (0, None), Time(0), seed);
             samples
         };
         assert_eq!(run(1), run(1));

@@ -137,13 +137,15 @@ fn bounds() -> impl Strategy<Value = Bounds> {
 }
 
 fn variable() -> impl Strategy<Value = VariableDraft> {
-    let parts = (some(text()), some(text()), some((text(), text())), some(text()), properties());
-    parts.prop_map(|(unit, shape, range, max_rate, properties)| VariableDraft {
+    let limits = (some((text(), text())), some(text()), some(text()));
+    let parts = (some(text()), some(text()), limits, properties());
+    parts.prop_map(|(unit, shape, (range, max_rate, wraps), properties)| VariableDraft {
         name: Text::default(),
         unit,
         shape,
         range,
         max_rate,
+        wraps,
         properties,
     })
 }
@@ -178,12 +180,14 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
         .prop_map(|all| all.into_iter().map(|(name, prior)| (name, Some(prior))).collect::<Vec<_>>());
     let limits =
         (some((text(), text())), some(text()), some(text()), some(text()), some(text()), some(text()));
-    (first, second, prop_oneof![names, priors], limits).prop_map(
+    let scaling = (some(text()), some(text()));
+    (first, second, prop_oneof![names, priors], limits, scaling).prop_map(
         |(
             (variable, source, unit, rate, value_error),
             (time_error, delay, timeout, derived_from, properties),
             shares,
             (range, max_rate, max_delay, mean_over, noise, frozen_after),
+            (scale, offset),
         )| {
             let name = Text::default();
             SignalDraft {
@@ -191,6 +195,8 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
                 variable,
                 source,
                 unit,
+                scale,
+                offset,
                 rate,
                 value_error,
                 noise,

@@ -49,7 +49,7 @@ impl History {
     pub fn about(&self, moment: Validity, reach: Reach) -> Known {
         let newest = self.top();
         let to = newest.validity.to;
-        if to <= moment.to && self.before() < to {
+        if to <= moment.to && self.end_before() < to {
             // As most often: the newest one is the nearest.
             let (gap, away) = (moment.from - to, farthest(newest.validity, moment));
             if away == Span::ZERO {

@@ -12,6 +12,7 @@
 //! It is as old as its first repetition, but not older than the signal may be silent.
 
 use super::history::{Jump, Sample};
+use crate::circle;
 use crate::interval::Interval;
 use crate::knowledge::Signal;
 use crate::time::Span;
@@ -22,6 +23,8 @@ use crate::time::Span;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Gate {
     max_rate: Option<f64>,
+    /// The turn after which values are the same again.
+    wraps: Option<f64>,
     /// How long a value may be held.
     max_hold: Span,
     /// What the readings of this moment are measured by.
@@ -50,7 +53,8 @@ struct Away {
 impl Gate {
     pub(super) fn new(signal: &Signal) -> Gate {
         let max_hold = signal.timeout.unwrap_or(Span::MAX);
-        Gate { max_rate: signal.limits.max_rate, max_hold, ..Gate::default() }
+        let (max_rate, wraps) = (signal.limits.max_rate, signal.limits.turn);
+        Gate { max_rate, wraps, max_hold, ..Gate::default() }
     }
 
     /// A later moment has come.
@@ -76,7 +80,7 @@ impl Gate {
     #[inline]
     pub(super) fn measure(&mut self, sample: Sample) -> Option<Jump> {
         let max_rate = self.max_rate?;
-        let jump = self.anchor.and_then(|anchor| jump(anchor, sample, max_rate));
+        let jump = self.anchor.and_then(|anchor| jump(self.beside(anchor, sample), sample, max_rate));
         let side = if jump.is_some() && !self.is_open { &mut self.refused } else { &mut self.next };
         *side = Some(side.map_or(sample, |other| newer(other, sample)));
         jump
@@ -85,6 +89,7 @@ impl Gate {
     /// Sees whether the readings leave what is possible with this one, or come back.
     fn follow(&mut self, next: Sample) {
         let (Some(anchor), Some(max_rate)) = (self.anchor, self.max_rate) else { return };
+        let anchor = self.beside(anchor, next);
         if jump(anchor, next, max_rate).is_some() {
             let grown = max_rate * longest(anchor, next).seconds();
             let by = (next.value - anchor.value).widened(grown);
@@ -96,14 +101,18 @@ impl Gate {
             });
             away.offset = away.offset + by;
         }
-        if self.away.is_some_and(|away| away.is_over(next, max_rate)) {
+        let beside = |away: Away| Away { last: self.beside(away.last, next), ..away };
+        if self.away.is_some_and(|away| beside(away).is_over(next, max_rate)) {
             self.away = None;
         }
     }
 
     /// Whether the readings are where they could have got to from the last one that was sound.
     pub(super) fn is_home(&self) -> bool {
-        let leaves = |rate| self.anchor.zip(self.next).and_then(|(anchor, next)| jump(anchor, next, rate));
+        let leaves = |rate| {
+            let ends = self.anchor.zip(self.next);
+            ends.and_then(|(anchor, next)| jump(self.beside(anchor, next), next, rate))
+        };
         let is_leaving = self.is_open && self.max_rate.and_then(leaves).is_some();
         self.away.is_none() && !is_leaving
     }
@@ -111,6 +120,15 @@ impl Gate {
     /// Where the readings are now is where they can be.
     pub(super) fn come_home(&mut self) {
         self.away = None;
+    }
+
+    /// What a reading is measured by, in the reading's turn.
+    #[inline]
+    fn beside(&self, anchor: Sample, sample: Sample) -> Sample {
+        match self.wraps {
+            None => anchor,
+            Some(turn) => Sample { value: circle::nearest(anchor.value, sample.value, turn), ..anchor },
+        }
     }
 
     /// Opens or closes it after a moment: open, it goes on from what it has kept out last.
@@ -123,7 +141,8 @@ impl Gate {
 
     /// Goes on from the gate of the same signal before a change.
     pub(super) fn inherit(&mut self, old: Gate) {
-        *self = Gate { max_rate: self.max_rate, max_hold: self.max_hold, ..old };
+        let Gate { max_rate, wraps, max_hold, .. } = *self;
+        *self = Gate { max_rate, wraps, max_hold, ..old };
     }
 }
 

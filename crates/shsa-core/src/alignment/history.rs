@@ -180,6 +180,13 @@ impl History {
         newer.iter().rev().chain(older.iter().rev())
     }
 
+    /// What a sample of this validity comes next to: the newest that ends no later, else the oldest.
+    #[must_use]
+    pub fn before(&self, validity: Validity) -> Option<&Sample> {
+        let before = self.newest_first().find(|kept| kept.validity.to <= validity.to);
+        before.or_else(|| self.kept(self.samples.len().checked_sub(1)?))
+    }
+
     /// Keeps a sample in the order of time; the oldest gives way when the ring is full.
     ///
     /// Complexity: O(1) for samples in order, O(capacity) for late ones. No allocation.
@@ -239,7 +246,7 @@ impl History {
 
     /// The end of the sample before the newest; the earliest time where there is none.
     #[inline]
-    pub(super) fn before(&self) -> Time {
+    pub(super) fn end_before(&self) -> Time {
         self.before
     }
 

@@ -4,6 +4,7 @@ use super::about::Known;
 use super::clock::Misdated;
 use super::gate::Gate;
 use super::history::{Acceptance, Defect, History, Reach, Reading, Sample};
+use crate::circle;
 use crate::interval::Interval;
 use crate::knowledge::{Shape, Signal};
 use crate::observation::{Observation, RawValue};
@@ -120,6 +121,8 @@ pub struct Port {
     shape: Shape,
     /// Possible values; what lies outside is no observation.
     range: Interval,
+    /// The turn after which values are the same again, SI.
+    turn: Option<f64>,
     gate: Gate,
     scalars: History,
     /// Newest last; the buffers are used again, so that nothing is allocated once they are large enough.
@@ -166,6 +169,7 @@ impl Port {
         Port {
             shape,
             range: signal.limits.range.unwrap_or(Interval::ENTIRE),
+            turn: signal.limits.turn,
             gate: Gate::new(signal),
             scalars: History::new(capacity),
             scans,
@@ -181,9 +185,9 @@ impl Port {
     /// Goes on with all that the port of the same signal has received before a change, in no less room.
     pub fn inherit(&mut self, old: Port) {
         let capacity = self.scalars.capacity();
-        let Port { shape, range, mut gate, .. } = *self;
+        let Port { shape, range, turn, mut gate, .. } = *self;
         gate.inherit(old.gate);
-        *self = Port { shape, range, gate, ..old };
+        *self = Port { shape, range, turn, gate, ..old };
         self.scalars.make_room(capacity);
     }
 
@@ -303,11 +307,19 @@ impl Port {
         if !value.overlaps(self.range) {
             return Acceptance::OutOfRange(value);
         }
+        let value = self.turn.map_or(value, |turn| self.unwrapped(value, validity, turn));
         let sample = Sample { validity, value };
         match self.gate.measure(sample) {
             Some(jump) => Acceptance::TooFast(jump),
             None => self.scalars.push(sample),
         }
+    }
+
+    /// A reading of what wraps, shifted by whole turns to what was kept before it.
+    #[inline(never)]
+    fn unwrapped(&self, value: Interval, validity: Validity, turn: f64) -> Interval {
+        let before = self.scalars.before(validity);
+        before.map_or(value, |kept| circle::nearest(value, kept.value, turn))
     }
 
     #[inline(never)]
@@ -447,5 +459,10 @@ fn defect(lo: f64, hi: f64) -> Defect {
 /// An element of a scan. Infinity is how range sensors say that nothing is near: beyond every number, but not
 /// nothing; not-a-number is nothing.
 fn enclose_element(signal: &Signal, element: f64) -> Interval {
-    if element == f64::INFINITY { Interval::new(f64::MAX, f64::INFINITY) } else { signal.enclose(element) }
+    let beyond = Interval::new(f64::MAX, f64::INFINITY);
+    match signal.scaling {
+        _ if element != f64::INFINITY => signal.enclose(element),
+        Some(scaling) if scaling.scale < 0.0 => -beyond,
+        _ => beyond,
+    }
 }

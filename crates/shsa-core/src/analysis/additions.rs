@@ -324,6 +324,7 @@ fn sensor(variable: VariableId) -> Signal {
         variable,
         source: String::new(),
         unit: None,
+        scaling: None,
         rate_hz: None,
         value_error: ValueError::default(),
         noise: None,

@@ -413,6 +413,7 @@ pub fn interval(knowledge: &KnowledgeBase, variable: VariableId, value: Interval
         None => number,
     };
     let unit = knowledge.variables()[variable].unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
+    let value = knowledge.variables()[variable].brought_back(value);
     format!("{}..{}{unit}", number(shown(value.lo())), number(shown(value.hi())))
 }
 

@@ -23,6 +23,7 @@ use super::message::{Event, EventKind, Output, Publication, PublishedValue, Qual
 use super::standby::Standby;
 use super::ways::{Lost, Source};
 use crate::alignment::{Port, Sample};
+use crate::circle;
 use crate::diagnosis::Judge;
 use crate::interval::Interval;
 use crate::knowledge::{
@@ -535,15 +536,18 @@ impl Provider {
         now: Time,
         outputs: &mut VecDeque<Output>,
     ) {
-        let Sample { value, validity } = self.blended(sample, server, now);
+        let wraps = knowledge.variables()[self.variable].wraps;
+        let Sample { value, validity } = self.blended(sample, (server, wraps), now);
         self.publish(knowledge, PublishedValue::Scalar(value), validity, now, outputs);
     }
 
     /// The value to publish: while a blend lasts, moved towards the last value and grown so that it still holds
     /// the new one, unless it were too wide then.
-    fn blended(&mut self, sample: Sample, server: Server, now: Time) -> Sample {
+    fn blended(&mut self, sample: Sample, (server, wraps): (Server, Option<f64>), now: Time) -> Sample {
         if self.server.replace(server) != Some(server) {
-            let from = self.last.map(|(_, last)| last.value.midpoint() - sample.value.midpoint());
+            let beside =
+                |value: Interval| wraps.map_or(value, |turn| circle::nearest(value, sample.value, turn));
+            let from = self.last.map(|(_, last)| beside(last.value).midpoint() - sample.value.midpoint());
             self.blend = from.filter(|_| self.switching.blend > Span::ZERO).map(|amount| (amount, now));
         }
         let Some((amount, began)) = self.blend else { return sample };
@@ -578,6 +582,12 @@ impl Provider {
         outputs.extend(self.tell_served(knowledge, now).map(Output::Event));
         self.last = Some((now, Sample { validity, value: scalar }));
         self.published += 1;
+        let value = match value {
+            PublishedValue::Scalar(value) => {
+                PublishedValue::Scalar(knowledge.variables()[self.variable].brought_back(value))
+            }
+            vector @ PublishedValue::Vector(_) => vector,
+        };
         let is_preferred = self.active.as_ref().map(Service::way) == self.preferred.as_ref();
         let stands_in = matches!(self.server, Some(Server::StandIn(_)));
         let is_own = is_preferred && !stands_in && !self.is_doubted;

@@ -7,6 +7,7 @@ use alloc::vec::Vec;
 use core::f64::consts::PI;
 use core::ops::Range;
 
+use super::affine::Weight;
 use super::builtin;
 use super::formula::{Formula, MAX_LEVELS, MAX_NODES, Shape, whole_power};
 use super::measure::{self, Measure, Misfit, PLAIN};
@@ -38,6 +39,8 @@ pub struct CheckedEquation {
     pub sides: Option<(Formula, Formula)>,
     /// The dimension of both sides; `None` when it is not known.
     pub dimension: Option<Dimension>,
+    /// Whether both sides are temperatures on a scale with a zero of its own, of which a share has no meaning.
+    pub is_affine: bool,
     /// Every error and warning, in the order of the text.
     pub problems: Vec<Problem>,
 }
@@ -49,6 +52,9 @@ pub struct CheckedEquation {
 pub fn check(expression: &Expr, scope: &dyn Scope) -> Checked {
     let mut checker = Checker::new(scope);
     let typed = checker.resolve(expression);
+    if let Some(typed) = &typed {
+        checker.want_proper(typed, expression);
+    }
     let problems = checker.finish();
     let dimension = typed.as_ref().and_then(|typed| typed.measure.dimension());
     let formula = typed.filter(|_| !has_error(&problems)).map(|typed| simplified(typed.formula));
@@ -63,11 +69,15 @@ pub fn check_equation(equation: &Equation, scope: &dyn Scope) -> CheckedEquation
     let mut checker = Checker::new(scope);
     let span = equation.lhs.span.start..equation.rhs.span.end;
     let sides = checker.resolve(&equation.lhs).zip(checker.resolve(&equation.rhs));
-    let measure = sides.as_ref().and_then(|(lhs, rhs)| checker.equal(&span, lhs, rhs));
+    let measure = sides
+        .as_ref()
+        .and_then(|(lhs, rhs)| checker.equal(&span, (lhs, &equation.lhs), (rhs, &equation.rhs)));
+    let is_affine =
+        sides.as_ref().is_some_and(|(lhs, rhs)| lhs.weight == Weight::POINT || rhs.weight == Weight::POINT);
     let problems = checker.finish();
     let sides = sides.filter(|_| !has_error(&problems));
     let sides = sides.map(|(lhs, rhs)| (simplified(lhs.formula), simplified(rhs.formula)));
-    CheckedEquation { sides, dimension: measure.and_then(Measure::dimension), problems }
+    CheckedEquation { sides, dimension: measure.and_then(Measure::dimension), is_affine, problems }
 }
 
 /// Checks a function of the model by itself, with parameters of unknown unit, once as numbers and once as vectors.
@@ -77,8 +87,7 @@ pub fn check_equation(equation: &Equation, scope: &dyn Scope) -> CheckedEquation
 pub fn check_function(function: &Function, scope: &dyn Scope) -> Vec<Problem> {
     let with = |shape| {
         let mut checker = Checker::new(scope);
-        let parameter =
-            Typed { formula: Formula::symbol(Symbol(u32::MAX), shape), measure: Measure::Unknown };
+        let parameter = Typed::of(Formula::symbol(Symbol(u32::MAX), shape), Measure::Unknown);
         let parameters = function.parameters.iter().map(|name| (name.clone(), parameter.clone())).collect();
         checker.calls.push(Call { function: function.name.clone(), place: None, parameters });
         checker.resolve(&function.body);
@@ -100,6 +109,17 @@ fn has_error(problems: &[Problem]) -> bool {
 pub(super) struct Typed {
     pub(super) formula: Formula,
     pub(super) measure: Measure,
+    pub(super) weight: Weight,
+}
+
+impl Typed {
+    fn of(formula: Formula, measure: Measure) -> Typed {
+        Typed { formula, measure, weight: Weight::of(measure) }
+    }
+
+    pub(super) fn weighing(self, weight: Weight) -> Typed {
+        Typed { weight, ..self }
+    }
 }
 
 /// A function of the model that is being written out.
@@ -213,7 +233,7 @@ impl<'a> Checker<'a> {
             self.exhaust(span);
             return None;
         }
-        Some(Typed { formula, measure })
+        Some(Typed::of(formula, measure))
     }
 
     /// Looks up and checks a node; `None` when it has an error that forbids to check what is around it.
@@ -236,12 +256,13 @@ impl<'a> Checker<'a> {
     fn number(&mut self, span: &Range<usize>, value: f64, unit: Option<&Unit>) -> Typed {
         let Some(unit) = unit else {
             let measure = if value == 0.0 { Measure::Zero } else { PLAIN };
-            return Typed { formula: Formula::number(value), measure };
+            return Typed::of(Formula::number(value), measure);
         };
         self.warn_of_shadow(span, unit);
         let bounds = unit.to_si_interval(Interval::point(value));
         let constant = Constant { value: unit.to_si(value), bounds };
-        Typed { formula: Formula::constant(constant), measure: Measure::Known(unit.dimension) }
+        let typed = Typed::of(Formula::constant(constant), Measure::Known(unit.dimension));
+        if unit.is_affine() { typed.weighing(Weight::POINT) } else { typed }
     }
 
     /// A factor of a unit behind the first may have been meant as a variable.
@@ -271,7 +292,7 @@ impl<'a> Checker<'a> {
             }
             _ => return self.variable(span, name),
         };
-        Some(Typed { formula, measure })
+        Some(Typed::of(formula, measure))
     }
 
     fn parameter(&self, name: &str) -> Option<Typed> {
@@ -283,7 +304,9 @@ impl<'a> Checker<'a> {
         let Some(symbol) = self.scope.symbol(name) else { return self.unknown_name(span, name) };
         let Kind { shape, unit, constant, .. } = self.scope.kind(symbol);
         let formula = constant.map_or_else(|| Formula::symbol(symbol, shape), Formula::constant);
-        Some(Typed { formula, measure: Measure::of(unit.map(|unit| unit.dimension)) })
+        let is_point = unit.as_ref().is_some_and(Unit::is_affine);
+        let typed = Typed::of(formula, Measure::of(unit.map(|unit| unit.dimension)));
+        Some(if is_point { typed.weighing(Weight::POINT) } else { typed })
     }
 
     fn unknown_name(&mut self, span: &Range<usize>, name: &str) -> Option<Typed> {
@@ -309,7 +332,8 @@ impl<'a> Checker<'a> {
         match prefix {
             Prefix::Minus => {
                 let of = self.numeric("`-`", of)?;
-                self.made(span, Formula::unary(Unary::Neg, of.formula), of.measure)
+                let made = self.made(span, Formula::unary(Unary::Neg, of.formula), of.measure)?;
+                Some(made.weighing(of.weight.times(-1.0)))
             }
             Prefix::Not => {
                 let of = self.truth("`not`", of)?;
@@ -334,11 +358,11 @@ impl<'a> Checker<'a> {
             }
             Infix::Add | Infix::Subtract | Infix::Multiply | Infix::Divide => {
                 let (own, other) = self.both(&what, left, right, Checker::numeric)?;
-                if infix == Infix::Add {
-                    self.warn_of_offset(left);
-                    self.warn_of_offset(right);
-                }
-                self.arithmetic(span, infix, own, other)
+                let weight = self.combined(infix, (&own, left), (&other, right));
+                let made = self.arithmetic(span, infix, own, other)?;
+                let weight = weight.filter(|_| made.measure != Measure::Unknown);
+                let weight = weight.unwrap_or_else(|| Weight::of(made.measure));
+                Some(made.weighing(weight))
             }
             Infix::Power => {
                 let (base, exponent) = self.both(&what, left, right, Checker::numeric)?;
@@ -372,17 +396,6 @@ impl<'a> Checker<'a> {
         self.made(span, Formula::binary(binary, left.formula, right.formula), measure)
     }
 
-    /// `t + 2 degC` adds 275.15 K.
-    fn warn_of_offset(&mut self, expression: &Expr) {
-        if let Node::Number(value, Some(unit)) = &expression.node
-            && unit.offset != 0.0
-        {
-            let message = format!("`{value} {unit}` is a temperature, not a difference");
-            let help = format!("for a difference write `{} K`", unit.to_si_difference(*value));
-            self.report(Problem::warning(expression.span.clone(), message).with_help(help));
-        }
-    }
-
     fn power(
         &mut self,
         span: &Range<usize>,
@@ -399,6 +412,10 @@ impl<'a> Checker<'a> {
             self.expect("the base of a power with a variable exponent", &base, Dimension::PLAIN, left);
             return self.made(span, Formula::binary(Binary::Pow, base.formula, exponent.formula), PLAIN);
         };
+        if value == 1.0 {
+            return Some(base);
+        }
+        self.want_difference("`^`", &base, left);
         if libm::round(value) == value && value.abs() <= 1e9 {
             let measure = self.noted(span, base.measure.power(value as i32, 1));
             return self.made(span, whole_power(base.formula, value as i32), measure);
@@ -420,11 +437,13 @@ impl<'a> Checker<'a> {
     fn comparison(&mut self, span: &Range<usize>, infix: Infix, left: &Expr, right: &Expr) -> Option<Typed> {
         let what = format!("`{}`", infix.symbol());
         let bare = is_bare(left) || is_bare(right);
+        let places = (left, right);
         let (left, right) = self.both(&what, left, right, Checker::scalar)?;
         match bare.then(|| measure::bare_limit(left.measure, right.measure)).flatten() {
             Some(misfit) => self.note(span, Some(misfit)),
             None => {
                 self.common(span, infix.symbol(), left.measure, right.measure);
+                self.same_zero(span, infix.symbol(), (&left, places.0), (&right, places.1));
             }
         }
         let (left, right) = (left.formula, right.formula);
@@ -441,7 +460,12 @@ impl<'a> Checker<'a> {
         self.made(span, formula, Measure::Unknown)
     }
 
-    fn equal(&mut self, span: &Range<usize>, lhs: &Typed, rhs: &Typed) -> Option<Measure> {
+    fn equal(
+        &mut self,
+        span: &Range<usize>,
+        (lhs, left_at): (&Typed, &Expr),
+        (rhs, right_at): (&Typed, &Expr),
+    ) -> Option<Measure> {
         let (left, right) = (lhs.formula.shape(), rhs.formula.shape());
         if left != right || left == Shape::Truth {
             let message =
@@ -449,7 +473,9 @@ impl<'a> Checker<'a> {
             self.error(span, message, "both sides of an equation are numbers, or both are vectors");
             return None;
         }
-        Some(self.common(span, "=", lhs.measure, rhs.measure))
+        let measure = self.common(span, "=", lhs.measure, rhs.measure);
+        self.same_zero(span, "=", (lhs, left_at), (rhs, right_at));
+        Some(measure)
     }
 
     fn call(&mut self, span: &Range<usize>, name: &str, arguments: &[Expr]) -> Option<Typed> {
@@ -542,10 +568,10 @@ impl<'a> Checker<'a> {
     }
 
     /// A number that is known now.
-    pub(super) fn constant(&mut self, what: &str, expression: &Expr) -> Option<(Constant, Measure)> {
+    pub(super) fn constant(&mut self, what: &str, expression: &Expr) -> Option<(Constant, Typed)> {
         let typed = self.scalar(what, expression)?;
-        if let Some(constant) = simplified(typed.formula).as_constant() {
-            return Some((constant, typed.measure));
+        if let Some(constant) = simplified(typed.formula.clone()).as_constant() {
+            return Some((constant, typed));
         }
         self.error(&expression.span, format!("{what} takes a constant"), "variables are not allowed here");
         None
@@ -553,7 +579,7 @@ impl<'a> Checker<'a> {
 
     /// A constant span of time: with a unit, or in seconds.
     pub(super) fn span(&mut self, what: &str, expression: &Expr) -> Option<Span> {
-        let (Constant { value, .. }, measure) = self.constant(what, expression)?;
+        let (Constant { value, .. }, Typed { measure, .. }) = self.constant(what, expression)?;
         if measure != PLAIN && measure != Measure::Zero {
             self.note(&expression.span, measure::expect(what, measure, Dimension::TIME, expression));
         }

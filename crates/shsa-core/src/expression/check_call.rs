@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 use core::f64::consts::LN_10;
 use core::ops::Range;
 
+use super::affine::Weight;
 use super::builtin::Builtin;
 use super::check::{Checker, Typed};
 use super::formula::{Formula, whole_power};
@@ -39,7 +40,9 @@ impl<'a> Checker<'a> {
             (Builtin::PlusMinus, [of]) => self.plus_minus(span, of),
             (Builtin::Previous, [of]) => self.previous(span, of),
             (Builtin::Integral, [of]) => {
-                let of = self.scalar(&what, of)?;
+                let at = of;
+                let of = self.scalar(&what, at)?;
+                self.want_difference(&what, &of, at);
                 let measure = of.measure.combine(Measure::Known(Dimension::TIME), Dimension::times);
                 let measure = self.noted(span, measure);
                 self.made(span, Formula::node(Operation::Integral, vec![of.formula]), measure)
@@ -55,6 +58,8 @@ impl<'a> Checker<'a> {
     fn of_one(&mut self, span: &Range<usize>, name: &str, function: Builtin, of: &Expr) -> Option<Typed> {
         let what = format!("`{name}`");
         let typed = self.numeric(&what, of)?;
+        let is_of_amounts = matches!(function, Builtin::Sqrt | Builtin::Abs);
+        let weight = if is_of_amounts { self.want_difference(&what, &typed, of) } else { typed.weight };
         let (unary, takes, gives) = match function {
             Builtin::Sqrt => {
                 let measure = self.noted(span, typed.measure.power(1, 2));
@@ -76,7 +81,8 @@ impl<'a> Checker<'a> {
         }
         let formula = Formula::unary(unary, typed.formula);
         let formula = if function == Builtin::Log10 { over_ln_10(formula) } else { formula };
-        self.made(span, formula, gives)
+        let made = self.made(span, formula, gives)?;
+        Some(if function == Builtin::Abs { made.weighing(weight) } else { made })
     }
 
     fn of_two(
@@ -87,8 +93,11 @@ impl<'a> Checker<'a> {
         left: &Expr,
         right: &Expr,
     ) -> Option<Typed> {
-        let (left, right) = self.both(&format!("`{name}`"), left, right, Checker::numeric)?;
+        let (what, places) = (format!("`{name}`"), (left, right));
+        let (left, right) = self.both(&what, left, right, Checker::numeric)?;
         let common = self.common(span, name, left.measure, right.measure);
+        self.want_difference(&what, &left, places.0);
+        self.want_difference(&what, &right, places.1);
         let (binary, measure) =
             if function == Builtin::Atan2 { (Binary::Atan2, ANGLE) } else { (Binary::Hypot, common) };
         self.made(span, Formula::binary(binary, left.formula, right.formula), measure)
@@ -104,6 +113,7 @@ impl<'a> Checker<'a> {
             self.report(problem);
             return None;
         }
+        self.want_difference("`root`", &typed, of);
         let measure = self.noted(span, typed.measure.power(1, value as i32));
         let unary = if value == 2.0 { Unary::Sqrt } else { Unary::Root(value as i32) };
         self.made(span, Formula::unary(unary, typed.formula), measure)
@@ -111,10 +121,12 @@ impl<'a> Checker<'a> {
 
     fn select(&mut self, span: &Range<usize>, condition: &Expr, then: &Expr, other: &Expr) -> Option<Typed> {
         let condition = self.truth("`if`", condition);
+        let places = (then, other);
         let (then, other) = self.both("`if`", then, other, Checker::scalar)?;
         let measure = self.common(span, "if", then.measure, other.measure);
+        let weight = self.same_zero(span, "if", (&then, places.0), (&other, places.1));
         let arguments = vec![condition?.formula, then.formula, other.formula];
-        self.made(span, Formula::node(Operation::Select, arguments), measure)
+        Some(self.made(span, Formula::node(Operation::Select, arguments), measure)?.weighing(weight))
     }
 
     /// One vector, or two and more numbers.
@@ -128,8 +140,13 @@ impl<'a> Checker<'a> {
         let what = format!("`{name}`");
         if let [vector] = arguments {
             let typed = self.vector(&format!("{what} of one argument"), vector)?;
+            let is_of_amounts = matches!(how, Reduction::Sum | Reduction::Norm);
+            let weight =
+                if is_of_amounts { self.want_difference(&what, &typed, vector) } else { typed.weight };
             let measure = if how == Reduction::Count { PLAIN } else { typed.measure };
-            return self.made(span, Formula::node(Operation::Reduce(how), vec![typed.formula]), measure);
+            let made =
+                self.made(span, Formula::node(Operation::Reduce(how), vec![typed.formula]), measure)?;
+            return Some(if how == Reduction::Count { made } else { made.weighing(weight) });
         }
         let typed: Vec<Option<Typed>> = arguments
             .iter()
@@ -139,8 +156,10 @@ impl<'a> Checker<'a> {
         let measures = typed.iter().map(|typed| typed.measure);
         let common =
             measures.reduce(|left, right| self.common(span, name, left, right)).unwrap_or(Measure::Unknown);
+        let weight = self.reduced(span, name, how, &typed, arguments);
         let measure = if how == Reduction::Count { PLAIN } else { common };
-        self.made(span, of_list(how, typed.into_iter().map(|typed| typed.formula).collect()), measure)
+        let formula = of_list(how, typed.into_iter().map(|typed| typed.formula).collect());
+        Some(self.made(span, formula, measure)?.weighing(weight))
     }
 
     pub(super) fn index(&mut self, span: &Range<usize>, of: &Expr, index: &Expr) -> Option<Typed> {
@@ -148,7 +167,8 @@ impl<'a> Checker<'a> {
         let place = self.scalar("an index", index);
         let (vector, place) = vector.zip(place)?;
         self.expect("an index", &place, Dimension::PLAIN, index);
-        self.made(span, Formula::node(Operation::Index, vec![vector.formula, place.formula]), vector.measure)
+        let formula = Formula::node(Operation::Index, vec![vector.formula, place.formula]);
+        Some(self.made(span, formula, vector.measure)?.weighing(vector.weight))
     }
 
     pub(super) fn slice(
@@ -167,12 +187,14 @@ impl<'a> Checker<'a> {
             self.report(problem.with_help("`v[a..b]` holds the elements from a to before b, counted from 0"));
             return None;
         }
-        self.made(span, Formula::node(Operation::Slice(from, to), vec![vector.formula]), vector.measure)
+        let formula = Formula::node(Operation::Slice(from, to), vec![vector.formula]);
+        Some(self.made(span, formula, vector.measure)?.weighing(vector.weight))
     }
 
     /// A constant place in a vector.
     fn place(&mut self, expression: &Expr) -> Option<u32> {
-        let (Constant { value, .. }, measure) = self.constant("the end of a slice", expression)?;
+        let (Constant { value, .. }, Typed { measure, .. }) =
+            self.constant("the end of a slice", expression)?;
         if libm::trunc(value) == value
             && (0.0..1e9).contains(&value)
             && matches!(measure, PLAIN | Measure::Zero)
@@ -186,55 +208,60 @@ impl<'a> Checker<'a> {
     }
 
     fn plus_minus(&mut self, span: &Range<usize>, of: &Expr) -> Option<Typed> {
-        let (constant, measure) = self.constant("`plusminus`", of)?;
+        let (constant, typed) = self.constant("`plusminus`", of)?;
+        self.want_difference("`plusminus`", &typed, of);
         let most = constant.bounds.abs().hi();
         let formula = Formula::constant(Constant { value: 0.0, bounds: Interval::new(-most, most) });
-        self.made(span, formula, measure)
+        Some(self.made(span, formula, typed.measure)?.weighing(Weight::DIFFERENCE))
     }
 
     fn between(&mut self, span: &Range<usize>, lo: &Expr, hi: &Expr) -> Option<Typed> {
+        let places = (lo, hi);
         let lo = self.constant("`interval`", lo);
         let ((lo, own), (hi, other)) = lo.zip(self.constant("`interval`", hi))?;
-        let measure = self.common(span, "interval", own, other);
+        let measure = self.common(span, "interval", own.measure, other.measure);
+        let weight = self.same_zero(span, "interval", (&own, places.0), (&other, places.1));
         let bounds = Interval::new(lo.bounds.lo(), hi.bounds.hi());
         if bounds.is_empty() {
             self.report(Problem::error(span.clone(), "the first bound of this interval is above the second"));
             return None;
         }
-        self.made(span, Formula::constant(Constant::between(bounds)), measure)
+        Some(self.made(span, Formula::constant(Constant::between(bounds)), measure)?.weighing(weight))
     }
 
     fn within(&mut self, span: &Range<usize>, of: &Expr, least: &Expr, greatest: &Expr) -> Option<Typed> {
-        let of = self.scalar("`within`", of);
-        let least = self.bound(least, f64::NEG_INFINITY);
-        let greatest = self.bound(greatest, f64::INFINITY);
-        let (of, ((lo, own), (hi, other))) = of.zip(least.zip(greatest))?;
-        let bounds = self.common(span, "within", own, other);
-        let measure = self.common(span, "within", of.measure, bounds);
-        let bounds = Interval::new(lo, hi);
+        let value = self.scalar("`within`", of);
+        let lo = self.bound(least, f64::NEG_INFINITY);
+        let hi = self.bound(greatest, f64::INFINITY);
+        let (value, (lo, hi)) = value.zip(lo.zip(hi))?;
+        let mut measure = value.measure;
+        let mut weight = value.weight;
+        for (bound, at) in [(&lo.1, least), (&hi.1, greatest)] {
+            let Some(bound) = bound else { continue };
+            measure = self.common(span, "within", measure, bound.measure);
+            weight = self.same_zero(span, "within", (&value, of), (bound, at));
+        }
+        let bounds = Interval::new(lo.0, hi.0);
         if bounds.is_empty() {
             self.report(Problem::error(span.clone(), "the least value is above the greatest"));
             return None;
         }
-        self.made(
-            span,
-            Formula::node(Operation::Within(Constant::between(bounds)), vec![of.formula]),
-            measure,
-        )
+        let formula = Formula::node(Operation::Within(Constant::between(bounds)), vec![value.formula]);
+        Some(self.made(span, formula, measure)?.weighing(weight))
     }
 
-    /// A constant, or `inf` with its sign.
-    fn bound(&mut self, expression: &Expr, outermost: f64) -> Option<(f64, Measure)> {
+    /// A constant, or `inf` with its sign, which counts in every unit.
+    fn bound(&mut self, expression: &Expr, outermost: f64) -> Option<(f64, Option<Typed>)> {
         let (is_negative, of) = match &expression.node {
             Node::Prefix(Prefix::Minus, of) => (true, &**of),
             _ => (false, expression),
         };
         if matches!(&of.node, Node::Name(name) if name == "inf") && is_negative == (outermost < 0.0) {
-            return Some((outermost, Measure::Zero));
+            return Some((outermost, None));
         }
-        let (constant, measure) = self.constant("a bound of `within`", expression)?;
+        let (constant, typed) = self.constant("a bound of `within`", expression)?;
         let bound = if outermost < 0.0 { constant.bounds.lo() } else { constant.bounds.hi() };
-        Some((bound, measure))
+        Some((bound, Some(typed)))
     }
 
     fn previous(&mut self, span: &Range<usize>, of: &Expr) -> Option<Typed> {
@@ -247,7 +274,7 @@ impl<'a> Checker<'a> {
             );
             return None;
         };
-        self.made(span, formula, typed.measure)
+        Some(self.made(span, formula, typed.measure)?.weighing(typed.weight))
     }
 
     fn over_time(
@@ -261,6 +288,7 @@ impl<'a> Checker<'a> {
         let typed = self.scalar(what, of);
         let window = self.span(what, window);
         let (typed, window) = typed.zip(window)?;
+        let weight = typed.weight;
         let (operation, measure) = match function {
             Builtin::Delay => (Operation::Delay(window), typed.measure),
             Builtin::MovingMean => (Operation::MovingMean(window), typed.measure),
@@ -269,7 +297,8 @@ impl<'a> Checker<'a> {
                 (Operation::Derivative(window), self.noted(span, measure))
             }
         };
-        self.made(span, Formula::node(operation, vec![typed.formula]), measure)
+        let made = self.made(span, Formula::node(operation, vec![typed.formula]), measure)?;
+        Some(if function == Builtin::Derivative { made } else { made.weighing(weight) })
     }
 }
 

@@ -82,6 +82,22 @@ impl Formula {
         Formula { operation, shape, size, levels, arguments }
     }
 
+    /// The same for a value that wraps after a whole turn: an `atan2` in it goes on beyond pi.
+    #[must_use]
+    pub fn around(self) -> Formula {
+        match self.operation {
+            Operation::Binary(Binary::Atan2) => {
+                Formula::node(Operation::Binary(Binary::Bearing), self.arguments)
+            }
+            Operation::Binary(Binary::Add | Binary::Sub) | Operation::Unary(Unary::Neg) => {
+                let operation = self.operation;
+                let arguments = self.arguments.into_iter().map(Formula::around).collect();
+                Formula::node(operation, arguments)
+            }
+            _ => self,
+        }
+    }
+
     /// The same operation on other arguments of the same shapes.
     pub(super) fn with_arguments(&self, arguments: Vec<Formula>) -> Formula {
         if self.arguments.is_empty() { self.clone() } else { Formula::node(self.operation, arguments) }
@@ -173,6 +189,16 @@ impl Formula {
     pub fn is_stateful(&self) -> bool {
         let mut found = false;
         self.visit(&mut |node| found |= node.operation.is_stateful());
+        found
+    }
+
+    /// Whether it compares the present value of a variable, or something made of it.
+    #[must_use]
+    pub fn compares(&self, symbol: Symbol) -> bool {
+        let mut found = false;
+        self.visit(&mut |node| {
+            found |= matches!(node.operation, Operation::Compare(_)) && node.occurrences(symbol) > 0;
+        });
         found
     }
 

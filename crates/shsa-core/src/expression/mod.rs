@@ -22,6 +22,10 @@
 //!   `moving_mean(x, window)` of the values within the last window, which has to be over once.
 //! * Functions of the model, which may not use themselves.
 //!
+//! Temperatures in `degC` or `degF` are points: `t - u` is a difference (in K), `t + 2 K`, means, medians and sums whose
+//! weights are constants that sum to 1 are temperatures; `t + u`, `2 * t` and `t / u` are errors. `t - 0 degC` is the
+//! difference from the zero of the scale, `t - 0 K` the absolute temperature. What is declared in K may be both.
+//!
 //! What has no value (a missing input, the root of a negative number, a division by zero) makes the result have none.
 
 mod problem;
@@ -36,8 +40,10 @@ mod inline;
 mod text;
 mod simplify;
 mod measure;
+mod affine;
 mod check;
 mod check_call;
+mod check_affine;
 mod solve;
 mod program;
 mod compile;

@@ -4,6 +4,7 @@ use core::fmt::Debug;
 
 use super::operation::{Binary, Comparison, Constant, Unary};
 use crate::interval::{Interval, Truth};
+use core::f64::consts::PI;
 
 /// A kind of number that a program can be evaluated over.
 ///
@@ -126,7 +127,7 @@ impl Number for f64 {
             Binary::Pow if self.is_nan() || other.is_nan() || self < 0.0 => f64::NAN,
             Binary::Pow => libm::pow(self, other),
             // a zero has no sign: below the negative axis is where only a number below zero is
-            Binary::Atan2 => {
+            Binary::Atan2 | Binary::Bearing => {
                 if self == 0.0 && other == 0.0 {
                     f64::NAN
                 } else {
@@ -243,6 +244,7 @@ impl Number for Interval {
             Binary::Min => self.min(other),
             Binary::Max => self.max(other),
             Binary::Atan2 => self.atan2(other),
+            Binary::Bearing => bearing(self, other),
             Binary::Hypot => self.hypot(other),
         }
     }
@@ -290,6 +292,12 @@ impl Number for Interval {
         let (lo, hi) = (middle(lows, count), middle(highs, count));
         if lo == hi { Interval::point(lo) } else { Interval::new(lo.next_down(), hi.next_up()) }
     }
+}
+
+/// The angle of a point, all of whose values lie beside each other on the circle.
+fn bearing(y: Interval, x: Interval) -> Interval {
+    let is_cut = x.hi() < 0.0 && y.contains(0.0);
+    if is_cut { (-y).atan2(-x) + Interval::new(PI, PI.next_up()) } else { y.atan2(x) }
 }
 
 /// Monotone: the root of the part that is not negative, and for odd degrees of the mirrored rest.

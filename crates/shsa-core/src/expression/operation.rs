@@ -107,6 +107,8 @@ pub enum Binary {
     Max,
     /// The angle of the point (second, first) to the first axis.
     Atan2,
+    /// The same for what wraps: around the negative axis it goes on beyond pi instead of being all angles.
+    Bearing,
     /// The length of the hypotenuse.
     Hypot,
 }

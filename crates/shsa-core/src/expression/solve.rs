@@ -207,7 +207,7 @@ impl Solver<'_> {
             }
             Binary::Min => return blocked_by("min", "the other argument may be the result"),
             Binary::Max => return blocked_by("max", "the other argument may be the result"),
-            Binary::Atan2 => return blocked_by("atan2", "it is not unique"),
+            Binary::Atan2 | Binary::Bearing => return blocked_by("atan2", "it is not unique"),
         };
         Ok(solved)
     }

@@ -116,7 +116,7 @@ impl Writer<'_> {
             Binary::Pow => self.infix(left, "^", right, ATOM, POWER),
             Binary::Min => self.of_both("min(", left, right),
             Binary::Max => self.of_both("max(", left, right),
-            Binary::Atan2 => self.of_both("atan2(", left, right),
+            Binary::Atan2 | Binary::Bearing => self.of_both("atan2(", left, right),
             Binary::Hypot => self.of_both("hypot(", left, right),
         }
     }

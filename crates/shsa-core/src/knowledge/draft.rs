@@ -157,6 +157,8 @@ pub struct VariableDraft {
     pub range: Option<(Text, Text)>,
     /// Largest rate of change, as a number in the variable's unit a second or as a quantity.
     pub max_rate: Option<Text>,
+    /// The turn after which its values are the same again, as a number in the variable's unit or as a quantity.
+    pub wraps: Option<Text>,
     /// Named numbers.
     pub properties: PropertyDrafts,
 }
@@ -202,8 +204,12 @@ pub struct SignalDraft {
     pub variable: Option<Text>,
     /// Where it is found; its name when absent.
     pub source: Option<Text>,
-    /// What its values come in; the variable's unit when absent.
+    /// What its values come in, or a multiple of it such as `-1 m/s`; the variable's unit when absent.
     pub unit: Option<Text>,
+    /// What each reading is multiplied by to be a value in its unit; 1 when absent.
+    pub scale: Option<Text>,
+    /// What is added to that, as a number in its unit or as a quantity; 0 when absent.
+    pub offset: Option<Text>,
     /// A frequency such as `10 Hz`.
     pub rate: Option<Text>,
     /// Plus-minus (`0.15`, `5 cm`, `2 %`, `0.3 + 1 %`), or lowest and highest.

@@ -60,8 +60,8 @@ impl Lineage {
         self.sources.find(old).copied().flatten()
     }
 
-    /// The signal whose observations still mean what they meant: of the same name, source, variable, unit, errors,
-    /// delay and possible values. Its rate, timeout, other limits and properties may differ.
+    /// The signal whose observations still mean what they meant: of the same name, source, variable, unit, scaling,
+    /// errors, delay and possible values. Its rate, timeout, other limits and properties may differ.
     #[must_use]
     pub fn signal(&self, old: SignalId) -> Option<SignalId> {
         self.signals.find(old).copied().flatten()
@@ -84,8 +84,9 @@ impl Lineage {
         let (one, other) = (&old.signals()[id], &new.signals()[namesake]);
         let (before, after) = (&old.variables()[one.variable], &new.variables()[other.variable]);
         self.variable(one.variable) == Some(other.variable)
-            && (before.shape, before.range) == (after.shape, after.range)
+            && (before.shape, before.range, before.wraps) == (after.shape, after.range, after.wraps)
             && one.unit == other.unit
+            && one.scaling == other.scaling
             && one.value_error == other.value_error
             && one.noise == other.noise
             && one.time_error == other.time_error

@@ -30,10 +30,11 @@ pub use parts::{Contradiction, join, part};
 pub use properties::{NEGLIGIBLE, Properties};
 pub use utility::{Aggregate, Element, Fact, Figure, Inputs, OwnUtility, Rating, Utility, UtilityProblem};
 
+use crate::circle;
 use crate::expression::Formula;
 use crate::interval::Interval;
 use crate::time::Span;
-use crate::unit::Unit;
+use crate::unit::{Unit, enclosed};
 use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::String;
@@ -63,10 +64,43 @@ pub struct Variable {
     pub range: Option<Interval>,
     /// Largest rate of change, SI units a second: how fast the uncertainty of an old value grows.
     pub max_rate: Option<f64>,
+    /// The turn after which its values are the same again, SI, above 0; `None` of what does not wrap. Of numbers, not of vectors.
+    pub wraps: Option<f64>,
     /// The value, in SI, when it never changes: a constant is always provided.
     pub constant: Option<Interval>,
     /// Named numbers for the utility.
     pub properties: Properties,
+}
+
+/// By what share a range may differ from a turn and still span one: 360 deg and 6.283 rad are both written.
+const SPANS_A_TURN: f64 = 1e-3;
+
+impl Variable {
+    /// Where the turn begins in which its values are shown: at its range where that spans one turn, else at 0.
+    #[must_use]
+    pub fn turn_begins(&self) -> f64 {
+        let spans_one = |range: &Interval| {
+            self.wraps.is_some_and(|turn| (range.width() / turn - 1.0).abs() < SPANS_A_TURN)
+        };
+        self.range.filter(spans_one).map_or(0.0, Interval::lo)
+    }
+
+    /// A value of it, SI, as it is shown and published: within one turn where it wraps, by its middle.
+    #[must_use]
+    pub fn brought_back(&self, value: Interval) -> Interval {
+        self.wraps.map_or(value, |turn| circle::brought_back(value, self.turn_begins(), turn))
+    }
+
+    /// What its readings may be: where its range spans a turn, one turn more to either side, as sensors count from
+    /// different points.
+    #[must_use]
+    pub fn readable(&self) -> Option<Interval> {
+        let wide = |range: Interval, turn: f64| range.width() >= turn * (1.0 - SPANS_A_TURN);
+        match (self.range, self.wraps) {
+            (Some(range), Some(turn)) if wide(range, turn) => Some(range.widened(turn)),
+            (range, _) => range,
+        }
+    }
 }
 
 /// How variables determine each other.
@@ -112,6 +146,36 @@ pub struct ValueError {
     pub relative: f64,
 }
 
+/// How the readings of a signal become values in its unit: `scale * reading + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scaling {
+    /// Finite and not 0; below 0 it turns the direction round.
+    pub scale: f64,
+    /// Finite, in the signal's unit.
+    pub offset: f64,
+}
+
+impl Scaling {
+    /// The value of a reading, in the signal's unit.
+    #[must_use]
+    pub fn value(self, reading: f64) -> f64 {
+        self.scale * reading + self.offset
+    }
+
+    /// The reading of a value in the signal's unit.
+    #[must_use]
+    pub fn reading(self, value: f64) -> f64 {
+        (value - self.offset) / self.scale
+    }
+
+    /// The values, in the signal's unit, of all readings in an interval, rounded outward.
+    #[must_use]
+    pub fn values(self, readings: Interval) -> Interval {
+        let scaled = if self.scale == 1.0 { readings } else { readings * enclosed(self.scale) };
+        if self.offset == 0.0 { scaled } else { scaled + enclosed(self.offset) }
+    }
+}
+
 /// What no reading of a sound signal goes beyond, its errors allowed for; `None` where nothing is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReadingLimits {
@@ -124,6 +188,8 @@ pub struct ReadingLimits {
     pub max_delay: Option<Span>,
     /// How long its readings may stay exactly the same while they keep coming.
     pub frozen_after: Option<Span>,
+    /// The turn after which its variable's values are the same again, SI; see [`Variable::wraps`].
+    pub turn: Option<f64>,
 }
 
 /// Something on the bus that carries a variable.
@@ -137,6 +203,8 @@ pub struct Signal {
     pub source: String,
     /// What its values come in: its own unit or else the variable's; `None` when the model gives neither.
     pub unit: Option<Unit>,
+    /// How its readings become values in that unit; `None` when they are.
+    pub scaling: Option<Scaling>,
     /// Observations a second; `None` when it comes when it comes.
     pub rate_hz: Option<f64>,
     /// Error of its values.

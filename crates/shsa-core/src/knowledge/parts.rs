@@ -252,11 +252,12 @@ impl Ledger {
         let both_speak = |one: &str, other: &str| !one.is_empty() && !other.is_empty();
         let clashes = different(&variable_fields(known), &variable_fields(other), both_speak);
         self.note(Section::Variables, (&known.name, &other.name), &clashes);
-        let VariableDraft { unit, shape, range, max_rate, properties, .. } = other.clone();
+        let VariableDraft { unit, shape, range, max_rate, wraps, properties, .. } = other.clone();
         known.unit = known.unit.take().or(unit);
         known.shape = known.shape.take().or(shape);
         known.range = known.range.take().or(range);
         known.max_rate = known.max_rate.take().or(max_rate);
+        known.wraps = known.wraps.take().or(wraps);
         if known.properties.is_empty() {
             known.properties = properties;
         }
@@ -359,6 +360,7 @@ fn variable_fields(draft: &VariableDraft) -> Fields {
         ("shape", words(draft.shape.as_ref())),
         ("range", range(draft.range.as_ref())),
         ("max_rate", words(draft.max_rate.as_ref())),
+        ("wraps", words(draft.wraps.as_ref())),
         ("properties", numbers(&draft.properties)),
     ]
     .into()
@@ -419,6 +421,8 @@ fn signal_fields(draft: &SignalDraft) -> Fields {
         ("variable", words(draft.variable.as_ref())),
         ("source", words(draft.source.as_ref())),
         ("unit", words(draft.unit.as_ref())),
+        ("scale", words(draft.scale.as_ref())),
+        ("offset", words(draft.offset.as_ref())),
         ("rate", words(draft.rate.as_ref())),
         ("value_error", bounds(draft.value_error.as_ref())),
         ("noise", words(draft.noise.as_ref())),

@@ -26,7 +26,10 @@ impl Draft {
     fn texts(&mut self, each: &mut dyn FnMut(&mut Text)) {
         for it in &mut self.variables {
             each(&mut it.name);
-            [&mut it.unit, &mut it.shape, &mut it.max_rate].into_iter().flatten().for_each(&mut *each);
+            [&mut it.unit, &mut it.shape, &mut it.max_rate, &mut it.wraps]
+                .into_iter()
+                .flatten()
+                .for_each(&mut *each);
             it.range.iter_mut().flat_map(|(lo, hi)| [lo, hi]).for_each(&mut *each);
             properties(&mut it.properties, each);
         }
@@ -53,6 +56,8 @@ impl Draft {
                 &mut it.variable,
                 &mut it.source,
                 &mut it.unit,
+                &mut it.scale,
+                &mut it.offset,
                 &mut it.rate,
                 &mut it.noise,
                 &mut it.delay,

@@ -199,6 +199,7 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
         outputs,
         measured: None,
         reach,
+        turn: variable.wraps,
         constant,
         triggers: Vec::new(),
         late,

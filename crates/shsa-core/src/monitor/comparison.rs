@@ -41,7 +41,7 @@ impl Round<'_> {
             }
             match other.beside(watched, validity) {
                 Known::Value(value) => {
-                    let known = other.measure(value);
+                    let known = other.measure(value, measured.value);
                     self.panel.hear(number as usize, &known);
                     let recorded = pair.record(measured, &known, validity, self.now);
                     self.changed |= recorded.changed;
@@ -93,7 +93,7 @@ impl Round<'_> {
             let Some(&sample) = watched.outputs.newest(back) else { continue };
             match other.beside(watched, sample.validity) {
                 Known::Value(value) => {
-                    let (measured, known) = (Measured::of(sample.value), other.measure(value));
+                    let (measured, known) = (Measured::of(sample.value), other.measure(value, sample.value));
                     let Some(pair) = self.pairs.get_mut(number as usize) else { return true };
                     let recorded = pair.record(&measured, &known, sample.validity, self.now);
                     self.changed |= recorded.changed;
@@ -130,7 +130,7 @@ impl Round<'_> {
         for (number, pair) in of_way() {
             let Some(other) = self.ways.get(pair.other.0 as usize) else { continue };
             if let Known::Value(value) = other.beside(watched, sample.validity) {
-                self.panel.hear(number as usize, &other.measure(value));
+                self.panel.hear(number as usize, &other.measure(value, sample.value));
             }
         }
         self.panel.rate_heard(way, measured, self.now);

@@ -333,10 +333,9 @@ impl Monitor {
             if !trusted(way) {
                 continue;
             }
-            match way
-                .vote(sample.validity)
-                .map(|(known, is_certain)| (known.overlaps(sample.value), is_certain))
-            {
+            match way.vote(sample.validity).map(|(known, is_certain)| {
+                (way.in_turn(known, sample.value).overlaps(sample.value), is_certain)
+            }) {
                 Some((true, _)) => votes.supporting += 1,
                 Some((false, true)) => votes.contradicting += 1,
                 Some((false, false)) => votes.doubting += 1,

@@ -3,6 +3,7 @@
 use super::trend::Measured;
 use super::{Fresh, WayIndex};
 use crate::alignment::{History, Known, Reach, Sample};
+use crate::circle;
 use crate::computation::Computation;
 use crate::interval::Interval;
 use crate::knowledge::{SignalId, SignalSet, VariableId};
@@ -24,6 +25,8 @@ pub struct WatchedWay {
     /// The output that was taken in last.
     pub(super) measured: Option<Measured>,
     pub(super) reach: Reach,
+    /// The turn after which the variable's values are the same again, SI; `None` of what does not wrap.
+    pub(super) turn: Option<f64>,
     /// The value of a way that rests on constants alone.
     pub(super) constant: Option<Interval>,
     /// Pairs that compare when this way delivers.
@@ -47,12 +50,31 @@ impl WatchedWay {
 
     /// Takes an output in; it is fresh unless it had come before.
     pub(super) fn take(&mut self, index: WayIndex, sample: Sample) -> Option<Fresh> {
+        let sample = match self.turn {
+            Some(turn) => self.unwrapped(sample, turn)?,
+            None => sample,
+        };
         if !self.outputs.push(sample).is_kept() {
             return None;
         }
         let measured = Measured::of(sample.value);
         self.measured = Some(measured);
         Some(Fresh { way: index, validity: sample.validity, measured })
+    }
+
+    /// An output in the turn of the one before it; one that is a whole turn wide says nothing.
+    #[inline(never)]
+    fn unwrapped(&self, sample: Sample, turn: f64) -> Option<Sample> {
+        let before = self.outputs.before(sample.validity).map_or(sample.value, |before| before.value);
+        let value = circle::nearest(sample.value, before, turn);
+        (value.width() < turn).then_some(Sample { value, ..sample })
+    }
+
+    /// A value of the same variable in the turn that is nearest to another, where it wraps: what is compared with that.
+    #[inline]
+    #[must_use]
+    pub fn in_turn(&self, value: Interval, beside: Interval) -> Interval {
+        self.turn.map_or(value, |turn| circle::nearest(value, beside, turn))
     }
 
     /// What its outputs say about a moment: see [`History::about`]. Outputs that are true of a window say what all those
@@ -148,10 +170,11 @@ impl WatchedWay {
         self.computation.timing().mean_over
     }
 
-    /// What is known beside an output of the slower way with its middle and width, which are not found again for each way that
-    /// compares with it.
+    /// What is known beside an output of the slower way, in the same turn, with its middle and width, which are not found again
+    /// for each way that compares with it.
     #[inline]
-    pub(super) fn measure(&self, value: Interval) -> Measured {
+    pub(super) fn measure(&self, value: Interval, beside: Interval) -> Measured {
+        let value = self.in_turn(value, beside);
         let known = self.measured.filter(|last| last.value == value);
         known.unwrap_or_else(|| Measured::of(value))
     }

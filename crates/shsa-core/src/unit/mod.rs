@@ -114,6 +114,12 @@ impl Unit {
         self.scale == 1.0 && self.offset == 0.0
     }
 
+    /// Whether its zero is a convention, as that of `degC` and `degF`: values are points, of which only differences count.
+    #[must_use]
+    pub fn is_affine(&self) -> bool {
+        self.offset != 0.0
+    }
+
     /// A value of this unit in SI, rounded to nearest.
     #[must_use]
     pub fn to_si(&self, value: f64) -> f64 {
@@ -155,9 +161,9 @@ impl Unit {
     }
 }
 
-/// A size of the table with its rounding: whole numbers are exact, all others within two units in the last place.
-fn enclosed(size: f64) -> Interval {
-    if libm::trunc(size) == size && size < 9e15 {
+/// A number that was written, with its rounding: whole numbers are exact, all others within two units in the last place.
+pub(crate) fn enclosed(size: f64) -> Interval {
+    if libm::trunc(size) == size && size.abs() < 9e15 {
         return Interval::point(size);
     }
     Interval::new(size.next_down().next_down(), size.next_up().next_up())

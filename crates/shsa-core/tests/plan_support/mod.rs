@@ -40,6 +40,7 @@ impl Builder {
             shape: Shape::Scalar,
             range: None,
             max_rate: None,
+            wraps: None,
             constant: None,
             properties: property("accuracy", accuracy),
         });
@@ -54,6 +55,7 @@ impl Builder {
             variable,
             source: String::new(),
             unit: None,
+            scaling: None,
             rate_hz: None,
             value_error: Default::default(),
             time_error: (Span::ZERO, Span::ZERO),

@@ -15,12 +15,14 @@ const VERSION: &str = "1";
 
 const MODEL: [&str; 8] =
     ["shsa", "variables", "constants", "functions", "relations", "signals", "needs", "utility"];
-const VARIABLE: [&str; 5] = ["unit", "shape", "range", "max_rate", "properties"];
+const VARIABLE: [&str; 6] = ["unit", "shape", "range", "max_rate", "wraps", "properties"];
 const RELATION: [&str; 8] = ["equation", "for", "when", "error", "output", "outputs", "inputs", "properties"];
-const SIGNAL: [&str; 17] = [
+const SIGNAL: [&str; 19] = [
     "variable",
     "source",
     "unit",
+    "scale",
+    "offset",
     "rate",
     "value_error",
     "noise",
@@ -175,6 +177,7 @@ fn variable(reader: &mut Reader, (name, node): &(Text, Node)) -> VariableDraft {
         unit: keys.text("unit", "a unit", "m/s"),
         shape: keys.text("shape", "`scalar` or `vector`", "vector"),
         max_rate: keys.text("max_rate", "a rate of change", "12 m/s^2"),
+        wraps: keys.text("wraps", "a turn", "360 deg"),
         range: keys
             .fields
             .get("range")
@@ -255,6 +258,8 @@ fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
         variable: keys.text("variable", "a variable", "speed"),
         source: keys.text("source", "a place", "scan#ranges"),
         unit: keys.text("unit", "a unit", "m"),
+        scale: keys.text("scale", "a number", "0.01"),
+        offset: keys.text("offset", "a number or a quantity", "-40 degC"),
         rate: keys.text("rate", "a frequency", "10 Hz"),
         value_error: value_error.and_then(|node| {
             keys.reader.bounds(node, "an error or its lowest and highest value", "value_error: [-0.1, 0.2]")

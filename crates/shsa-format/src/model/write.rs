@@ -108,6 +108,7 @@ fn of_variable(variable: &VariableDraft) -> Tree {
         ("shape", variable.shape.as_ref().map(text)),
         ("range", variable.range.as_ref().map(|(lo, hi)| pair((lo, hi)))),
         ("max_rate", variable.max_rate.as_ref().map(text)),
+        ("wraps", variable.wraps.as_ref().map(text)),
         ("properties", properties(&variable.properties)),
     ])
 }
@@ -144,6 +145,8 @@ fn of_signal(signal: &SignalDraft) -> Tree {
         ("variable", signal.variable.as_ref().map(text)),
         ("source", signal.source.as_ref().map(text)),
         ("unit", signal.unit.as_ref().map(text)),
+        ("scale", signal.scale.as_ref().map(text)),
+        ("offset", signal.offset.as_ref().map(text)),
         ("rate", signal.rate.as_ref().map(text)),
         ("value_error", signal.value_error.as_ref().map(bounds)),
         ("noise", signal.noise.as_ref().map(text)),

@@ -5,7 +5,7 @@ use super::curve::Curve;
 use crate::drive::Run;
 use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, Event, EventKind, Publication, PublishedValue, Quality};
-use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, VariableId};
+use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, Variable, VariableId};
 use shsa_core::monitor::Symptom;
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::Unit;
@@ -162,7 +162,8 @@ fn check_values(evidence: &Evidence<'_>, need: NeedId, between: Between, limits:
         .filter(|publication| publication.need == need && between.contains(publication.time))
         .collect();
     let variable = evidence.knowledge.needs()[need].variable;
-    let unit = evidence.knowledge.variables()[variable].unit.clone();
+    let Variable { unit, wraps, .. } = &evidence.knowledge.variables()[variable];
+    let turn = wraps.map(|turn| unit.as_ref().map_or(turn, |unit| turn / unit.to_si_difference(1.0)));
     let shown = |value: f64| unit.as_ref().map_or(value, |unit| unit.from_si(value));
     let middles: Vec<(Time, f64)> = values.iter().map(|value| (value.time, shown(middle(value)))).collect();
     let mut met = true;
@@ -180,7 +181,7 @@ fn check_values(evidence: &Evidence<'_>, need: NeedId, between: Between, limits:
                     &unit.as_ref().map_or(String::new(), |unit| format!(" {unit}")),
                 )
             }
-            limit => limit.check(&middles, between, unit.as_ref()),
+            limit => limit.check(&middles, between, (unit.as_ref(), turn)),
         };
         met &= holds;
         found.extend(text);
@@ -193,7 +194,7 @@ impl Limit {
         &self,
         middles: &[(Time, f64)],
         between: Between,
-        unit: Option<&Unit>,
+        (unit, turn): (Option<&Unit>, Option<f64>),
     ) -> (bool, Option<String>) {
         let name = unit.map_or(String::new(), |unit| format!(" {unit}"));
         match self {
@@ -207,16 +208,22 @@ impl Limit {
                 (longest <= *limit, Some(format!("longest gap {:.0} ms", longest.seconds() * 1e3)))
             }
             Limit::LargestJump(limit) => {
-                let jumps = middles.windows(2).map(|two| (two[1].0, (two[1].1 - two[0].1).abs()));
+                let jumps = middles.windows(2).map(|two| (two[1].0, apart(two[1].1, two[0].1, turn)));
                 largest("jump", jumps, *limit, &name)
             }
             Limit::LargestError(limit, truth) => {
                 let mut truth = truth.values(unit.cloned());
-                let errors = middles.iter().map(|&(time, middle)| (time, (middle - truth(time)).abs()));
+                let errors = middles.iter().map(|&(time, middle)| (time, apart(middle, truth(time), turn)));
                 largest("error", errors, *limit, &name)
             }
         }
     }
+}
+
+/// How far two values are apart, the shorter way round where they wrap.
+fn apart(one: f64, other: f64, turn: Option<f64>) -> f64 {
+    let straight = (one - other).abs();
+    turn.map_or(straight, |turn| (straight % turn).min(turn - straight % turn))
 }
 
 fn largest(

@@ -136,10 +136,12 @@ where
     }
 }
 
-/// A published value in the unit of the signal that repeats it.
+/// A published value as the signal that repeats it is read.
 fn repeated(knowledge: &KnowledgeBase, echo: &Echo, value: &PublishedValue) -> RawValue {
-    let unit = knowledge.signals()[echo.signal].unit.as_ref();
-    let shown = |middle: f64| unit.map_or(middle, |unit| unit.from_si(middle));
+    let signal = &knowledge.signals()[echo.signal];
+    let in_unit = |middle: f64| signal.unit.as_ref().map_or(middle, |unit| unit.from_si(middle));
+    let shown =
+        |middle: f64| signal.scaling.map_or(in_unit(middle), |scaling| scaling.reading(in_unit(middle)));
     match value {
         PublishedValue::Scalar(value) => RawValue::Number(shown(value.midpoint())),
         PublishedValue::Vector(elements) => {

@@ -60,7 +60,8 @@ impl Trace {
         samples.extend(self.rows.iter().cloned());
         samples.sort_by_key(|sample| sample.received);
         for (number, (fault, signal)) in self.faults.iter().enumerate() {
-            fault.inject(&mut samples, signal.index(), Time(0), self.seed.wrapping_add(number as u64));
+            let target = (signal.index(), knowledge.signals()[*signal].scaling);
+            fault.inject(&mut samples, target, Time(0), self.seed.wrapping_add(number as u64));
         }
         let end = Time(0) + self.duration;
         let order = |(time, order): &(Time, Order)| Input::Order { time: *time, order: order.clone() };
@@ -73,7 +74,9 @@ impl Trace {
 
 impl Source {
     fn samples(&self, knowledge: &KnowledgeBase, seed: u64, number: u64) -> Vec<Sample> {
-        let mut value = self.curve.values(knowledge.signals()[self.signal].unit.clone());
+        let signal = &knowledge.signals()[self.signal];
+        let mut value = self.curve.values(signal.unit.clone());
+        let reading = |value: f64| signal.scaling.map_or(value, |scaling| scaling.reading(value));
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(number);
         let count = (self.to - self.from).0.max(0) / self.period.0.max(1) + 1;
@@ -85,7 +88,7 @@ impl Source {
             .map(|moment| {
                 let time = moment + Span((self.jitter.0 as f64 * even(&mut random)) as i64);
                 let noise = self.noise * (2.0 * even(&mut random) - 1.0);
-                let value = RawValue::Number(value(time - self.delay) + noise);
+                let value = RawValue::Number(reading(value(time - self.delay) + noise));
                 Sample { wanted: self.signal.index(), time, received: time + self.latency, value }
             })
             .collect()

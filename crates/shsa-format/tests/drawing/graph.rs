@@ -140,6 +140,7 @@ fn hostile() -> KnowledgeBase {
             shape,
             range: Some(Interval::ENTIRE),
             max_rate: None,
+            wraps: None,
             constant: None,
             properties,
         };
@@ -149,6 +150,7 @@ fn hostile() -> KnowledgeBase {
             variable,
             source: name.clone(),
             unit: None,
+            scaling: None,
             rate_hz: Some(f64::INFINITY),
             value_error: ValueError::default(),
             time_error: (Span::ZERO, Span::ZERO),
@@ -311,6 +313,7 @@ fn structure(variables: usize, relations: impl Iterator<Item = (usize, Vec<usize
         shape: Shape::Scalar,
         range: None,
         max_rate: None,
+        wraps: None,
         constant: None,
         properties: Properties::new(),
     };

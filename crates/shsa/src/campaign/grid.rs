@@ -2,7 +2,7 @@
 
 use super::smallest::Smallest;
 use anyhow::bail;
-use shsa_core::knowledge::{Id, KnowledgeBase, Signal, SignalId};
+use shsa_core::knowledge::{Id, KnowledgeBase, Scaling, Signal, SignalId};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_format::fault::{Fault, FaultKind};
@@ -329,7 +329,9 @@ impl Grid {
         for &Onset { session, at: from } in &self.onsets {
             let (Some(recorded), Some(own)) = (sessions.get(session), own.get(session)) else { continue };
             let onset = recorded.origin + from;
-            let Some(kind) = fault_kind(what.kind, size.unwrap_or(0.0), own, onset) else { continue };
+            let Some(kind) = fault_kind(what.kind, size.unwrap_or(0.0), (own, signal.scaling), onset) else {
+                continue;
+            };
             let to = from + self.duration;
             let fault = Fault { kind, signal: signal.name.clone(), from, to: Some(to) };
             let end = recorded.origin + to;
@@ -338,7 +340,8 @@ impl Grid {
             if wish.detectable.is_some() && is_cut {
                 continue;
             }
-            let is_below = wish.detectable.is_some_and(|it| it.is_below(&fault, id, own, end));
+            let is_below =
+                wish.detectable.is_some_and(|it| it.is_below(&fault, id, (own, signal.scaling), end));
             let seeds = 1..=if what.kind.is_random() { wish.seeds } else { 1 };
             let cell = self.cells.len() - 1;
             let trial = |seed| Trial { cell, session, fault: fault.clone(), end, seed, is_below };
@@ -388,7 +391,7 @@ pub(super) fn evenly(room: Span, count: usize) -> impl Iterator<Item = Span> {
 impl Size {
     /// By its samples in each session; `None` without a finite value.
     pub(super) fn of(signal: &Signal, own: &[Vec<&Sample>]) -> Option<Size> {
-        let values = own.iter().flatten().flat_map(|sample| numbers(&sample.value));
+        let values = own.iter().flatten().flat_map(|sample| numbers(&sample.value, signal.scaling));
         let values = values.filter(|value| value.is_finite());
         let (lowest, highest) = values
             .clone()
@@ -441,7 +444,13 @@ impl Detectable {
 
     /// Whether a value that sticks would move too little in that time to be seen: it never leaves where it stuck by twice
     /// the smallest bias, and by twice the smallest drift since then, for as long as that bias takes to be seen.
-    fn is_below(&self, fault: &Fault, signal: SignalId, own: &[&Sample], end: Time) -> bool {
+    fn is_below(
+        &self,
+        fault: &Fault,
+        signal: SignalId,
+        (own, scaling): (&[&Sample], Option<Scaling>),
+        end: Time,
+    ) -> bool {
         if fault.kind != FaultKind::Stuck(None) {
             return false;
         }
@@ -450,7 +459,7 @@ impl Detectable {
         let Some(((bias, within), (drift, _))) = seen(Kind::Bias).zip(seen(Kind::Drift)) else {
             return false;
         };
-        let number = |sample: &Sample| numbers(&sample.value).first().copied();
+        let number = |sample: &Sample| numbers(&sample.value, scaling).first().copied();
         let onset = end - fault.to.map_or(Span::ZERO, |to| to - fault.from);
         let begin = own.partition_point(|sample| sample.received < onset);
         let Some(held) = begin.checked_sub(1).and_then(|at| number(own.get(at)?)) else { return true };
@@ -468,16 +477,26 @@ impl Detectable {
     }
 }
 
-fn numbers(value: &RawValue) -> Vec<f64> {
-    match value {
+/// What a reading says, in the signal's unit.
+fn numbers(reading: &RawValue, scaling: Option<Scaling>) -> Vec<f64> {
+    let mut values = match reading {
         RawValue::Number(value) => vec![*value],
         RawValue::Interval { lo, hi } => vec![lo.midpoint(*hi)],
         RawValue::Vector(values) => values.clone(),
+    };
+    if let Some(scaling) = scaling {
+        values.iter_mut().for_each(|value| *value = scaling.value(*value));
     }
+    values
 }
 
 /// The fault of a size; `None` for a spoof before which no value has come.
-pub(super) fn fault_kind(kind: Kind, size: f64, own: &[&Sample], onset: Time) -> Option<FaultKind> {
+pub(super) fn fault_kind(
+    kind: Kind,
+    size: f64,
+    (own, scaling): (&[&Sample], Option<Scaling>),
+    onset: Time,
+) -> Option<FaultKind> {
     Some(match kind {
         Kind::Stuck => FaultKind::Stuck(None),
         Kind::Bias => FaultKind::Bias(size),
@@ -489,7 +508,7 @@ pub(super) fn fault_kind(kind: Kind, size: f64, own: &[&Sample], onset: Time) ->
         Kind::Delay => FaultKind::Delay(Span::from_seconds(size)),
         Kind::Spoof => {
             let before = own.partition_point(|sample| sample.received < onset).checked_sub(1)?;
-            FaultKind::Spoof(numbers(&own.get(before)?.value).first()? + size)
+            FaultKind::Spoof(numbers(&own.get(before)?.value, scaling).first()? + size)
         }
     })
 }

@@ -318,8 +318,9 @@ impl<'a> Search<'a> {
     fn tried(&self, one: Try, amount: f64) -> Option<Option<Span>> {
         let Onset { session, at: from } = one.onset;
         let (ground, own) = (self.grounds.get(session)?, self.own.get(session)?);
+        let scaling = ground.knowledge.signals()[self.signal].scaling;
         let size = if self.kind == Kind::Scale { 1.0 + one.side * amount } else { one.side * amount };
-        let kind = fault_kind(self.kind, size, own, ground.origin + from)?;
+        let kind = fault_kind(self.kind, size, (own, scaling), ground.origin + from)?;
         let to = from + Span(self.duration.0 / part(self.kind));
         let fault = Fault { kind, signal: self.name.to_owned(), from, to: Some(to) };
         let end = ground.origin + to;

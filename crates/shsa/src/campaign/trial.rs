@@ -112,7 +112,8 @@ impl<'a> Ground<'a> {
         let target = signal.index();
         let clean = self.samples.iter().filter(|sample| sample.wanted == target);
         let mut own: Vec<Sample> = clean.clone().cloned().collect();
-        trial.fault.inject(&mut own, target, self.origin, trial.seed);
+        let scaling = self.knowledge.signals()[signal].scaling;
+        trial.fault.inject(&mut own, (target, scaling), self.origin, trial.seed);
         let is_before_end = |sample: &&Sample| sample.received < trial.end;
         if own.iter().take_while(is_before_end).eq(clean.take_while(is_before_end)) {
             return None;

@@ -5,7 +5,7 @@ use crate::plan::find_signal;
 use crate::show;
 use anyhow::{Context, bail};
 use shsa_core::engine::Input;
-use shsa_core::knowledge::{KnowledgeBase, SignalId};
+use shsa_core::knowledge::{KnowledgeBase, Scaling, SignalId};
 use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time};
 use shsa_format::drive::Era;
@@ -197,7 +197,7 @@ fn read_recordings(
         }
     }
     let options = ReadOptions { time_column: arguments.time_column.clone(), time_scale: arguments.time_unit };
-    let targets: Vec<Vec<usize>> = arguments
+    let targets: Vec<Vec<Target>> = arguments
         .inject
         .iter()
         .map(|fault| targets(&stages, &wanted, fault))
@@ -257,7 +257,7 @@ pub(crate) fn only(recording: &mut Recording, number: Option<NonZeroUsize>) -> a
 /// The samples of a session with the faults in it.
 fn broken(
     (session, samples): (&Session, &[Sample]),
-    targets: &[Vec<usize>],
+    targets: &[Vec<Target>],
     arguments: &SourceArguments,
 ) -> Vec<Sample> {
     let mut samples = samples.to_vec();
@@ -269,10 +269,10 @@ fn broken(
 }
 
 /// Says which faults change nothing.
-fn tell_idle(recording: &Recording, targets: &[Vec<usize>], arguments: &SourceArguments) {
+fn tell_idle(recording: &Recording, targets: &[Vec<Target>], arguments: &SourceArguments) {
     for (fault, targets) in arguments.inject.iter().zip(targets) {
         let strikes = |(session, samples): (&Session, &[Sample])| {
-            targets.iter().any(|&target| strikes(fault, samples, target, session.origin))
+            targets.iter().any(|&(target, _)| strikes(fault, samples, target, session.origin))
         };
         if !recording.by_session().any(strikes) {
             show::warn(format_args!(
@@ -283,10 +283,15 @@ fn tell_idle(recording: &Recording, targets: &[Vec<usize>], arguments: &SourceAr
     }
 }
 
+/// The number of what is wanted of a recording, and how the first model that has the signal scales it.
+type Target = (usize, Option<Scaling>);
+
 /// What a fault changes: the signal of its name, from whichever sources the models read it.
-fn targets(stages: &[Stage], wanted: &[Wanted], fault: &Fault) -> anyhow::Result<Vec<usize>> {
+fn targets(stages: &[Stage], wanted: &[Wanted], fault: &Fault) -> anyhow::Result<Vec<Target>> {
     let of_name = wanted.iter().enumerate().filter(|(_, wanted)| wanted.signal == fault.signal);
-    let targets: Vec<usize> = of_name.map(|(at, _)| at).collect();
+    let mut signals = stages.iter().flat_map(|stage| stage.knowledge.signals().iter());
+    let scaling = signals.find(|signal| signal.name == fault.signal).and_then(|signal| signal.scaling);
+    let targets: Vec<Target> = of_name.map(|(at, _)| (at, scaling)).collect();
     if let (true, Some(stage)) = (targets.is_empty(), stages.first()) {
         find_signal(&stage.knowledge, &fault.signal).context("no fault can be injected")?;
     }

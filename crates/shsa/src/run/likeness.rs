@@ -6,7 +6,7 @@ use shsa_bridge::payload::{Form, SIZE_LIMIT, Writer};
 use shsa_bridge::{Bridge, Message, Payload, Provenance};
 use shsa_core::engine::PublishedValue;
 use shsa_core::interval::Interval;
-use shsa_core::knowledge::{KnowledgeBase, SignalId};
+use shsa_core::knowledge::{KnowledgeBase, Scaling, SignalId};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use shsa_core::unit::Unit;
@@ -19,6 +19,7 @@ pub(super) struct Likeness {
     signal: SignalId,
     topic: Arc<str>,
     unit: Option<Unit>,
+    scaling: Option<Scaling>,
     writer: Writer,
     pattern: Option<Pattern>,
     /// Whether it was said of which type the messages are.
@@ -47,6 +48,7 @@ impl Likeness {
             signal: id,
             topic,
             unit: signal.unit.clone(),
+            scaling: signal.scaling,
             writer,
             pattern: None,
             is_advertised: false,
@@ -105,7 +107,7 @@ impl Likeness {
         provenance: &Provenance,
         bridge: &mut dyn Bridge,
     ) -> Result<Option<Payload>, String> {
-        let value = raw(value, self.unit.as_ref());
+        let value = raw(value, self.unit.as_ref(), self.scaling);
         if self.pattern == Some(Pattern::Value) {
             return Ok(Some(Payload::Value(value)));
         }
@@ -118,11 +120,15 @@ impl Likeness {
     }
 }
 
-/// A value in a unit, as bridges take it.
-pub(super) fn raw(value: &PublishedValue, unit: Option<&Unit>) -> RawValue {
-    let shown = |value: f64| unit.map_or(value, |unit| unit.from_si(value));
+/// A value in a unit, as bridges take it, or as the signal of a scaling would have been read.
+pub(super) fn raw(value: &PublishedValue, unit: Option<&Unit>, scaling: Option<Scaling>) -> RawValue {
+    let in_unit = |value: f64| unit.map_or(value, |unit| unit.from_si(value));
+    let shown = |value: f64| scaling.map_or(in_unit(value), |scaling| scaling.reading(in_unit(value)));
     match value {
-        PublishedValue::Scalar(value) => RawValue::Interval { lo: shown(value.lo()), hi: shown(value.hi()) },
+        PublishedValue::Scalar(value) => {
+            let (one, other) = (shown(value.lo()), shown(value.hi()));
+            RawValue::Interval { lo: one.min(other), hi: one.max(other) }
+        }
         PublishedValue::Vector(elements) => {
             RawValue::Vector(elements.iter().map(|element: &Interval| shown(element.midpoint())).collect())
         }

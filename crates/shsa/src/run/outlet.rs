@@ -216,9 +216,9 @@ impl Outlet {
             Shape::Value | Shape::Like(_) if publication.quality == engine::Quality::Uncertain => {
                 Err("a value that is uncertain goes out only with its bounds, in the form `json`".to_owned())
             }
-            Shape::Value => Ok(Some(Payload::Value(raw(value, self.unit.as_ref())))),
+            Shape::Value => Ok(Some(Payload::Value(raw(value, self.unit.as_ref(), None)))),
             Shape::Envelope(writer) => {
-                let written = writer.write(Some(&raw(value, self.unit.as_ref())), stamp, provenance);
+                let written = writer.write(Some(&raw(value, self.unit.as_ref(), None)), stamp, provenance);
                 Ok(written.map_err(|why| why.to_string())?.map(Payload::Bytes))
             }
             Shape::Like(likeness) if !likeness.is_known() => Ok(None),

@@ -10,9 +10,12 @@ use super::super::message::{Event, EventKind, Output, PublishedValue};
 use super::super::ways::Source;
 use super::{Provider, Server, Situation};
 use crate::alignment::{Port, Sample};
+use crate::circle;
 use crate::computation::Computed;
 use crate::interval::Interval;
-use crate::knowledge::{CauseId, IdVec, KnowledgeBase, RelationId, SignalId, SignalSet, WhenUnsure};
+use crate::knowledge::{
+    CauseId, IdVec, KnowledgeBase, RelationId, SignalId, SignalSet, Variable, WhenUnsure,
+};
 use crate::monitor::{Monitor, rests_on};
 use crate::observation::Observation;
 use crate::service::Service;
@@ -83,7 +86,12 @@ impl Unsure {
     /// What the candidates say together at the newest moment of any; `None` where too few speak.
     ///
     /// Complexity: O(n^2) for n candidates, no allocation.
-    fn together(&mut self, max_rate: f64, max_age: Span, now: Time) -> Option<Sample> {
+    fn together(
+        &mut self,
+        (max_rate, wraps): (f64, Option<f64>),
+        max_age: Span,
+        now: Time,
+    ) -> Option<Sample> {
         let fresh = |sample: &Sample| now - sample.validity.to <= max_age;
         let known = || self.candidates.iter().filter_map(|it| it.latest).filter(fresh);
         let moment = known().map(|sample| sample.validity).max_by_key(|validity| validity.to)?;
@@ -93,6 +101,10 @@ impl Unsure {
         };
         self.present.clear();
         self.present.extend(known().map(brought));
+        // What wraps is put together in one turn.
+        if let (Some(turn), Some(&first)) = (wraps, self.present.first()) {
+            self.present.iter_mut().for_each(|it| *it = circle::nearest(*it, first, turn));
+        }
         let at_least = |count: usize| tolerant(&self.present, self.present.len().saturating_sub(count));
         let agreeing = self.present.iter().map(|it| holding(&self.present, it.lo())).max()?;
         let faults = self.faults.max(self.present.len() - agreeing).max(1);
@@ -236,7 +248,8 @@ impl Provider {
         ports: &IdVec<SignalId, Port>,
         now: Time,
     ) -> Option<(Sample, Server)> {
-        let max_rate = knowledge.variables()[self.variable].max_rate.unwrap_or(0.0);
+        let Variable { max_rate, wraps, .. } = knowledge.variables()[self.variable];
+        let max_rate = max_rate.unwrap_or(0.0);
         let unsure = self.unsure.as_mut()?;
         let mut is_news = core::mem::take(&mut unsure.is_heard) && unsure.kind == WhenUnsure::Last;
         for candidate in &mut unsure.candidates {
@@ -257,7 +270,7 @@ impl Provider {
                 let age = (now - last.validity.to).seconds().max(0.0);
                 Sample { value: last.value.widened(age * max_rate), ..last }
             }),
-            _ => unsure.together(max_rate, self.max_age, now),
+            _ => unsure.together((max_rate, wraps), self.max_age, now),
         }?;
         let is_fit = self.is_fit(&sample, now);
         if let Some(unsure) = &mut self.unsure {

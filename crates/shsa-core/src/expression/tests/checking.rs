@@ -174,7 +174,7 @@ fn units_fit_at_every_node() {
     );
     check_problems(
         "outside + 2 degC",
-        "warning: [2 degC] `2 degC` is a temperature, not a difference -- for a difference write `2 K`",
+        "[outside + 2 degC] this is no temperature: the zero of the scale is in it 2 times -- for a difference write `2 K` instead of `2 degC`",
     );
     check_problems(
         "((dmin^100)^100)",

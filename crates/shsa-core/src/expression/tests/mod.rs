@@ -4,6 +4,7 @@ use super::*;
 use std::string::{String, ToString};
 use std::vec;
 
+mod affine;
 mod checking;
 mod evaluation;
 mod random;

@@ -7,6 +7,7 @@ mod quantity;
 mod variables;
 mod scope;
 mod functions;
+mod turns;
 mod relations;
 mod signals;
 mod causes;

@@ -39,6 +39,27 @@ pub(super) fn unit(problems: &mut Problems, text: &Text) -> Option<Unit> {
     }
 }
 
+/// Reads a unit, or a multiple of one such as `-1 m/s` with its number.
+pub(super) fn multiple(problems: &mut Problems, text: &Text) -> Option<(Unit, Option<f64>)> {
+    let written = parse_quantity(&text.text).ok().filter(|_| Unit::parse(&text.text).is_err());
+    match written {
+        Some(Quantity { value, unit: Some(unit) }) => Some((unit, Some(value))),
+        _ => Some((unit(problems, text)?, None)),
+    }
+}
+
+/// Reads a finite number or quantity in this unit, not in SI: `-40`, `-40 degC`, or `5 K` of a signal in degC.
+pub(super) fn in_unit(problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<f64> {
+    let read = read(problems, text)?;
+    let (Some(own), Some(unit)) = (&read.unit, unit) else {
+        let si = quantity(problems, text, unit, Kind::Difference)?;
+        return Some(if read.unit.is_some() { si } else { read.value });
+    };
+    let kind = if own.is_affine() { Kind::Value } else { Kind::Difference };
+    let si = quantity(problems, text, Some(unit), kind)?;
+    Some(if own.is_affine() { unit.from_si(si) } else { si / unit.to_si_difference(1.0) })
+}
+
 /// Reads a finite number or quantity into SI; a plain number counts in `unit`.
 pub(super) fn quantity(problems: &mut Problems, text: &Text, unit: Option<&Unit>, kind: Kind) -> Option<f64> {
     let read = read(problems, text)?;

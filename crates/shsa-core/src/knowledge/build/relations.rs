@@ -3,6 +3,7 @@
 use super::problems::Problems;
 use super::quantity;
 use super::scope::Names;
+use super::turns;
 use crate::expression::{
     self, Equation, Formula, Node, Problem, Severity, check as check_formula, check_equation, parse_equation,
     parse_expression, solve,
@@ -126,8 +127,10 @@ fn equation(problems: &mut Problems, draft: &RelationDraft, text: &Text, names: 
         None => every(problems, text, &equation, &inputs, names),
     };
     names.take_used();
+    let formulas = turns::around(&outputs, formulas, names);
     let inputs = inputs.into_iter().collect();
     let solved = Relation { inputs, outputs, formulas, condition, ..unsolved(draft, &text.text) };
+    turns::note(problems, text, &solved, names);
     (!solved.outputs.is_empty()).then_some(solved)
 }
 
@@ -159,7 +162,12 @@ fn checked(
     let Some(bounds) = &draft.error else { return checked.sides.and(Some(parsed)) };
     let error = error(problems, bounds, &parsed, checked.dimension, names);
     checked.sides?;
-    parse_equation(&loosened(&text.text, &parsed, error?, checked.dimension)?).ok()
+    let error = error?;
+    if let (Bounds::One(at), true) = (bounds, checked.is_affine && error.relative > 0.0) {
+        let message = "a share of a temperature counts from absolute zero: 2 % of 20 degC are 5.9 K";
+        problems.warn(at, message, "write the error in K, such as `0.5 K`");
+    }
+    parse_equation(&loosened(&text.text, &parsed, error, checked.dimension)?).ok()
 }
 
 /// The error in SI; a plain number counts in the unit of the left side when that is a variable.

@@ -9,7 +9,9 @@ use crate::knowledge::index::Index;
 use crate::knowledge::properties::SharedNames;
 use crate::knowledge::rows::Rows;
 use crate::knowledge::sources::{self, Found};
-use crate::knowledge::{IdVec, Properties, ReadingLimits, Shape, Signal, SignalId, Variable, VariableId};
+use crate::knowledge::{
+    IdVec, Properties, ReadingLimits, Scaling, Shape, Signal, SignalId, Variable, VariableId,
+};
 use crate::time::Span;
 use crate::unit::Unit;
 use alloc::collections::BTreeSet;
@@ -105,7 +107,8 @@ fn drop_repeated(
 
 fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -> Option<Signal> {
     let variable = carried(problems, draft, variables);
-    let unit = unit(problems, draft, variable, variables);
+    let (unit, multiple) = unit(problems, draft, variable, variables);
+    let scaling = scaling(problems, draft, unit.as_ref(), multiple);
     let rate_hz = draft.rate.as_ref().and_then(|text| quantity::frequency(problems, text));
     let error = draft.value_error.as_ref();
     let time_error = draft.time_error.as_ref();
@@ -119,6 +122,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
         name: draft.name.text.clone(),
         variable: variable.unwrap_or_else(|| crate::knowledge::Id::from_index(0)),
         source: draft.source.as_ref().unwrap_or(&draft.name).text.clone(),
+        scaling,
         rate_hz,
         value_error: error
             .and_then(|bounds| quantity::value_error(problems, bounds, unit.as_ref()))
@@ -149,22 +153,22 @@ fn carried(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) 
     }
 }
 
-/// The signal's own unit, else its variable's.
+/// The signal's own unit, else its variable's; and the number that stands before it.
 fn unit(
     problems: &mut Problems,
     draft: &SignalDraft,
     variable: Option<VariableId>,
     variables: &Variables,
-) -> Option<Unit> {
+) -> (Option<Unit>, Option<f64>) {
     let of_variable = variable.and_then(|id| variables.list[id].unit.as_ref());
-    let Some(text) = &draft.unit else { return of_variable.cloned() };
-    let own = quantity::unit(problems, text)?;
+    let Some(text) = &draft.unit else { return (of_variable.cloned(), None) };
+    let Some((own, multiple)) = quantity::multiple(problems, text) else { return (None, None) };
     let name = variable.map_or("", |id| variables.list[id].name.as_str());
     match of_variable {
         Some(unit) if unit.dimension != own.dimension => {
             let message = format!("`{own}` cannot be converted to `{unit}`, the unit of `{name}`");
             problems.error(text, message, "give the unit in which the values come");
-            return of_variable.cloned();
+            return (of_variable.cloned(), None);
         }
         None if variable.is_some() => {
             let help = format!("write `{name}: {{ unit: {own} }}` under `variables`");
@@ -172,7 +176,35 @@ fn unit(
         }
         _ => {}
     }
-    Some(own)
+    (Some(own), multiple)
+}
+
+/// What makes values of the readings: a scale, or the number before the unit, and an offset; `None` where readings are values.
+fn scaling(
+    problems: &mut Problems,
+    draft: &SignalDraft,
+    unit: Option<&Unit>,
+    multiple: Option<f64>,
+) -> Option<Scaling> {
+    let declared = draft.scale.as_ref().and_then(|text| quantity::number(problems, text));
+    if let (Some(text), Some(_)) = (&draft.scale, multiple) {
+        let message = "the unit of this signal holds a number already";
+        problems.error(text, message, "write the number once: before the unit, or as `scale`");
+    }
+    let scale = multiple.or(declared).unwrap_or(1.0);
+    if scale == 0.0
+        && let Some(text) = draft.scale.as_ref().or(draft.unit.as_ref())
+    {
+        problems.error(
+            text,
+            "a scale of 0 makes all readings the same",
+            "write what one of the reading counts",
+        );
+        return None;
+    }
+    let offset =
+        draft.offset.as_ref().and_then(|text| quantity::in_unit(problems, text, unit)).unwrap_or(0.0);
+    (scale != 1.0 || offset != 0.0).then_some(Scaling { scale, offset })
 }
 
 fn noise(problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<f64> {
@@ -255,13 +287,15 @@ fn limits(
         }
         return ReadingLimits::default();
     }
-    let both = range.zip(variable.range).map(|(own, all)| own.intersection(all));
+    let all = variable.readable();
+    let both = range.zip(all).map(|(own, all)| own.intersection(all));
     if let (Some((text, _)), true) = (&draft.range, both.is_some_and(Interval::is_empty)) {
         let message = format!("nothing in this range is possible for `{}`", variable.name);
         problems.error(text, message, "give readings within the `range` of the variable");
     }
     let max_rate = rate.or(variable.max_rate).filter(|_| !is_unlimited);
-    ReadingLimits { range: both.or(range).or(variable.range), max_rate, ..ReadingLimits::default() }
+    let range = both.or(range).or(all);
+    ReadingLimits { range, max_rate, turn: variable.wraps, ..ReadingLimits::default() }
 }
 
 /// From which signals each derived one is derived, ascending; `left_out`: names of signals that were.

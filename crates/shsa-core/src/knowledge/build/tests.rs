@@ -107,6 +107,7 @@ fn knowledge(count: usize, relations: &[(Vec<usize>, Vec<usize>)]) -> KnowledgeB
         shape: Shape::Scalar,
         range: None,
         max_rate: None,
+        wraps: None,
         constant: None,
         properties: Properties::new(),
     });

@@ -139,11 +139,13 @@ pub(super) fn check_used(
 
 fn variable(problems: &mut Problems, draft: &VariableDraft) -> Variable {
     let unit = draft.unit.as_ref().and_then(|text| quantity::unit(problems, text));
+    let shape = draft.shape.as_ref().map_or(Shape::Scalar, |text| shape(problems, text));
     Variable {
         name: draft.name.text.clone(),
-        shape: draft.shape.as_ref().map_or(Shape::Scalar, |text| shape(problems, text)),
+        shape,
         range: draft.range.as_ref().and_then(|range| possible(problems, range, unit.as_ref())),
         max_rate: draft.max_rate.as_ref().and_then(|text| max_rate(problems, text, unit.as_ref())),
+        wraps: draft.wraps.as_ref().and_then(|text| turn(problems, text, unit.as_ref(), shape)),
         constant: None,
         properties: Properties::new(),
         unit,
@@ -160,6 +162,7 @@ fn constant(problems: &mut Problems, name: &Text, bounds: &Bounds) -> Variable {
         shape: Shape::Scalar,
         range: None,
         max_rate: None,
+        wraps: None,
         constant: Some(value),
         properties: Properties::new(),
     }
@@ -175,6 +178,20 @@ fn shape(problems: &mut Problems, text: &Text) -> Shape {
             Shape::Scalar
         }
     }
+}
+
+/// The turn after which values are the same again.
+fn turn(problems: &mut Problems, text: &Text, unit: Option<&Unit>, shape: Shape) -> Option<f64> {
+    if shape == Shape::Vector {
+        problems.error(text, "`wraps` has no meaning for a vector", "leave it away");
+        return None;
+    }
+    let turn = quantity::quantity(problems, text, unit, Kind::Difference)?;
+    if turn <= 0.0 {
+        problems.error(text, "a turn is above 0", "write what its values wrap at, such as `360 deg`");
+        return None;
+    }
+    Some(turn)
 }
 
 pub(super) fn possible(

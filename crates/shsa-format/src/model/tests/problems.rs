@@ -12,7 +12,7 @@ fn keys_must_be_known() {
     );
     check(
         "variables: { x: { qqq: 1 } }\nrelations: { r: { equation: x = 1, fro: x } }",
-        "2:19 error: unknown key `qqq` (known keys here: unit, shape, range, max_rate, properties)
+        "2:19 error: unknown key `qqq` (known keys here: unit, shape, range, max_rate, wraps, properties)
          3:36 error: unknown key `fro` (did you mean `for`? known keys here: equation, for, when, error, output, outputs, inputs, properties)",
     );
 }
@@ -89,6 +89,76 @@ signals:\n  a: { variable: y, unit: V }\n  b: { variable: z, unit: V }\n  c: { v
          6:55 error: `matrix` is no shape (write `scalar` (one number) or `vector` (a list of them))
          8:27 error: `V` cannot be converted to `m`, the unit of `y` (give the unit in which the values come)
          9:27 warning: `z` has no unit, so `V` cannot be checked (write `z: { unit: V }` under `variables`)",
+    );
+}
+
+#[test]
+fn scales_are_numbers_that_leave_something() {
+    check(
+        "variables: { x: { unit: m/s } }
+signals:
+  a: { variable: x, scale: 0 }
+  b: { variable: x, unit: 9.81 m/s, scale: 2 }
+  c: { variable: x, unit: -1 m/s, offset: 3 s }
+  d: { variable: x, scale: 2 m }
+  e: { variable: x, unit: 0 m/s }
+  f: { variable: x, unit: 2 s }
+  g: { variable: x, unit: -1 m/s, offset: 1 km/h }",
+        "4:28 error: a scale of 0 makes all readings the same (write what one of the reading counts)
+         5:43 error: the unit of this signal holds a number already (write the number once: before the unit, or as `scale`)
+         6:43 error: `3 s` does not count in `m/s` (write a number, which counts in `m/s`, or a unit like it)
+         7:28 error: `2 m` is no plain number (leave the unit away)
+         8:27 error: a scale of 0 makes all readings the same (write what one of the reading counts)
+         9:27 error: `s` cannot be converted to `m/s`, the unit of `x` (give the unit in which the values come)",
+    );
+}
+
+#[test]
+fn what_wraps_and_gives_what_does_not_is_noted() {
+    check(
+        "variables:
+  a: { unit: deg, wraps: 360 deg }
+  b: { unit: deg, wraps: 360 }
+  c: { unit: deg, wraps: -1 }
+  d: { unit: deg }
+  e: { unit: deg, shape: vector, wraps: 360 }
+  n: {}
+  w: { unit: deg/s }
+relations:
+  difference: { equation: d = a - b, for: [d] }
+  same: { equation: d = a, for: [d] }
+  fine: { equation: n = cos(a - b), for: [n] }
+  rate: { equation: 'w = derivative(a, 1 s)', for: [w] }
+  back: { equation: a = b + d, for: [a] }
+  asked: { equation: 'n = if(a < 90 deg, 1, 2)', for: [n] }
+signals: { s: { variable: a }, t: { variable: b }, u: { variable: c }, v: { variable: e } }",
+        "5:26 error: a turn is above 0 (write what its values wrap at, such as `360 deg`)
+         7:41 error: `wraps` has no meaning for a vector (leave it away)
+         11:27 note: `d` does not wrap, and is computed from `a` and `b`, which do: their difference is taken the shorter way round (declare `wraps: 360 deg` for `d` too; without it, it is right within half a turn to either side of 0)
+         12:21 note: `d` does not wrap, and is computed from `a`, which does: it steps by whole turns (declare `wraps: 360 deg` for `d` too, or use `sin` and `cos` of `a`)",
+    );
+}
+
+#[test]
+fn temperatures_are_points() {
+    check(
+        "variables: { t: { unit: degC }, u: { unit: degC }, d: { unit: K }, x: { unit: W } }
+constants: { b: 243.12 degC }
+functions: { double(t): t + t }
+relations:
+  a: t = b + u
+  b: { equation: d = t - u, when: t - u < 2 degC, error: 0.5 degC }
+  c: t = double(u)
+  d: { equation: t = 0.3 * u + 0.7 * b, error: 2 % }
+  e: x = 300 W/K * t
+  f: { equation: \"x = 300 W/K * (t - 5 degC)\", when: t > 0, error: 2 % }
+signals: { s: { variable: u }, r: { variable: x } }",
+        "6:10 error: this is no temperature: the zero of the scale is in it 2 times (subtract `0 degC` from a temperature for a temperature difference (`t - 0 degC`), or write a constant that is a difference in K; the weights of a mean sum to 1)
+         7:35 error: `<` of a temperature and a difference of temperatures (for a difference write `2 K` instead of `2 degC`)
+         8:10 error: this is no temperature: the zero of the scale is in it 2 times (subtract `0 degC` from a temperature for a temperature difference (`t - 0 degC`), or write a constant that is a difference in K; the weights of a mean sum to 1)
+         9:48 warning: a share of a temperature counts from absolute zero: 2 % of 20 degC are 5.9 K (write the error in K, such as `0.5 K`)
+         10:20 error: `*` takes a difference of temperatures, not a temperature in degC or degF (subtract `0 degC` for the difference from the zero of the scale, or `0 K` for the absolute temperature; or declare it in K)
+         11:61 warning: `0` without a unit is 0 K here (write `0 degC` or `0 K`)",
     );
 }
 
@@ -218,7 +288,7 @@ needs: { scan: {} }",
          5:70 error: `3` has no unit (write a time like `300 ms` or `2 s`)
          6:32 error: expected the lowest and the highest reading, found one value (write it like `range: [0, 5 V]`)
          6:47 error: `-1 s` is negative (write a time like `300 ms`)
-         6:53 error: unknown key `maxrate` (did you mean `max_rate`? known keys here: variable, source, unit, rate, value_error, noise, time_error, delay, mean_over, timeout, range, max_rate, max_delay, frozen_after, derived_from, shares, properties)
+         6:53 error: unknown key `maxrate` (did you mean `max_rate`? known keys here: variable, source, unit, scale, offset, rate, value_error, noise, time_error, delay, mean_over, timeout, range, max_rate, max_delay, frozen_after, derived_from, shares, properties)
          7:32 error: `range` has no meaning for `scan`, which is a vector (leave it away)
          7:49 error: `max_rate` has no meaning for `scan`, which is a vector (leave it away)
          8:52 error: `mean_over` has no meaning for `scan`, which is a vector (leave it away)

@@ -187,3 +187,37 @@ fn what_a_broken_relation_names_may_be_providable() {
     let text = "variables: { x: , y: , z: }\nrelations: { r: x = y * q, s: z = x }\nneeds: { z: }\n";
     check(text, "3:25 error: `q` is not defined");
 }
+
+#[test]
+fn readings_are_scaled_and_values_wrap() {
+    let loaded = loaded(
+        "variables: { x: { unit: km/h }, t: { unit: degC }, h: { unit: deg, wraps: 360, range: [-180, 180] } }
+signals:
+  a: { variable: x, unit: -1 m/s }
+  b: { variable: x, scale: 10 %, offset: 1 m/s }
+  c: { variable: t, unit: 0.1 degC, offset: -40 degC }
+  d: { variable: t, scale: 0.1, offset: 5 K }
+  e: { variable: x, scale: 1 }
+  f: { variable: h, unit: rad }
+",
+    );
+    let scaling = |name: &str| {
+        let signal = loaded.knowledge.signals().iter().find(|signal| signal.name == name).unwrap();
+        signal.scaling.map(|scaling| (scaling.scale, scaling.offset))
+    };
+    assert_eq!(scaling("a"), Some((-1.0, 0.0)));
+    assert_eq!(scaling("b"), Some((0.1, 3.6)));
+    let (scale, offset) = scaling("c").unwrap();
+    assert!(scale == 0.1 && (offset + 40.0).abs() < 1e-9, "{offset}");
+    assert_eq!(scaling("d"), Some((0.1, 5.0)));
+    assert_eq!(scaling("e"), None);
+    let heading = loaded.knowledge.variables().iter().find(|variable| variable.name == "h").unwrap();
+    let turn = heading.wraps.unwrap();
+    assert!(
+        (turn - core::f64::consts::TAU).abs() < 1e-12 && (heading.turn_begins() + turn / 2.0).abs() < 1e-12
+    );
+    // Readings of either convention are possible.
+    let range =
+        loaded.knowledge.signals().iter().find(|signal| signal.name == "f").unwrap().limits.range.unwrap();
+    assert!(range.contains(6.2) && range.contains(-6.2) && !range.contains(100.0));
+}

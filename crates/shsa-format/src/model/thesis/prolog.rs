@@ -184,6 +184,7 @@ impl Writer<'_> {
         );
         lose("the range", "variable", names(&|variable| variable.range.is_some()));
         lose("the largest rate of change", "variable", names(&|variable| variable.max_rate.is_some()));
+        lose("the turn", "variable", names(&|variable| variable.wraps.is_some()));
         lose("the properties", "variable", names(&|variable| !variable.properties.is_empty()));
         let inexact = |variable: &shsa_core::knowledge::Variable| {
             variable.constant.is_some_and(|value| value.lo() != value.hi())
@@ -196,6 +197,7 @@ impl Writer<'_> {
             found.map(|signal| signal.name.as_str()).collect::<Vec<_>>()
         };
         lose("the source", "signal", signals(&|signal| signal.source != signal.name));
+        lose("the scale and offset", "signal", signals(&|signal| signal.scaling.is_some()));
         lose("the errors, rate and delays", "signal", signals(&is_timed));
         let has_limits = |signal: &shsa_core::knowledge::Signal| {
             let variable = &variables[signal.variable];

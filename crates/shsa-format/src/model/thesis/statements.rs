@@ -128,7 +128,7 @@ impl Writer<'_> {
             Binary::Pow => self.infix(left, "**", right, Binding::Power, Binding::Atom, Binding::Sign),
             Binary::Min => self.call("min", &[left, right]),
             Binary::Max => self.call("max", &[left, right]),
-            Binary::Atan2 => self.call("math.atan2", &[left, right]),
+            Binary::Atan2 | Binary::Bearing => self.call("math.atan2", &[left, right]),
             Binary::Hypot => self.call("math.hypot", &[left, right]),
         }
     }

@@ -88,6 +88,7 @@ impl Parts {
             shape: Shape::Scalar,
             range: None,
             max_rate: None,
+            wraps: None,
             constant: None,
             properties: Default::default(),
         });
@@ -103,6 +104,7 @@ impl Parts {
             variable,
             source: String::new(),
             unit: None,
+            scaling: None,
             rate_hz: None,
             value_error: Default::default(),
             time_error: (Span::ZERO, Span::ZERO),
