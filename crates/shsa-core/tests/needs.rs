@@ -309,8 +309,8 @@ proptest! {
     }
 }
 
-/// When [`told`] signals say the truth again, and the last comparison with a lie is over.
-const LIES_UNTIL: Time = Time(40_000 * MS + 100 * MS);
+/// Shortly before [`told`] signals say the truth again.
+const LIES_UNTIL: Time = Time(39_950 * MS);
 
 /// Signals of one variable at 10 Hz that say the truth, a slow sine, off by an amount from 20 s to 40 s.
 fn told(offsets: &[f64], change: impl Fn(&mut NeedDraft)) -> Stage {
