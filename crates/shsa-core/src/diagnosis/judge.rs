@@ -399,7 +399,12 @@ impl Judge {
         disputed.extend(agreements.filter(|pair| pair.is_close()));
         let rivals = match disputed.len() == conflicts.len() {
             true => parts.clone(),
-            false => explain(&self.comparisons(monitor, now, &disputed, &beliefs), |it| beliefs.of(it)),
+            false => {
+                let rivals =
+                    explain(&self.comparisons(monitor, now, &disputed, &beliefs), |it| beliefs.of(it));
+                // Among very many, so much only just agrees that nobody can tell: then what disagrees decides.
+                if rivals.iter().any(|part| part.is_cut_off) { parts.clone() } else { rivals }
+            }
         };
         let case = |part| Case::new(&beliefs, (&comparisons, &conflicts), part, &rivals);
         let cases: Vec<Case> = parts.iter().map(case).collect();

@@ -617,8 +617,8 @@ impl Provider {
             self.steady_since = Some(now);
         }
         if !self.unserved {
-            let because = "what serves it is trusted again".to_string();
-            return was_uncertain.then(|| self.event(knowledge, EventKind::Restored, because, now));
+            let because = || "what serves it is trusted again".to_string();
+            return was_uncertain.then(|| self.event(knowledge, EventKind::Restored, because(), now));
         }
         let lasts = self.steady_since.is_some_and(|since| now - since >= self.switching.probation);
         if self.is_wary && !lasts {

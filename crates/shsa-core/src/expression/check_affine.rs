@@ -139,7 +139,9 @@ impl Checker<'_> {
             }
         }
         for (typed, at, other) in [(left, left_at, right), (right, right_at, left)] {
-            if !typed.weight.is_proper() && !(other.weight.is_known() && typed.weight.may_be(other.weight)) {
+            let is_fine =
+                typed.weight.is_proper() || other.weight.is_known() && typed.weight.may_be(other.weight);
+            if !is_fine {
                 return self.improper(typed.weight, at);
             }
         }

@@ -61,7 +61,7 @@ pub(crate) fn climber() -> System {
         ("climb_1", "climb", "50 Hz", "0.4", "0 ms"),
         ("climb_2", "climb", "10 Hz", "0.4", "30 ms"),
     ]);
-    draft.needs = vec![need("height", "300 ms"), need("climb", "300 ms")];
+    draft.needs = vec![need("height", "300 ms"), need("climb", "1500 ms")];
     let truth = |signal, seconds: f64| {
         RawValue::Number(if signal == 0 {
             100.0 - 4.0 * (seconds / 4.0).cos()

@@ -4,6 +4,9 @@ use shsa_core::analysis::{Gap, Obstacle, Watch};
 use shsa_core::diagnosis::Component;
 use shsa_core::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
 
+/// A component with those that it is not told from.
+type Apart = (Component, Vec<Component>);
+
 /// Faults named for one reason.
 const MOST_NAMED: usize = 12;
 
@@ -69,7 +72,7 @@ impl<'a> Names<'a> {
 
     /// Faults that only the structure tells, one line for each reason, in the order in which it first comes.
     pub(crate) fn by_reason(&self, gaps: &[Gap]) -> Vec<String> {
-        let mut by_reason: Vec<(&[Obstacle], Vec<(Component, Vec<Component>)>)> = Vec::new();
+        let mut by_reason: Vec<(&[Obstacle], Vec<Apart>)> = Vec::new();
         for Gap { fault, from, obstacles } in gaps {
             let at = by_reason.iter().position(|(known, _)| known == obstacles).unwrap_or_else(|| {
                 by_reason.push((obstacles, Vec::new()));

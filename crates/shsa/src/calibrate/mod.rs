@@ -132,11 +132,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         duration: parted.duration,
         refusal: refusal.as_deref(),
     };
-    if let (Some(path), None) = (&arguments.patch, &refusal) {
-        if let [Some(mut patch)] = written::open([Some(path.as_path())], &read)? {
-            patch.write_all(patch::text(&report).as_bytes())?;
-            patch.flush()?;
-        }
+    if let (Some(path), None) = (&arguments.patch, &refusal)
+        && let [Some(mut patch)] = written::open([Some(path.as_path())], &read)?
+    {
+        patch.write_all(patch::text(&report).as_bytes())?;
+        patch.flush()?;
     }
     let text = if arguments.json { report.to_json().to_string() } else { report.to_text() };
     writeln!(stdout(), "{text}")?;

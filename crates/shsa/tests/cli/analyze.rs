@@ -222,10 +222,12 @@ fn what_the_budget_leaves_out_is_told() {
         (watch["ways"].clone(), watch["possible"].clone(), watch["hidden"].as_array().unwrap().len())
     };
     assert_eq!(watched(""), (json!(4), json!(4), 0));
+    // That many computed ways; signals are never left out for their number.
+    assert_eq!(watched("--watch 2"), (json!(4), json!(4), 0));
     // Two ways: that they differ shows, but not which one lies, and two others are not looked at.
-    assert_eq!(watched("--watch 2"), (json!(2), json!(4), 4));
+    assert_eq!(watched("--watch-cost 200"), (json!(2), json!(4), 4));
     assert_eq!(watched("--watch-cost 0"), (json!(0), json!(4), 4));
-    let told = folder.ends("analyze m.yaml --watch 3", 0).stdout;
+    let told = folder.ends("analyze m.yaml --watch-cost 400", 0).stdout;
     assert!(
         told.contains(
             "Faults that only more ways would tell (--watch, --watch-cost):\n  x: d does not show\n"
@@ -233,7 +235,7 @@ fn what_the_budget_leaves_out_is_told() {
     );
     assert!(told.contains("x                 3 of 4"), "{told}");
     folder.refuses("analyze m.yaml --watch 1", &["from 2 on"]);
-    let html = "analyze m.yaml --watch 3 --html page.html";
+    let html = "analyze m.yaml --watch-cost 400 --html page.html";
     folder.ends(html, 0);
     assert!(folder.read("page.html").contains("d does not show"));
 }

@@ -132,6 +132,9 @@ fn a_process_that_is_given_too_little_memory_is_given_up_and_the_operator_can_al
     let folder = Folder::new();
     let past: String = (1..=40).map(|hours| format!(" + delay(min(v_3D), {hours} h)")).collect();
     let model = model(&folder, &[&format!("v_dmin = min(v_3D){past}")], "");
+    // What was so many hours ago counts as old.
+    let text = fs::read_to_string(&model).unwrap();
+    fs::write(&model, text.replace("max_age: 2 s", "max_age: 41 h")).unwrap();
     let run = Running::start([&*model, "--isolation", "process", "--isolation-memory", "0"]);
     let note = run.decision("restarted");
     assert!(note["because"].as_str().unwrap().contains("more memory than it is granted"), "{note}");

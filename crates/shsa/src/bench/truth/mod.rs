@@ -83,7 +83,7 @@ fn all(arguments: &Arguments) -> anyhow::Result<Vec<Measured>> {
             if number >= 2 * arguments.plants {
                 return done;
             }
-            let recorded = if number % 2 == 0 { Recorded::Hour } else { Recorded::Quarters };
+            let recorded = if number.is_multiple_of(2) { Recorded::Hour } else { Recorded::Quarters };
             let plant = arguments.seed + number / 2;
             done.extend(measure(plant, recorded, arguments.hours, arguments.promise).map(|it| (number, it)));
             bar.inc(1);
