@@ -109,7 +109,7 @@ fn a_need_that_nothing_serves() {
     draft.needs[0].max_width = Some(models::text("1 mm/s"));
     let system = System { knowledge: models::built(&draft), ..models::car() };
     let mut engine = Engine::new(system.knowledge.clone(), Options::default());
-    assert_eq!(handle(&mut engine, system.inputs(0, 10)).events, [EventKind::Unhealable]);
+    assert_eq!(handle(&mut engine, system.inputs(0, 10)).events, [EventKind::Refused, EventKind::Unhealable]);
     let cost = handle(&mut engine, system.inputs(10, 30));
     assert_eq!((cost.allocations, cost.publications, cost.events), (0, 0, vec![]));
 }

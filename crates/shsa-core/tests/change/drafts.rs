@@ -84,3 +84,10 @@ pub(crate) fn two_systems() -> Draft {
         ..Draft::default()
     }
 }
+
+/// The same where the climb may be the mean of the last second.
+pub(crate) fn two_patient_systems() -> Draft {
+    let mut draft = two_systems();
+    draft.needs[2] = need("climb", "1500 ms");
+    draft
+}

@@ -1,6 +1,6 @@
 //! An engine that a new knowledge base takes over: what is not touched goes on byte for byte.
 
-use crate::drafts::{need, relation, remove, signal, two_systems, variable};
+use crate::drafts::{need, relation, remove, signal, two_patient_systems, two_systems, variable};
 use proptest::prelude::*;
 use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Order, Output, Subject};
@@ -275,7 +275,7 @@ fn a_source_that_the_change_takes_away_is_replaced_at_once() {
 #[test]
 fn a_need_without_a_source_is_told_and_goes_on_when_there_is_one_again() {
     let (before, after) = halves();
-    let mut stage = Stage::new(two_systems());
+    let mut stage = Stage::new(two_patient_systems());
     stage.run(&before);
     // The climb can only be computed from now on, and then not even that.
     stage.change(5.0, &[remove(Section::Signals, "vario")]);
@@ -382,7 +382,7 @@ fn silence_is_remembered_and_what_is_new_has_time_to_speak() {
 #[test]
 fn orders_outlast_a_change_as_long_as_what_they_name_does() {
     let (before, after) = halves();
-    let mut stage = Stage::new(two_systems());
+    let mut stage = Stage::new(two_patient_systems());
     stage.run(&before);
     let forbid = Order::Forbid(Subject::Signal("gnss".to_owned()));
     let force = Order::Force { need: "climb".to_owned(), source: "barometer by climbing".to_owned() };

@@ -241,6 +241,7 @@ fn went_back(piece: &[Time], rest: &[Time], latest: Time, leap: Span) -> bool {
 }
 
 #[cfg(test)]
+#[expect(clippy::single_range_in_vec_init, reason = "one stretch of several that a list may have")]
 mod tests {
     use super::*;
     use shsa_core::observation::RawValue;

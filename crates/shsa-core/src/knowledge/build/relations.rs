@@ -11,7 +11,7 @@ use crate::expression::{
 use crate::knowledge::draft::{BodyDraft, Bounds, Place, RelationDraft, Source, Text};
 use crate::knowledge::index::Index;
 use crate::knowledge::properties::SharedNames;
-use crate::knowledge::{IdVec, Relation, RelationId, ValueError, VariableId};
+use crate::knowledge::{IdVec, Relation, RelationId, Shape, ValueError, VariableId};
 use crate::unit::{Dimension, Unit};
 use alloc::collections::BTreeSet;
 use alloc::format;
@@ -323,7 +323,9 @@ fn note_unsolved(
         sides.as_ref().is_some_and(|(lhs, rhs)| count(lhs) + count(rhs) > 0)
     };
     let mut by_reason: Vec<(&str, &Problem, Vec<&str>)> = Vec::new();
-    for (id, problem) in unsolved.iter().filter(|(id, _)| is_in(id)) {
+    // That a smallest or a mean of many has no inverse is what it is for.
+    let is_number = |id: &VariableId| names.variables.list[*id].shape == Shape::Scalar;
+    for (id, problem) in unsolved.iter().filter(|(id, _)| is_in(id) && is_number(id)) {
         let (message, name) = (why(problem), names.variables.list[*id].name.as_str());
         match by_reason.iter_mut().find(|(known, ..)| *known == message) {
             Some((.., same)) => same.push(name),

@@ -105,7 +105,7 @@ signals:
   f: { variable: x, unit: 2 s }
   g: { variable: x, unit: -1 m/s, offset: 1 km/h }",
         "4:28 error: a scale of 0 makes all readings the same (write what one of the reading counts)
-         5:43 error: the unit of this signal holds a number already (write the number once: before the unit, or as `scale`)
+         5:44 error: the unit of this signal holds a number already (write the number once: before the unit, or as `scale`)
          6:43 error: `3 s` does not count in `m/s` (write a number, which counts in `m/s`, or a unit like it)
          7:28 error: `2 m` is no plain number (leave the unit away)
          8:27 error: a scale of 0 makes all readings the same (write what one of the reading counts)
@@ -158,7 +158,7 @@ signals: { s: { variable: u }, r: { variable: x } }",
          8:10 error: this is no temperature: the zero of the scale is in it 2 times (subtract `0 degC` from a temperature for a temperature difference (`t - 0 degC`), or write a constant that is a difference in K; the weights of a mean sum to 1)
          9:48 warning: a share of a temperature counts from absolute zero: 2 % of 20 degC are 5.9 K (write the error in K, such as `0.5 K`)
          10:20 error: `*` takes a difference of temperatures, not a temperature in degC or degF (subtract `0 degC` for the difference from the zero of the scale, or `0 K` for the absolute temperature; or declare it in K)
-         11:61 warning: `0` without a unit is 0 K here (write `0 degC` or `0 K`)",
+         11:58 warning: `0` without a unit is 0 K here (write `0 degC` or `0 K`)",
     );
 }
 
