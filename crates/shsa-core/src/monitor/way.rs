@@ -111,11 +111,11 @@ impl WatchedWay {
     /// whether that is certain.
     #[must_use]
     pub fn vote(&self, moment: Validity) -> Option<(Interval, bool)> {
-        let certain = if self.computation.is_windowed() {
-            self.outputs.alone_at(moment).or_else(|| self.near(moment))
-        } else {
-            self.about(moment).value()
-        };
+        if self.computation.is_windowed() {
+            // A mean over a time is none of its moments.
+            return None;
+        }
+        let certain = self.about(moment).value();
         let roughly = || self.outputs.roughly_at(moment, self.max_gap());
         certain.map(|value| (value, true)).or_else(|| roughly().map(|value| (value, false)))
     }
