@@ -396,7 +396,9 @@ impl Judge {
         disputed.extend(self.open_pairs(monitor, now, Relationship::Undecided));
         // Of faults that grow, the witness with the least tolerance tells first: the others only just agree yet.
         let agreements = self.open_pairs(monitor, now, Relationship::Agree);
+        let undecided = disputed.len();
         disputed.extend(agreements.filter(|pair| pair.is_close()));
+        let only_just = disputed.len() > undecided;
         let rivals = match disputed.len() == conflicts.len() {
             true => parts.clone(),
             false => {
@@ -406,7 +408,8 @@ impl Judge {
                 if rivals.iter().any(|part| part.is_cut_off) { parts.clone() } else { rivals }
             }
         };
-        let case = |part| Case::new(&beliefs, (&comparisons, &conflicts), part, &rivals);
+        let case =
+            |part| Case { only_just, ..Case::new(&beliefs, (&comparisons, &conflicts), part, &rivals) };
         let cases: Vec<Case> = parts.iter().map(case).collect();
         for case in &cases {
             for &component in &case.certain {
@@ -569,6 +572,8 @@ struct Case<'p> {
     candidates: Vec<BTreeSet<Component>>,
     /// The same with all that is undecided taken for conflicts.
     rivals: Vec<BTreeSet<Component>>,
+    /// Whether some of that only just agrees.
+    only_just: bool,
     /// What is in all of these.
     certain: BTreeSet<Component>,
     /// In the order of the part's components; looked for only where something is decided.
@@ -592,7 +597,17 @@ impl<'p> Case<'p> {
         let mut certain = candidates.first().cloned().unwrap_or_default();
         certain.retain(|component| candidates.iter().chain(&rivals).all(|set| set.contains(component)));
         let probabilities = OnceCell::new();
-        Case { beliefs, comparisons, conflicts, part, candidates, rivals, certain, probabilities }
+        Case {
+            beliefs,
+            comparisons,
+            conflicts,
+            part,
+            candidates,
+            rivals,
+            only_just: false,
+            certain,
+            probabilities,
+        }
     }
 
     /// Everything that is in a candidate.
@@ -602,6 +617,10 @@ impl<'p> Case<'p> {
 
     /// What is in a candidate that may stay one, however the undecided turns out.
     fn likely(&self) -> BTreeSet<Component> {
+        if self.only_just {
+            // What only just agrees is no evidence against anybody.
+            return BTreeSet::new();
+        }
         let stays = |set: &&BTreeSet<Component>| self.rivals.iter().any(|rival| rival.is_superset(set));
         self.candidates.iter().filter(stays).flatten().copied().collect()
     }
