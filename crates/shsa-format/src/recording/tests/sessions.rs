@@ -94,7 +94,7 @@ fn a_clock_that_is_set_begins_a_session_in_all_files() {
     let epoch = 1_760_000_000;
     let times = || (0..12).chain(epoch..epoch + 40);
     let set = "its clock was set forward by 20370.4 d";
-    let alone = [format!("r.csv 0..11 12"), format!("r.csv {epoch}..{} 40 ({set})", epoch + 39)];
+    let alone = ["r.csv 0..11 12".to_owned(), format!("r.csv {epoch}..{} 40 ({set})", epoch + 39)];
     let alone: Vec<&str> = alone.iter().map(String::as_str).collect();
     check(&[("r.csv", rows("a", times()))], &["r.csv"], &["r#a"], &alone);
     let files = [("d/a.csv", rows("a", times())), ("d/b.csv", rows("b", times()))];
