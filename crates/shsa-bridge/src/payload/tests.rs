@@ -305,7 +305,8 @@ fn expected(value: &Value) -> Option<f64> {
         Value::Number(number) => number.as_f64(),
         Value::Bool(on) => Some(f64::from(u8::from(*on))),
         Value::String(text) => {
-            let text = text.trim_ascii();
+            // Of white space only blanks stand unescaped in a text.
+            let text = text.trim_matches(' ');
             let on = ["on", "true"].iter().any(|word| word.eq_ignore_ascii_case(text));
             let off = ["off", "false"].iter().any(|word| word.eq_ignore_ascii_case(text));
             text.parse().ok().or(on.then_some(1.0)).or(off.then_some(0.0))
