@@ -109,11 +109,12 @@ impl Watched {
                 Known::Never => None,
                 Known::Value(known) => {
                     let known = slow.in_turn(known, sample.value);
+                    let guess = other.guess(sample.validity);
                     Some(Comparison {
                         received: now,
                         validity: sample.validity,
                         value: sample.value.midpoint(),
-                        known: known.midpoint(),
+                        known: guess.unwrap_or(known.midpoint()),
                         width: sample.value.width() + known.width(),
                     })
                 }

@@ -6,7 +6,7 @@
 
 use super::history::{History, Reach, Sample};
 use crate::interval::Interval;
-use crate::time::{Span, Validity};
+use crate::time::{Span, Time, Validity};
 
 /// So many samples tell what the plant has done lately.
 const LATELY: usize = 3;
@@ -136,6 +136,27 @@ impl History {
         if after.is_some() { Known::Never } else { Known::Later }
     }
 
+    /// The best guess of the value at a moment between two samples: on the straight line through their middles. No bound, but what
+    /// statistics go by. Complexity: O(samples newer than the moment).
+    #[must_use]
+    pub fn line_at(&self, moment: Time) -> Option<f64> {
+        let mut after: Option<&Sample> = None;
+        for sample in self.newest_first() {
+            let (time, value) = (sample.validity.centre(), sample.value.midpoint());
+            if time > moment {
+                after = Some(sample);
+                continue;
+            }
+            if time == moment {
+                return Some(value);
+            }
+            let later = after?;
+            let share = (moment - time).seconds() / (later.validity.centre() - time).seconds();
+            return Some(value + share * (later.value.midpoint() - value));
+        }
+        None
+    }
+
     /// What overlaps a moment, or else the newest samples before it, and twice as much again to either side as these differ
     /// among themselves: what the plant has done lately it may have done meanwhile. This is no proof, but enough to prefer
     /// somebody else. `None` where the newest sample is further away than `max_gap`, or there are too few.
@@ -179,7 +200,6 @@ fn bulge(older: &Sample, sample: &Sample, later: &Sample) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::time::Time;
     use proptest::prelude::*;
 
     const SECOND: Span = Span(1_000_000_000);
@@ -204,6 +224,20 @@ mod tests {
         assert_eq!(history.about(point(-0.5), reach), Known::Never);
         assert_eq!(history.about(point(0.5), reach), Known::Value(Interval::new(0.9, 2.1)));
         assert_eq!(history.about(point(1.0), reach), Known::Value(Interval::new(1.9, 2.1)));
+    }
+
+    #[test]
+    fn the_best_guess_lies_on_a_line() {
+        let history = history(&[(0.0, 1.0), (1.0, 2.0), (2.0, 6.0)]);
+        let check = |seconds: f64, expected: Option<f64>| {
+            assert_eq!(history.line_at(Time::from_seconds(seconds)), expected, "{seconds}");
+        };
+        check(0.5, Some(1.5));
+        check(1.0, Some(2.0));
+        check(1.25, Some(3.0));
+        check(2.0, Some(6.0));
+        check(2.5, None);
+        check(-0.5, None);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::panel::Panel;
 use super::trend::Measured;
 use super::{Fresh, Pair, WatchedWay, WayIndex};
 use crate::alignment::{Known, Sample};
-use crate::time::Time;
+use crate::time::{Time, Validity};
 use alloc::vec::Vec;
 
 /// The comparisons of one moment of reception.
@@ -43,7 +43,7 @@ impl Round<'_> {
                 Known::Value(value) => {
                     let known = other.measure(value, measured.value);
                     self.panel.hear(number as usize, &known);
-                    let recorded = pair.record(measured, &known, validity, self.now);
+                    let recorded = pair.record(measured, &guessed(pair, other, known, validity), validity, self.now);
                     self.changed |= recorded.changed;
                     if let Some(restless) = recorded.restless {
                         self.index.note(number, restless);
@@ -95,7 +95,8 @@ impl Round<'_> {
                 Known::Value(value) => {
                     let (measured, known) = (Measured::of(sample.value), other.measure(value, sample.value));
                     let Some(pair) = self.pairs.get_mut(number as usize) else { return true };
-                    let recorded = pair.record(&measured, &known, sample.validity, self.now);
+                    let guessed = guessed(pair, other, known, sample.validity);
+                    let recorded = pair.record(&measured, &guessed, sample.validity, self.now);
                     self.changed |= recorded.changed;
                     if let Some(restless) = recorded.restless {
                         self.index.note(number, restless);
@@ -135,6 +136,12 @@ impl Round<'_> {
         }
         self.panel.rate_heard(way, measured, self.now);
     }
+}
+
+/// What is known beside an output, around its best guess where statistics go by that.
+#[inline]
+fn guessed(pair: &Pair, other: &WatchedWay, known: Measured, moment: Validity) -> Measured {
+    if pair.trend.goes_by_noise() { known.with_guess(other.guess(moment)) } else { known }
 }
 
 /// Keeps a list in ascending order, so that it does not matter who began to wait first.

@@ -1,6 +1,7 @@
 //! What many comparisons of two ways say together although each single one agrees: drift, scatter, skew in time.
 //!
-//! All figures are shares of the tolerance: half the sum of both widths. A difference of 1 is where the intervals part.
+//! All figures are shares of the tolerance: half the sum of both widths. A difference of 1 is where the intervals part. Where
+//! the noise of both is known, they are multiples of its deviation.
 
 mod recall;
 
@@ -50,10 +51,21 @@ const FEW: f64 = 16.0;
 /// Scatter of so many times the declared noise is beyond it: of white noise the estimate over the 64 comparisons that it goes
 /// over at least is never so far off.
 const BEYOND: f64 = 2.0;
+/// Where the noise is declared, a difference that is further from what is usual than so many deviations comes together,
+const STEP: f64 = 0.75;
+/// to a drift when it is so many in all: white noise comes to that once in some hundred million comparisons (the average run
+/// length of a cumulative sum, D. Siegmund, Sequential Analysis, 1985, doi:10.1007/978-1-4757-1862-1).
+const ENOUGH: f64 = 12.0;
+/// No single difference counts as more deviations than this: what is wild once is neither a drift nor scatter.
+const WILD: f64 = 4.0;
+/// A root mean square difference of so many deviations may be a shift in time, when that explains it.
+const SHIFTED: f64 = 3.0;
 /// Means go over so many times as many comparisons as a drift takes at least.
 const MEMORY: f64 = 4.0;
 /// Means that rest on less are none.
 const FULL: f64 = 0.5;
+/// Where the noise is declared, a quarter of them says early what is usual, as the noise says how wrong that may be.
+const EARLY: f64 = 0.2;
 /// Differences count at most so many tolerances, as one wild value is no trend.
 const LARGEST: f64 = 1.5;
 /// A drift that has come so far towards an alarm may yet become one, and scatter or skew from half of it on.
@@ -99,6 +111,11 @@ impl Measured {
         Measured { value, middle: value.midpoint(), width: value.width() }
     }
 
+    /// The same bounds around another best guess.
+    pub(super) fn with_guess(self, guess: Option<f64>) -> Measured {
+        Measured { middle: guess.unwrap_or(self.middle), ..self }
+    }
+
     /// Its middle, SI.
     pub(super) fn middle(&self) -> f64 {
         self.middle
@@ -114,8 +131,10 @@ impl Measured {
 #[derive(Clone, Copy, Debug)]
 struct Before {
     time: Time,
-    /// The difference, clipped.
+    /// The difference as a share of the tolerance,
     share: f64,
+    /// and in the unit of all figures, clipped.
+    clipped: f64,
     /// The middle of the other way's value, SI.
     other: f64,
 }
@@ -125,6 +144,8 @@ struct Before {
 pub struct Trend {
     options: TrendOptions,
     noise: Noise,
+    /// One over the deviation of the noise, where that is known.
+    per_deviation: f64,
     /// The share of a mean that a second of comparisons replaces, and the most that one comparison does.
     gain_per_second: f64,
     most_gain: f64,
@@ -137,6 +158,9 @@ pub struct Trend {
     sums: [f64; 2],
     /// The mean difference at the beginning, SI: two sensors may differ for good within their errors.
     usual: Option<f64>,
+    /// Whether that is known for good; until then it follows the mean once that rests on enough.
+    is_settled: bool,
+    enough: f64,
     /// When the alarm was raised.
     raised: Time,
     /// Means, weighted exponentially: of differences, SI,
@@ -168,9 +192,16 @@ impl Trend {
     }
 
     fn empty(options: TrendOptions, noise: Noise) -> Trend {
+        let (options, per_deviation) = match noise {
+            Noise::Known(deviation) => {
+                (TrendOptions { scatter: BEYOND, skew: SHIFTED, ..options }, 1.0 / deviation)
+            }
+            Noise::Unknown | Noise::Declared => (options, 0.0),
+        };
         Trend {
             options,
             noise,
+            per_deviation,
             gain_per_second: 1.0 / options.span.seconds(),
             most_gain: 1.0 / f64::from(options.least.max(1)),
             calm_scatter: HALF * (options.scatter * options.scatter),
@@ -178,6 +209,8 @@ impl Trend {
             before: None,
             sums: [0.0; 2],
             usual: None,
+            is_settled: false,
+            enough: if matches!(noise, Noise::Known(_)) { EARLY } else { FULL },
             raised: Time::MIN,
             mean: 0.0,
             square: 0.0,
@@ -195,12 +228,18 @@ impl Trend {
 
     /// Forgets everything but how the two usually differ.
     pub fn forget(&mut self) {
-        *self = Trend { usual: self.usual, ..Trend::empty(self.options, self.noise) };
+        let is_settled = self.usual.is_some();
+        *self = Trend { usual: self.usual, is_settled, ..Trend::empty(self.options, self.noise) };
     }
 
     /// Forgets everything.
     pub(super) fn begin_anew(&mut self) {
         *self = Trend::empty(self.options, self.noise);
+    }
+
+    /// Whether it goes by the noise that is declared, and so by the best guess of both values.
+    pub(super) fn goes_by_noise(&self) -> bool {
+        matches!(self.noise, Noise::Known(_))
     }
 
     /// Takes a comparison in.
@@ -211,21 +250,24 @@ impl Trend {
             return;
         }
         // Divisions are what this costs: one for all shares of the tolerance.
-        let shares = 1.0 / tolerance;
-        let share = difference * shares;
-        if let Noise::Known(deviation) = self.noise {
-            // The tolerance may change with the value.
-            self.options.scatter = BEYOND * deviation * shares;
-            self.calm_scatter = HALF * (self.options.scatter * self.options.scatter);
-        }
-        let clipped = share.clamp(-LARGEST, LARGEST);
+        let per_tolerance = 1.0 / tolerance;
+        let share = difference * per_tolerance;
+        // A hull of neighbours is wider where the plant moves: noise is not.
+        let (shares, largest) = match self.noise {
+            Noise::Known(_) => (self.per_deviation, WILD),
+            Noise::Unknown | Noise::Declared => (per_tolerance, LARGEST),
+        };
+        let clipped = (difference * shares).clamp(-largest, largest);
         let time = validity.to;
-        let before = self.before.replace(Before { time, share: clipped, other: middle });
+        let before = self.before.replace(Before { time, share, clipped, other: middle });
         let Some(before) = before.filter(|before| before.time < time) else { return };
         let elapsed = (time - before.time).seconds();
         let gain = self.gain(elapsed);
-        self.accumulate(share, shares, gain);
-        let change = clipped - before.share;
+        match self.noise {
+            Noise::Known(_) => self.accumulate_beyond(difference, share),
+            Noise::Unknown | Noise::Declared => self.accumulate(share, shares, gain),
+        }
+        let change = clipped - before.clipped;
         let quick = smaller(elapsed / QUICK.seconds(), 1.0 / FEW) / MEMORY;
         approach(&mut self.scatter, 0.5 * change * change, quick);
         approach(&mut self.recent, clipped * clipped, quick);
@@ -238,8 +280,9 @@ impl Trend {
             approach(&mut self.slope_slope, slope * slope, gain);
             approach(&mut self.slope_difference, slope * clipped, gain);
         }
-        if self.usual.is_none() && self.weight > FULL {
+        if !self.is_settled && self.weight > self.enough {
             self.usual = Some(self.mean / self.weight);
+            self.is_settled = self.weight > FULL;
         }
         if !self.stays_calm() {
             self.raise(now);
@@ -262,6 +305,15 @@ impl Trend {
         let share = common(share, share - usual * shares);
         for (sum, share) in self.sums.iter_mut().zip([share, -share]) {
             *sum = (*sum + gain * (share - allowance) / allowance).clamp(0.0, 1.0);
+        }
+    }
+
+    /// Adds what exceeds the declared noise, from what is usual; what disagrees outright is for the single comparisons to tell.
+    fn accumulate_beyond(&mut self, difference: f64, share: f64) {
+        let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return };
+        let beyond = ((difference - usual) * self.per_deviation).clamp(-WILD, WILD);
+        for (sum, beyond) in self.sums.iter_mut().zip([beyond, -beyond]) {
+            *sum = (*sum + (beyond - STEP) / ENOUGH).clamp(0.0, 1.0);
         }
     }
 

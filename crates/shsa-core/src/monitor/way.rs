@@ -107,6 +107,15 @@ impl WatchedWay {
         }
     }
 
+    /// The best guess of its value at a moment, where its outputs lie around it: what statistics go by.
+    #[must_use]
+    pub fn guess(&self, moment: Validity) -> Option<f64> {
+        if self.turn.is_some() || self.constant.is_some() || self.mean_over() > Span::ZERO {
+            return None;
+        }
+        self.outputs.line_at(moment.centre())
+    }
+
     /// What its present outputs say about a value of this moment that is about to be used, without waiting for more; and
     /// whether that is certain.
     #[must_use]

@@ -20,14 +20,16 @@ const ALARMS: f64 = 10.0;
 /// Calibrations on other hours differ: the rate that is aimed at is the promised one over this.
 const RESERVE: f64 = 5.0;
 /// A sound signal called failed is worse than a suspicion: one for so many alarms that are promised.
-const FAILED: f64 = 1_000.0;
+const FAILED: f64 = 5_000.0;
 /// What a factor grows by for each e-fold fewer alarms, as a share of it: within these.
-const SLOPES: (f64, f64) = (0.02, 0.15);
+const SLOPES: (f64, f64) = (0.06, 0.15);
 /// Noise is declared as so many times what was found, when that costs no alarm in these series of surrogate sessions.
-const NOISES: [f64; 2] = [1.0, 1.5];
-const NOISE_SERIES: [u64; 2] = [100, 101];
+const NOISES: [f64; 6] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6];
+/// One more of these than was enough: other hours differ.
+const MARGIN: f64 = 1.4;
+const NOISE_SERIES: [u64; 4] = [100, 101, 102, 103];
 /// No factor is followed further than this beyond one that was tried.
-const FURTHEST: f64 = 1.5;
+const FURTHEST: f64 = 2.0;
 /// So many pairs cost as much as all else.
 const PAIRS: f64 = 10.0;
 /// While new surrogate hours have more than one alarm, the factor grows by this,
@@ -238,7 +240,7 @@ impl<'a, 'b> Trials<'a, 'b> {
                 costs |= with.alarms > without.alarms;
             }
             if !costs {
-                return Ok(Some(multiple));
+                return Ok(Some(MARGIN * multiple));
             }
         }
         Ok(None)

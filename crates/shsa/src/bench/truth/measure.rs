@@ -49,6 +49,8 @@ pub(super) struct Measured {
 
 /// Sessions that are watched have these numbers; those that are fitted have others.
 const WATCHED: u64 = 1_000;
+/// The engine has watched for so many seconds before a step.
+const BEFORE_S: f64 = 900.0;
 /// A step is told within so many seconds.
 const WITHIN_S: f64 = 120.0;
 /// Values that a detector of lasting steps takes together at most, and one that is as quick as the engine.
@@ -150,7 +152,7 @@ fn onsets(all: &[Observation]) -> impl Iterator<Item = Time> {
 
 fn is_told(knowledge: &KnowledgeBase, all: &[Observation], signal: usize, step: f64, onset: Time) -> bool {
     let within = Span::from_seconds(WITHIN_S);
-    let from = all.partition_point(|it| it.received < onset - within);
+    let from = all.partition_point(|it| it.received < onset - Span::from_seconds(BEFORE_S));
     let to = all.partition_point(|it| it.received < onset + within);
     let mut engine = Engine::new(knowledge.clone(), engine::Options::default());
     for observation in all.get(from..to).unwrap_or_default() {
