@@ -47,22 +47,24 @@ impl History {
     #[inline]
     #[must_use]
     pub fn about(&self, moment: Validity, reach: Reach) -> Known {
-        let newest = self.top();
-        let to = newest.validity.to;
-        if to <= moment.to && self.end_before() < to {
-            // As most often: the newest one is the nearest.
-            let (gap, away) = (moment.from - to, farthest(newest.validity, moment));
-            if away == Span::ZERO {
-                return Known::Value(newest.value);
-            }
-            if reach.max_rate > 0.0 {
-                return match gap <= reach.max_gap {
-                    true => Known::Value(newest.value.widened(away.seconds() * reach.max_rate)),
-                    false => Known::Later,
-                };
-            }
+        match self.newest_about(moment, reach) {
+            Some(margin) => Known::Value(self.top().value.widened(margin)),
+            None => self.about_any(moment, reach),
         }
-        self.about_any(moment, reach)
+    }
+
+    /// By how much the newest sample must be grown to hold what was at a moment, where it is certainly the nearest and near
+    /// enough: as most often, and seen at a glance.
+    #[inline]
+    #[must_use]
+    pub fn newest_about(&self, moment: Validity, reach: Reach) -> Option<f64> {
+        let newest = self.top().validity;
+        if newest.to > moment.to || self.end_before() >= newest.to {
+            return None;
+        }
+        let away = farthest(newest, moment);
+        let is_near = away == Span::ZERO || (reach.max_rate > 0.0 && moment.from - newest.to <= reach.max_gap);
+        is_near.then(|| away.seconds() * reach.max_rate)
     }
 
     #[inline(never)]
@@ -156,6 +158,7 @@ impl History {
 }
 
 /// The longest time that may lie between what two validities tell.
+#[inline]
 fn farthest(one: Validity, other: Validity) -> Span {
     (one.to - other.from).max(other.to - one.from)
 }

@@ -286,20 +286,13 @@ impl History {
     /// Complexity: O(samples since the stretch began).
     #[must_use]
     pub fn mean_over(&self, stretch: Validity) -> Option<Interval> {
-        let mut mean = Weighted { from: stretch.from, until: stretch.to, lo: 0.0, hi: 0.0 };
-        let recent = self.newest_first().take_while(|sample| sample.validity.to >= stretch.from);
-        let mut inside = recent.filter(|sample| sample.validity.intersection(stretch).is_some());
-        let mut later = inside.next()?;
-        let mut count = 1;
-        for sample in inside {
-            mean.take(later.value, middle(later.validity, sample.validity));
-            later = sample;
-            count += 1;
+        let mut mean = Weighted { stretch, until: stretch.to, later: None, count: 0, lo: 0.0, hi: 0.0 };
+        let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
+        // Two loops: one over a chain of both is twice as slow.
+        if newer.iter().rev().all(|sample| mean.take(sample)) {
+            older.iter().rev().all(|sample| mean.take(sample));
         }
-        mean.take(later.value, stretch.from);
-        let length = stretch.length().seconds();
-        let is_whole = later.validity.from <= stretch.from + Span(stretch.length().0 / 4);
-        (count >= 2 && is_whole && length > 0.0).then(|| Interval::new(mean.lo / length, mean.hi / length))
+        mean.result()
     }
 
     /// What samples that are true in their middles, but for `error` to either side, say of the middle of a moment: the hull of
@@ -374,21 +367,56 @@ impl History {
 
 /// The integral over a stretch of time, from its end backwards.
 struct Weighted {
-    from: Time,
+    stretch: Validity,
     /// What comes after this is in the sums.
     until: Time,
+    /// The value and the middle of the sample that was taken last, and when it began.
+    later: Option<(Interval, Time, Time)>,
+    count: u32,
+    /// In nanoseconds times the value: one division in the end is enough.
     lo: f64,
     hi: f64,
 }
 
 impl Weighted {
+    /// Takes the next older sample; whether one before it may be in the stretch, too.
+    #[inline]
+    fn take(&mut self, sample: &Sample) -> bool {
+        let Validity { from, to } = sample.validity;
+        if to < self.stretch.from {
+            return false;
+        }
+        if from > self.stretch.to {
+            return true;
+        }
+        let centre = sample.validity.centre();
+        if let Some((value, until, _)) = self.later {
+            // Each counts from halfway between its middle and that of the one before it.
+            self.add(value, Validity { from: until, to: centre }.centre());
+        }
+        self.later = Some((sample.value, centre, from));
+        self.count += 1;
+        true
+    }
+
     /// Adds a value that counts since a moment.
-    fn take(&mut self, value: Interval, since: Time) {
-        let since = since.max(self.from).min(self.until);
-        let length = (self.until - since).seconds();
+    #[inline]
+    fn add(&mut self, value: Interval, since: Time) {
+        let since = since.max(self.stretch.from).min(self.until);
+        let length = (self.until - since).0 as f64;
         self.lo += value.lo() * length;
         self.hi += value.hi() * length;
         self.until = since;
+    }
+
+    fn result(mut self) -> Option<Interval> {
+        let (value, _, began) = self.later?;
+        self.add(value, self.stretch.from);
+        let length = self.stretch.length();
+        let is_whole = began <= self.stretch.from + Span(length.0 / 4);
+        let length = length.0 as f64;
+        (self.count >= 2 && is_whole && length > 0.0)
+            .then(|| Interval::new(self.lo / length, self.hi / length))
     }
 }
 
@@ -396,11 +424,6 @@ impl Weighted {
 fn between(one: Interval, other: Interval, share: f64) -> Interval {
     let part = |one: f64, other: f64| one * (1.0 - share) + other * share;
     Interval::new(part(one.lo(), other.lo()), part(one.hi(), other.hi()))
-}
-
-/// Halfway between the middles of two validities.
-fn middle(one: Validity, other: Validity) -> Time {
-    Validity { from: one.centre(), to: other.centre() }.centre()
 }
 
 /// The hull of the samples that are nearest to a moment so far.

@@ -8,7 +8,7 @@ use super::panel::Panel;
 use super::trend::Measured;
 use super::{Fresh, Pair, WatchedWay, WayIndex};
 use crate::alignment::{Known, Sample};
-use crate::time::Time;
+use crate::time::{Span, Time};
 use alloc::vec::Vec;
 
 /// The comparisons of one moment of reception.
@@ -30,6 +30,7 @@ impl Round<'_> {
     pub(super) fn compare(&mut self, fresh: &Fresh) {
         let Fresh { way, validity, ref measured } = *fresh;
         let Some(watched) = self.ways.get(way.0 as usize) else { return };
+        let is_of_moment = watched.mean_over() == Span::ZERO;
         let mut waits = false;
         for &number in &watched.triggers {
             let Some(pair) = self.pairs.get_mut(number as usize) else { continue };
@@ -39,23 +40,27 @@ impl Round<'_> {
                 waits = true;
                 continue;
             }
-            match other.beside(watched, validity) {
-                Known::Value(value) => {
-                    let known = other.measure(value, measured.value);
-                    self.panel.hear(number as usize, &known);
-                    let recorded = pair.record(measured, &known, validity, self.now);
-                    self.changed |= recorded.changed;
-                    if let Some(restless) = recorded.restless {
-                        self.index.note(number, restless);
+            // As most often, and not by way of what is not known.
+            let newest = if is_of_moment { other.newest_about(validity) } else { None };
+            let known = match newest {
+                Some(known) => known,
+                None => match other.beside(watched, validity) {
+                    Known::Value(value) => other.measure(value, measured.value),
+                    Known::Later => {
+                        pair.due = Some(validity.to);
+                        let list = self.awaited.get_mut(pair.other.0 as usize);
+                        list.into_iter().for_each(|list| insert(list, number));
+                        waits = true;
+                        continue;
                     }
-                }
-                Known::Later => {
-                    pair.due = Some(validity.to);
-                    let list = self.awaited.get_mut(pair.other.0 as usize);
-                    list.into_iter().for_each(|list| insert(list, number));
-                    waits = true;
-                }
-                Known::Never => {}
+                    Known::Never => continue,
+                },
+            };
+            self.panel.hear(number as usize, &known);
+            let recorded = pair.record(measured, &known, validity, self.now);
+            self.changed |= recorded.changed;
+            if let Some(restless) = recorded.restless {
+                self.index.note(number, restless);
             }
         }
         if waits {
@@ -100,7 +105,7 @@ impl Round<'_> {
                     if let Some(restless) = recorded.restless {
                         self.index.note(number, restless);
                     }
-                    self.rate_late((slow, watched), (&measured, &sample));
+                    self.rate_late((slow, watched), (&measured, &sample), (number, &known));
                 }
                 Known::Later => {
                     self.pairs
@@ -115,11 +120,13 @@ impl Round<'_> {
         true
     }
 
-    /// Once all that an output was to be compared with has spoken, they are heard together.
+    /// Once all that an output was to be compared with has spoken, the last of them with what is known by it, they are heard
+    /// together.
     fn rate_late(
         &mut self,
         (way, watched): (WayIndex, &WatchedWay),
         (measured, sample): (&Measured, &Sample),
+        (last, known): (u32, &Measured),
     ) {
         let pairs = &*self.pairs;
         let of_way =
@@ -128,6 +135,10 @@ impl Round<'_> {
             return;
         }
         for (number, pair) in of_way() {
+            if number == last {
+                self.panel.hear(number as usize, known);
+                continue;
+            }
             let Some(other) = self.ways.get(pair.other.0 as usize) else { continue };
             if let Known::Value(value) = other.beside(watched, sample.validity) {
                 self.panel.hear(number as usize, &other.measure(value, sample.value));

@@ -164,18 +164,20 @@ impl Detectors {
         if reception.is_sound() && detector.is_quiet() {
             detector.count(now);
         } else {
-            self.gather(signal, reception);
+            // A copy, so that what is sound need not be in memory.
+            self.gather(signal, *reception);
         }
     }
 
-    fn gather(&mut self, signal: SignalId, reception: &Reception) {
+    #[inline(never)]
+    fn gather(&mut self, signal: SignalId, reception: Reception) {
         let detector = &mut self.list[signal];
         let place = *detector.moment.get_or_insert_with(|| {
             self.moments.push((signal, Moment::default()));
             u32::try_from(self.moments.len() - 1).unwrap_or(u32::MAX)
         });
         if let Some((_, moment)) = self.moments.get_mut(place as usize) {
-            moment.add(reception);
+            moment.add(&reception);
         }
     }
 

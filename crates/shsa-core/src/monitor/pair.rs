@@ -324,7 +324,8 @@ impl Pair {
     ) -> Recorded {
         self.made += 1;
         let disagrees = !value.value.overlaps(other.value);
-        let (was_restless, tendency) = (self.is_restless(), self.trend.tendency());
+        let tendency = self.trend.tendency();
+        let was_restless = self.window.is_restless() || tendency != Tendency::Calm;
         let before = together(self.window.record(disagrees, now), tendency);
         if disagrees {
             self.disagreement = Some(Disagreement { time: now, value: value.value, other: other.value });
@@ -339,9 +340,10 @@ impl Pair {
             Relationship::Undecided | Relationship::Unknown => {}
         }
         self.trend.record(value, other, validity, now);
-        let is_restless = self.is_restless();
+        let tendency = self.trend.tendency();
+        let is_restless = self.window.is_restless() || tendency != Tendency::Calm;
         Recorded {
-            changed: before != together(single, self.trend.tendency()),
+            changed: before != together(single, tendency),
             restless: (was_restless != is_restless).then_some(is_restless),
         }
     }

@@ -94,9 +94,17 @@ pub struct Measured {
 
 impl Measured {
     /// Finds the middle and the width.
+    #[inline]
     #[must_use]
     pub fn of(value: Interval) -> Measured {
         Measured { value, middle: value.midpoint(), width: value.width() }
+    }
+
+    /// What it says with a margin on both sides: the middle is the same.
+    #[inline]
+    pub(super) fn widened(&self, margin: f64) -> Measured {
+        let value = self.value.widened(margin);
+        Measured { value, middle: self.middle, width: self.width + 2.0 * margin }
     }
 
     /// Its middle, SI.
@@ -104,7 +112,7 @@ impl Measured {
         self.middle
     }
 
-    /// Its width, SI, rounded up.
+    /// Its width, SI.
     pub(super) fn width(&self) -> f64 {
         self.width
     }
@@ -207,7 +215,8 @@ impl Trend {
     pub fn record(&mut self, value: &Measured, other: &Measured, validity: Validity, now: Time) {
         let tolerance = 0.5 * (value.width + other.width);
         let (difference, middle) = (value.middle - other.middle, other.middle);
-        if !(tolerance > 0.0 && tolerance.is_finite() && difference.is_finite()) {
+        // Comparisons, and no classes of numbers: those cost a fifth of all this.
+        if !(tolerance > 0.0 && tolerance < f64::INFINITY && difference.abs() < f64::INFINITY) {
             return;
         }
         // Divisions are what this costs: one for all shares of the tolerance.
@@ -232,7 +241,7 @@ impl Trend {
         let gain = gain / MEMORY;
         approach(&mut self.mean, difference, gain);
         approach(&mut self.weight, 1.0, gain);
-        if self.noise != Noise::Unknown {
+        if !matches!(self.noise, Noise::Unknown) {
             approach(&mut self.square, clipped * clipped, gain);
             let slope = (middle - before.other) * shares / elapsed;
             approach(&mut self.slope_slope, slope * slope, gain);
@@ -254,7 +263,8 @@ impl Trend {
     /// Adds what exceeds the allowance; what disagrees outright is for the single comparisons to tell.
     fn accumulate(&mut self, share: f64, shares: f64, gain: f64) {
         let allowance = self.options.allowance;
-        if share.abs() <= allowance && self.sums == [0.0; 2] {
+        let [above, below] = self.sums;
+        if share.abs() <= allowance && above + below == 0.0 {
             // Most often: there is nothing to add, whatever is usual, and nothing to take from.
             return;
         }
@@ -339,7 +349,7 @@ impl Trend {
     /// What has come together that may accuse: nothing while the noise is not declared.
     #[must_use]
     pub fn tendency(&self) -> Tendency {
-        if self.noise == Noise::Unknown { Tendency::Calm } else { self.alarm }
+        if matches!(self.noise, Noise::Unknown) { Tendency::Calm } else { self.alarm }
     }
 
     /// What has come together, whether it may accuse or is a note.

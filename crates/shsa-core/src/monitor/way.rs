@@ -27,6 +27,8 @@ pub struct WatchedWay {
     pub(super) reach: Reach,
     /// The turn after which the variable's values are the same again, SI; `None` of what does not wrap.
     pub(super) turn: Option<f64>,
+    /// Whether its outputs are true at moments, and not over windows or always.
+    pub(super) is_of_moments: bool,
     /// The value of a way that rests on constants alone.
     pub(super) constant: Option<Interval>,
     /// Pairs that compare when this way delivers.
@@ -82,9 +84,8 @@ impl WatchedWay {
     #[inline]
     #[must_use]
     pub fn about(&self, moment: Validity) -> Known {
-        if !self.computation.is_windowed() && self.constant.is_none() {
-            let max_gap = if self.reach.max_gap == Span::MAX { self.max_gap() } else { self.reach.max_gap };
-            return self.outputs.about(moment, Reach { max_gap, ..self.reach });
+        if self.is_of_moments {
+            return self.outputs.about(moment, self.near_reach());
         }
         if let Some(constant) = self.constant {
             return Known::Value(constant);
@@ -93,6 +94,24 @@ impl WatchedWay {
             Some(newest) if newest.validity.centre() >= moment.centre() => Known::or_never(self.near(moment)),
             _ => Known::Later,
         }
+    }
+
+    /// The same as its newest output says it, where that is certainly the nearest one and no other turn: as most often, and with
+    /// the middle and the width that are known.
+    #[inline]
+    pub(super) fn newest_about(&self, moment: Validity) -> Option<Measured> {
+        let measured = self.measured.filter(|_| self.is_of_moments && self.turn.is_none())?;
+        let margin = self.outputs.newest_about(moment, self.near_reach())?;
+        // What was taken in last may be older.
+        self.outputs.newest(0).filter(|newest| newest.value == measured.value)?;
+        Some(measured.widened(margin))
+    }
+
+    /// How far its outputs say something.
+    #[inline]
+    fn near_reach(&self) -> Reach {
+        let max_gap = if self.reach.max_gap == Span::MAX { self.max_gap() } else { self.reach.max_gap };
+        Reach { max_gap, ..self.reach }
     }
 
     /// What it says about an output of the slower way that it is compared with: where that one is a mean over a time, the mean
