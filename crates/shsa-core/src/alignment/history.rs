@@ -286,7 +286,7 @@ impl History {
     /// Complexity: O(samples since the stretch began).
     #[must_use]
     pub fn mean_over(&self, stretch: Validity) -> Option<Interval> {
-        let mut mean = Weighted { stretch, until: stretch.to, later: None, count: 0, lo: 0.0, hi: 0.0 };
+        let mut mean = Weighted::new(stretch);
         let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
         // Two loops: one over a chain of both is twice as slow.
         if newer.iter().rev().all(|sample| mean.take(sample)) {
@@ -365,20 +365,29 @@ impl History {
     }
 }
 
-/// The integral over a stretch of time, from its end backwards.
+/// The integral over a stretch of time, from its end backwards: numbers of nanoseconds before that, and one division when all
+/// is summed, as this is what a mean costs.
 struct Weighted {
     stretch: Validity,
+    length: f64,
     /// What comes after this is in the sums.
-    until: Time,
+    until: f64,
     /// The value and the middle of the sample that was taken last, and when it began.
-    later: Option<(Interval, Time, Time)>,
+    later: Interval,
+    centre: f64,
+    began: Time,
     count: u32,
-    /// In nanoseconds times the value: one division in the end is enough.
     lo: f64,
     hi: f64,
 }
 
 impl Weighted {
+    fn new(stretch: Validity) -> Weighted {
+        let length = stretch.length().0 as f64;
+        let (later, began) = (Interval::EMPTY, Time::MAX);
+        Weighted { stretch, length, until: 0.0, later, centre: 0.0, began, count: 0, lo: 0.0, hi: 0.0 }
+    }
+
     /// Takes the next older sample; whether one before it may be in the stretch, too.
     #[inline]
     fn take(&mut self, sample: &Sample) -> bool {
@@ -389,34 +398,35 @@ impl Weighted {
         if from > self.stretch.to {
             return true;
         }
-        let centre = sample.validity.centre();
-        if let Some((value, until, _)) = self.later {
+        let end = self.stretch.to;
+        let centre = 0.5 * ((end - from).0 as f64 + (end - to).0 as f64);
+        if self.count > 0 {
             // Each counts from halfway between its middle and that of the one before it.
-            self.add(value, Validity { from: until, to: centre }.centre());
+            self.add(0.5 * (self.centre + centre));
         }
-        self.later = Some((sample.value, centre, from));
+        (self.later, self.centre, self.began) = (sample.value, centre, from);
         self.count += 1;
         true
     }
 
-    /// Adds a value that counts since a moment.
+    /// Adds the value that was taken last, which counts from so long before the end.
     #[inline]
-    fn add(&mut self, value: Interval, since: Time) {
-        let since = since.max(self.stretch.from).min(self.until);
-        let length = (self.until - since).0 as f64;
-        self.lo += value.lo() * length;
-        self.hi += value.hi() * length;
+    fn add(&mut self, since: f64) {
+        let most = if since < self.length { since } else { self.length };
+        let since = if most > self.until { most } else { self.until };
+        let length = since - self.until;
+        self.lo += self.later.lo() * length;
+        self.hi += self.later.hi() * length;
         self.until = since;
     }
 
     fn result(mut self) -> Option<Interval> {
-        let (value, _, began) = self.later?;
-        self.add(value, self.stretch.from);
-        let length = self.stretch.length();
-        let is_whole = began <= self.stretch.from + Span(length.0 / 4);
-        let length = length.0 as f64;
-        (self.count >= 2 && is_whole && length > 0.0)
-            .then(|| Interval::new(self.lo / length, self.hi / length))
+        let is_whole = self.began <= self.stretch.from + Span(self.stretch.length().0 / 4);
+        if self.count < 2 || !is_whole || self.length <= 0.0 {
+            return None;
+        }
+        self.add(self.length);
+        Some(Interval::new(self.lo / self.length, self.hi / self.length))
     }
 }
 

@@ -219,10 +219,11 @@ impl Port {
             Some(most) => self.stood_still(signal, observation, now).filter(|still| *still >= most),
             None => None,
         };
-        match (acceptance, late, back) {
+        if matches!(acceptance, Acceptance::Newest) && late.is_none() && back.is_none() {
             // As most often.
-            (Acceptance::Newest, None, None) => self.counts.accepted += 1,
-            _ => self.counts.add(acceptance, late.is_some(), back.is_some()),
+            self.counts.accepted += 1;
+        } else {
+            self.counts.add(acceptance, late.is_some(), back.is_some());
         }
         Reception { acceptance, validity, late, back, still, misdated: None }
     }

@@ -314,6 +314,7 @@ fn pair(
         trend: Trend::new(options.trends, timing.mean_over, noise(knowledge, slow.1, fast.1)),
         disagreement: None,
         due: None,
+        known: None,
         made: 0,
         before: 0,
     }

@@ -57,6 +57,10 @@ impl Round<'_> {
                 },
             };
             self.panel.hear(number as usize, &known);
+            if !is_of_moment {
+                // Means are dear, and may be heard again when all others have spoken.
+                pair.known = Some((validity, known));
+            }
             let recorded = pair.record(measured, &known, validity, self.now);
             self.changed |= recorded.changed;
             if let Some(restless) = recorded.restless {
@@ -100,12 +104,13 @@ impl Round<'_> {
                 Known::Value(value) => {
                     let (measured, known) = (Measured::of(sample.value), other.measure(value, sample.value));
                     let Some(pair) = self.pairs.get_mut(number as usize) else { return true };
+                    pair.known = Some((sample.validity, known));
                     let recorded = pair.record(&measured, &known, sample.validity, self.now);
                     self.changed |= recorded.changed;
                     if let Some(restless) = recorded.restless {
                         self.index.note(number, restless);
                     }
-                    self.rate_late((slow, watched), (&measured, &sample), (number, &known));
+                    self.rate_late((slow, watched), (&measured, &sample));
                 }
                 Known::Later => {
                     self.pairs
@@ -120,13 +125,11 @@ impl Round<'_> {
         true
     }
 
-    /// Once all that an output was to be compared with has spoken, the last of them with what is known by it, they are heard
-    /// together.
+    /// Once all that an output was to be compared with has spoken, they are heard together.
     fn rate_late(
         &mut self,
         (way, watched): (WayIndex, &WatchedWay),
         (measured, sample): (&Measured, &Sample),
-        (last, known): (u32, &Measured),
     ) {
         let pairs = &*self.pairs;
         let of_way =
@@ -135,13 +138,14 @@ impl Round<'_> {
             return;
         }
         for (number, pair) in of_way() {
-            if number == last {
-                self.panel.hear(number as usize, known);
-                continue;
-            }
-            let Some(other) = self.ways.get(pair.other.0 as usize) else { continue };
-            if let Known::Value(value) = other.beside(watched, sample.validity) {
-                self.panel.hear(number as usize, &other.measure(value, sample.value));
+            let remembered = pair.known.filter(|(validity, _)| *validity == sample.validity);
+            let again = || {
+                let other = self.ways.get(pair.other.0 as usize)?;
+                let value = other.beside(watched, sample.validity).value()?;
+                Some(other.measure(value, sample.value))
+            };
+            if let Some(known) = remembered.map(|(_, known)| known).or_else(again) {
+                self.panel.hear(number as usize, &known);
             }
         }
         self.panel.rate_heard(way, measured, self.now);

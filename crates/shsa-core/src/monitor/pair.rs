@@ -297,6 +297,8 @@ pub struct Pair {
     pub disagreement: Option<Disagreement>,
     /// The first moment at which the slower way has said something that the faster one has not yet.
     pub(super) due: Option<Time>,
+    /// What the faster way was known to have said about a moment of the slower one, where that may be asked again.
+    pub(super) known: Option<(Validity, Measured)>,
     /// How many comparisons were made.
     pub made: u64,
     /// How many could have been made before the pair was watched.
@@ -324,6 +326,30 @@ impl Pair {
     ) -> Recorded {
         self.made += 1;
         let disagrees = !value.value.overlaps(other.value);
+        if disagrees || self.is_restless() {
+            return self.record_closely(disagrees, (value, other), validity, now);
+        }
+        // As most often: nothing has disagreed of late, and nothing does now.
+        let before = self.window.record(false, now);
+        self.trend.relax();
+        self.trend.record(value, other, validity, now);
+        let tendency = self.trend.tendency();
+        let is_restless = tendency != Tendency::Calm;
+        Recorded {
+            changed: before != together(self.window.said(), tendency),
+            restless: is_restless.then_some(true),
+        }
+    }
+
+    /// The same where something disagrees, or did of late.
+    #[inline(never)]
+    fn record_closely(
+        &mut self,
+        disagrees: bool,
+        (value, other): (&Measured, &Measured),
+        validity: Validity,
+        now: Time,
+    ) -> Recorded {
         let tendency = self.trend.tendency();
         let was_restless = self.window.is_restless() || tendency != Tendency::Calm;
         let before = together(self.window.record(disagrees, now), tendency);

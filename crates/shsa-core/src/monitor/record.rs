@@ -79,6 +79,10 @@ impl Fading {
 
     #[inline]
     fn over(&mut self, span: Span) -> f64 {
+        if span == Span::ZERO {
+            // Several at one moment: the steps from moment to moment stay as they are.
+            return 1.0;
+        }
         if span != self.span {
             self.factor = self.at(span);
             self.span = span;

@@ -212,16 +212,17 @@ impl Trend {
     }
 
     /// Takes a comparison in.
+    #[inline]
     pub fn record(&mut self, value: &Measured, other: &Measured, validity: Validity, now: Time) {
         let tolerance = 0.5 * (value.width + other.width);
         let (difference, middle) = (value.middle - other.middle, other.middle);
-        // Comparisons, and no classes of numbers: those cost a fifth of all this.
-        if !(tolerance > 0.0 && tolerance < f64::INFINITY && difference.abs() < f64::INFINITY) {
-            return;
-        }
         // Divisions are what this costs: one for all shares of the tolerance.
         let shares = 1.0 / tolerance;
         let share = difference * shares;
+        // A tolerance that is infinite has none, and of one that is zero they are no numbers.
+        if !(shares > 0.0 && share.abs() < f64::INFINITY) {
+            return;
+        }
         if let Noise::Known(deviation) = self.noise {
             // The tolerance may change with the value.
             self.options.scatter = BEYOND * deviation * shares;
@@ -261,6 +262,7 @@ impl Trend {
     }
 
     /// Adds what exceeds the allowance; what disagrees outright is for the single comparisons to tell.
+    #[inline]
     fn accumulate(&mut self, share: f64, shares: f64, gain: f64) {
         let allowance = self.options.allowance;
         let [above, below] = self.sums;
@@ -268,6 +270,12 @@ impl Trend {
             // Most often: there is nothing to add, whatever is usual, and nothing to take from.
             return;
         }
+        self.add_excess(share, shares, gain);
+    }
+
+    #[inline(never)]
+    fn add_excess(&mut self, share: f64, shares: f64, gain: f64) {
+        let allowance = self.options.allowance;
         let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return };
         let share = common(share, share - usual * shares);
         for (sum, share) in self.sums.iter_mut().zip([share, -share]) {
@@ -285,6 +293,7 @@ impl Trend {
             && self.square <= self.calm_square
     }
 
+    #[inline(never)]
     fn raise(&mut self, now: Time) {
         let scatter = self.options.scatter;
         let held = |alarm| if self.alarm == alarm { HYSTERESIS } else { 1.0 };

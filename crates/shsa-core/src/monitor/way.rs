@@ -51,6 +51,7 @@ impl WatchedWay {
     }
 
     /// Takes an output in; it is fresh unless it had come before.
+    #[inline]
     pub(super) fn take(&mut self, index: WayIndex, sample: Sample) -> Option<Fresh> {
         let sample = match self.turn {
             Some(turn) => self.unwrapped(sample, turn)?,
