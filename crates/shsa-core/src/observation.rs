@@ -78,7 +78,9 @@ impl Signal {
             let shares = Interval::new(-share(reading.lo()), share(reading.hi()));
             value = value + unit.map_or(shares, |unit| unit.to_si_difference_interval(shares));
         }
-        value + Interval::new(error.lo, error.hi)
+        // Often the shares are all.
+        let is_more = error.lo != 0.0 || error.hi != 0.0;
+        if is_more { value + Interval::new(error.lo, error.hi) } else { value }
     }
 
     /// When the content of an observation with this time stamp was true.

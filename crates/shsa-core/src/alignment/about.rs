@@ -55,7 +55,7 @@ impl History {
 
     /// By how much the newest sample must be grown to hold what was at a moment, where it is certainly the nearest and near
     /// enough: as most often, and seen at a glance.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn newest_about(&self, moment: Validity, reach: Reach) -> Option<f64> {
         let newest = self.top().validity;
@@ -63,7 +63,8 @@ impl History {
             return None;
         }
         let away = farthest(newest, moment);
-        let is_near = away == Span::ZERO || (reach.max_rate > 0.0 && moment.from - newest.to <= reach.max_gap);
+        let is_near =
+            away == Span::ZERO || (reach.max_rate > 0.0 && moment.from - newest.to <= reach.max_gap);
         is_near.then(|| away.seconds() * reach.max_rate)
     }
 
@@ -87,16 +88,23 @@ impl History {
 
     /// The sample that is certainly the nearest, grown by the rate of change over the longest time in between: an error of
     /// time bounds what the plant can do meanwhile.
-    fn within_reach(&self, moment: Validity, reach: Reach) -> Known {
-        let mut nearest: Option<(Span, &Sample)> = None;
-        for sample in self.newest_first() {
+    fn within_reach<'h>(&'h self, moment: Validity, reach: Reach) -> Known {
+        let mut least = Span::MAX;
+        let mut nearest: Option<&Sample> = None;
+        let mut take = |sample: &'h Sample| {
             let away = farthest(sample.validity, moment);
-            if nearest.is_some_and(|(least, _)| away > least) {
-                break;
+            let is_nearer = away <= least;
+            if is_nearer {
+                (least, nearest) = (away, Some(sample));
             }
-            nearest = Some((away, sample));
+            is_nearer
+        };
+        let (newer, older) = self.newer_and_older();
+        // Two loops: one over a chain of both is twice as slow.
+        if newer.iter().rev().all(&mut take) {
+            older.iter().rev().all(&mut take);
         }
-        match nearest {
+        match nearest.map(|nearest| (least, nearest)) {
             Some((away, sample)) if sample.validity.gap(moment) <= reach.max_gap => {
                 Known::Value(sample.value.widened(away.seconds() * reach.max_rate))
             }

@@ -174,9 +174,15 @@ impl History {
         self.before = self.kept(1).map_or(Time::MIN, |before| before.validity.to);
     }
 
+    /// All samples in two parts, the newer ones first; in each of them the oldest is the first.
+    #[inline]
+    pub(super) fn newer_and_older(&self) -> (&[Sample], &[Sample]) {
+        self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples))
+    }
+
     /// All samples, newest first.
     pub fn newest_first(&self) -> impl Iterator<Item = &Sample> {
-        let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
+        let (newer, older) = self.newer_and_older();
         newer.iter().rev().chain(older.iter().rev())
     }
 
@@ -270,7 +276,7 @@ impl History {
     /// The least time between a moment and a sample, and the hull of all samples that are so near.
     fn nearest(&self, moment: Validity) -> (Span, Interval) {
         let mut nearest = Nearest { moment, gap: Span::MAX, value: Interval::EMPTY };
-        let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
+        let (newer, older) = self.newer_and_older();
         // Two loops: one over a chain of both is twice as slow.
         if newer.iter().rev().all(|sample| nearest.take(sample)) {
             older.iter().rev().all(|sample| nearest.take(sample));
@@ -287,7 +293,7 @@ impl History {
     #[must_use]
     pub fn mean_over(&self, stretch: Validity) -> Option<Interval> {
         let mut mean = Weighted::new(stretch);
-        let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
+        let (newer, older) = self.newer_and_older();
         // Two loops: one over a chain of both is twice as slow.
         if newer.iter().rev().all(|sample| mean.take(sample)) {
             older.iter().rev().all(|sample| mean.take(sample));

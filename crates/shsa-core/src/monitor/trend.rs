@@ -212,7 +212,7 @@ impl Trend {
     }
 
     /// Takes a comparison in.
-    #[inline]
+    #[inline(always)]
     pub fn record(&mut self, value: &Measured, other: &Measured, validity: Validity, now: Time) {
         let tolerance = 0.5 * (value.width + other.width);
         let (difference, middle) = (value.middle - other.middle, other.middle);
