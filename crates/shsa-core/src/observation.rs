@@ -1,7 +1,7 @@
 //! One value of one signal, with its uncertainty, its time of validity and the time of its reception.
 
 use crate::interval::Interval;
-use crate::knowledge::{Signal, SignalId};
+use crate::knowledge::{Signal, SignalId, ValueError};
 use crate::time::{Time, Validity};
 use crate::unit::Unit;
 use alloc::vec::Vec;
@@ -53,12 +53,17 @@ impl Signal {
         if !(lo > f64::NEG_INFINITY && lo <= hi && hi < f64::INFINITY) {
             return Interval::EMPTY;
         }
-        let error = self.value_error;
-        let is_si = self.scaling.is_none() && self.unit.as_ref().is_none_or(Unit::is_si);
-        if error.relative == 0.0 && is_si {
-            return Interval::new(lo + error.lo, hi + error.hi);
+        match self.plain_error() {
+            Some(error) => Interval::new(lo + error.lo, hi + error.hi),
+            None => self.enclose_shares(lo, hi),
         }
-        self.enclose_shares(lo, hi)
+    }
+
+    /// The error of a value that is enclosed by plain sums.
+    #[inline]
+    pub(crate) fn plain_error(&self) -> Option<ValueError> {
+        let is_si = self.scaling.is_none() && self.unit.as_ref().is_none_or(Unit::is_si);
+        (self.value_error.relative == 0.0 && is_si).then_some(self.value_error)
     }
 
     /// The same with a relative error, a scaling, or in a unit.
@@ -67,15 +72,15 @@ impl Signal {
         let unit = self.unit.as_ref().filter(|unit| !unit.is_si());
         let reading = Interval::new(lo, hi);
         let reading = self.scaling.map_or(reading, |scaling| scaling.values(reading));
-        let (lo, hi) = (reading.lo(), reading.hi());
-        let share =
-            |bound: f64| if error.relative == 0.0 { 0.0 } else { (error.relative * bound.abs()).next_up() };
-        let shares = Interval::new(-share(lo), share(hi));
-        let (value, shares) = match unit {
-            Some(unit) => (unit.to_si_interval(reading), unit.to_si_difference_interval(shares)),
-            None => (reading, shares),
-        };
-        value + shares + Interval::new(error.lo, error.hi)
+        let mut value = unit.map_or(reading, |unit| unit.to_si_interval(reading));
+        if error.relative != 0.0 {
+            let share = |bound: f64| (error.relative * bound.abs()).next_up();
+            let shares = Interval::new(-share(reading.lo()), share(reading.hi()));
+            value = value + unit.map_or(shares, |unit| unit.to_si_difference_interval(shares));
+        }
+        // Often the shares are all.
+        let is_more = error.lo != 0.0 || error.hi != 0.0;
+        if is_more { value + Interval::new(error.lo, error.hi) } else { value }
     }
 
     /// When the content of an observation with this time stamp was true.
@@ -89,7 +94,7 @@ impl Signal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::knowledge::{Id, Properties, ReadingLimits, Scaling, ValueError, VariableId};
+    use crate::knowledge::{Id, Properties, ReadingLimits, Scaling, VariableId};
     use crate::time::Span;
     use alloc::string::String;
     use proptest::prelude::*;

@@ -50,6 +50,7 @@ impl Span {
     }
 
     /// In seconds.
+    #[inline]
     #[must_use]
     pub fn seconds(self) -> f64 {
         self.0 as f64 / 1e9
@@ -158,6 +159,7 @@ impl Validity {
     }
 
     /// The moments in both; `None` when there is none. Touching counts.
+    #[inline]
     #[must_use]
     pub fn intersection(self, other: Validity) -> Option<Validity> {
         let from = self.from.max(other.from);
@@ -166,6 +168,7 @@ impl Validity {
     }
 
     /// The moment halfway.
+    #[inline]
     #[must_use]
     pub fn centre(self) -> Time {
         self.from + Span((self.to - self.from).0 / 2)
@@ -178,6 +181,7 @@ impl Validity {
     }
 
     /// Time between the two when they do not overlap, else zero.
+    #[inline]
     #[must_use]
     pub fn gap(self, other: Validity) -> Span {
         let apart = (other.from - self.to).max(self.from - other.to);
@@ -185,6 +189,7 @@ impl Validity {
     }
 
     /// From the earliest to the latest moment.
+    #[inline]
     #[must_use]
     pub fn length(self) -> Span {
         self.to - self.from

@@ -47,22 +47,25 @@ impl History {
     #[inline]
     #[must_use]
     pub fn about(&self, moment: Validity, reach: Reach) -> Known {
-        let newest = self.top();
-        let to = newest.validity.to;
-        if to <= moment.to && self.end_before() < to {
-            // As most often: the newest one is the nearest.
-            let (gap, away) = (moment.from - to, farthest(newest.validity, moment));
-            if away == Span::ZERO {
-                return Known::Value(newest.value);
-            }
-            if reach.max_rate > 0.0 {
-                return match gap <= reach.max_gap {
-                    true => Known::Value(newest.value.widened(away.seconds() * reach.max_rate)),
-                    false => Known::Later,
-                };
-            }
+        match self.newest_about(moment, reach) {
+            Some(margin) => Known::Value(self.top().value.widened(margin)),
+            None => self.about_any(moment, reach),
         }
-        self.about_any(moment, reach)
+    }
+
+    /// By how much the newest sample must be grown to hold what was at a moment, where it is certainly the nearest and near
+    /// enough: as most often, and seen at a glance.
+    #[inline(always)]
+    #[must_use]
+    pub fn newest_about(&self, moment: Validity, reach: Reach) -> Option<f64> {
+        let newest = self.top().validity;
+        if newest.to > moment.to || self.end_before() >= newest.to {
+            return None;
+        }
+        let away = farthest(newest, moment);
+        let is_near =
+            away == Span::ZERO || (reach.max_rate > 0.0 && moment.from - newest.to <= reach.max_gap);
+        is_near.then(|| away.seconds() * reach.max_rate)
     }
 
     #[inline(never)]
@@ -85,16 +88,23 @@ impl History {
 
     /// The sample that is certainly the nearest, grown by the rate of change over the longest time in between: an error of
     /// time bounds what the plant can do meanwhile.
-    fn within_reach(&self, moment: Validity, reach: Reach) -> Known {
-        let mut nearest: Option<(Span, &Sample)> = None;
-        for sample in self.newest_first() {
+    fn within_reach<'h>(&'h self, moment: Validity, reach: Reach) -> Known {
+        let mut least = Span::MAX;
+        let mut nearest: Option<&Sample> = None;
+        let mut take = |sample: &'h Sample| {
             let away = farthest(sample.validity, moment);
-            if nearest.is_some_and(|(least, _)| away > least) {
-                break;
+            let is_nearer = away <= least;
+            if is_nearer {
+                (least, nearest) = (away, Some(sample));
             }
-            nearest = Some((away, sample));
+            is_nearer
+        };
+        let (newer, older) = self.newer_and_older();
+        // Two loops: one over a chain of both is twice as slow.
+        if newer.iter().rev().all(&mut take) {
+            older.iter().rev().all(&mut take);
         }
-        match nearest {
+        match nearest.map(|nearest| (least, nearest)) {
             Some((away, sample)) if sample.validity.gap(moment) <= reach.max_gap => {
                 Known::Value(sample.value.widened(away.seconds() * reach.max_rate))
             }
@@ -177,6 +187,7 @@ impl History {
 }
 
 /// The longest time that may lie between what two validities tell.
+#[inline]
 fn farthest(one: Validity, other: Validity) -> Span {
     (one.to - other.from).max(other.to - one.from)
 }

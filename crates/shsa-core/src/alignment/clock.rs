@@ -58,6 +58,8 @@ pub struct Clocks {
     list: IdVec<SignalId, Clock>,
     /// What is usual of the signals of which that is known, when it was learnt, ascending.
     learnt: Vec<Span>,
+    /// What is usual of them altogether: the middle one; of two, that of which the clock agrees with the reception best.
+    reference: Option<Span>,
 }
 
 impl Clocks {
@@ -66,7 +68,7 @@ impl Clocks {
     pub fn new(knowledge: &KnowledgeBase) -> Clocks {
         let count = knowledge.signals().len();
         let clock = |signal| Clock::new(&knowledge.signals()[signal]);
-        Clocks { list: IdVec::filled(count, clock), learnt: Vec::with_capacity(count) }
+        Clocks { list: IdVec::filled(count, clock), learnt: Vec::with_capacity(count), reference: None }
     }
 
     /// Goes on from the clocks before a change, for the signals whose readings mean the same.
@@ -79,6 +81,7 @@ impl Clocks {
             }
         }
         self.learnt.sort_unstable();
+        self.reference = reference(&self.learnt);
     }
 
     /// Takes a stamp in; what is wrong with it.
@@ -89,48 +92,33 @@ impl Clocks {
         // As most often.
         if let Some(usual) = &mut clock.usual
             && clock.stamp != Some(observation.stamp)
-            && Span((amount - *usual).0.saturating_abs()) <= clock.margin
+            && is_near(amount, *usual, clock.margin)
         {
             (clock.stamp, clock.stamped, clock.value, clock.readings) =
                 (Some(observation.stamp), now, None, 0);
             usual.0 += (amount - *usual).0 / FOLLOWS;
-            let usual = *usual;
-            return self.is_apart(observation.signal, usual);
+            return apart(*usual, self.reference, clock.margin);
         }
         self.look_closer(observation, amount, now)
     }
 
-    /// Whether what is usual of a signal is another amount than of the others.
-    #[inline]
-    fn is_apart(&self, signal: SignalId, usual: Span) -> Option<Misdated> {
-        let off = usual - self.reference()?;
-        (Span(off.0.saturating_abs()) > self.list[signal].margin).then_some(Misdated::Off(off))
-    }
-
-    /// What is usual of the signals altogether: the middle one; of two, that of which the clock agrees with the reception best.
-    #[inline]
-    fn reference(&self) -> Option<Span> {
-        let count = self.learnt.len();
-        let (one, other) = (self.learnt.get(count.checked_sub(1)? / 2)?, self.learnt.get(count / 2)?);
-        Some(if one.0.saturating_abs() <= other.0.saturating_abs() { *one } else { *other })
-    }
-
     #[inline(never)]
     fn look_closer(&mut self, observation: &Observation, amount: Span, now: Time) -> Option<Misdated> {
-        let reference = self.reference().unwrap_or(Span::ZERO);
+        let reference = self.reference;
         let clock = &mut self.list[observation.signal];
         if let Some(stood) = clock.stood(observation, now) {
             return (stood > STANDS.max(clock.margin - MOST_OFF)).then_some(Misdated::Standing(stood));
         }
         let lasted = clock.lasted(amount, now);
-        let is_near = |one: Span, other: Span| Span((one - other).0.saturating_abs()) <= clock.margin;
+        let margin = clock.margin;
+        let is_usual = |amount: Span| is_near(amount, reference.unwrap_or(Span::ZERO), margin);
         match clock.usual {
-            Some(usual) if is_near(amount, usual) => {
+            Some(usual) if is_near(amount, usual, margin) => {
                 clock.readings = 0;
-                self.is_apart(observation.signal, usual)
+                apart(usual, reference, margin)
             }
             // The clock has been set right.
-            Some(usual) if lasted && is_near(amount, reference) && !is_near(usual, reference) => {
+            Some(usual) if lasted && is_usual(amount) && !is_usual(usual) => {
                 self.forget(usual);
                 self.learn(observation.signal, amount);
                 None
@@ -138,7 +126,7 @@ impl Clocks {
             Some(usual) => lasted.then_some(Misdated::Off(amount - usual)),
             None if lasted => {
                 self.learn(observation.signal, amount);
-                self.is_apart(observation.signal, amount)
+                apart(amount, self.reference, margin)
             }
             None => None,
         }
@@ -146,8 +134,10 @@ impl Clocks {
 
     fn learn(&mut self, signal: SignalId, usual: Span) {
         self.list[signal].usual = Some(usual);
-        let place = self.learnt.partition_point(|other| *other < usual);
+        // Behind its equals: where all are alike, nothing is moved.
+        let place = self.learnt.partition_point(|other| *other <= usual);
         self.learnt.insert(place, usual);
+        self.reference = reference(&self.learnt);
     }
 
     /// One that is learnt anew counts no more; what is usual has moved a little since it was learnt.
@@ -156,8 +146,29 @@ impl Clocks {
         let nearest = self.learnt.iter().enumerate().min_by_key(|(_, other)| distance(other));
         if let Some(place) = nearest.map(|(place, _)| place) {
             self.learnt.remove(place);
+            self.reference = reference(&self.learnt);
         }
     }
+}
+
+/// Whether what is usual of a signal is another amount than of the others.
+#[inline]
+fn apart(usual: Span, reference: Option<Span>, margin: Span) -> Option<Misdated> {
+    let off = usual - reference?;
+    (!is_near(off, Span::ZERO, margin)).then_some(Misdated::Off(off))
+}
+
+/// What is usual of the signals altogether, of amounts that ascend.
+fn reference(learnt: &[Span]) -> Option<Span> {
+    let count = learnt.len();
+    let (one, other) = (learnt.get(count.checked_sub(1)? / 2)?, learnt.get(count / 2)?);
+    Some(if one.0.saturating_abs() <= other.0.saturating_abs() { *one } else { *other })
+}
+
+/// Whether two amounts are no further apart than a margin.
+#[inline]
+fn is_near(one: Span, other: Span, margin: Span) -> bool {
+    (one - other).0.unsigned_abs() <= margin.0.unsigned_abs()
 }
 
 impl Clock {

@@ -174,9 +174,15 @@ impl History {
         self.before = self.kept(1).map_or(Time::MIN, |before| before.validity.to);
     }
 
+    /// All samples in two parts, the newer ones first; in each of them the oldest is the first.
+    #[inline]
+    pub(super) fn newer_and_older(&self) -> (&[Sample], &[Sample]) {
+        self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples))
+    }
+
     /// All samples, newest first.
     pub fn newest_first(&self) -> impl Iterator<Item = &Sample> {
-        let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
+        let (newer, older) = self.newer_and_older();
         newer.iter().rev().chain(older.iter().rev())
     }
 
@@ -270,7 +276,7 @@ impl History {
     /// The least time between a moment and a sample, and the hull of all samples that are so near.
     fn nearest(&self, moment: Validity) -> (Span, Interval) {
         let mut nearest = Nearest { moment, gap: Span::MAX, value: Interval::EMPTY };
-        let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
+        let (newer, older) = self.newer_and_older();
         // Two loops: one over a chain of both is twice as slow.
         if newer.iter().rev().all(|sample| nearest.take(sample)) {
             older.iter().rev().all(|sample| nearest.take(sample));
@@ -286,20 +292,13 @@ impl History {
     /// Complexity: O(samples since the stretch began).
     #[must_use]
     pub fn mean_over(&self, stretch: Validity) -> Option<Interval> {
-        let mut mean = Weighted { from: stretch.from, until: stretch.to, lo: 0.0, hi: 0.0 };
-        let recent = self.newest_first().take_while(|sample| sample.validity.to >= stretch.from);
-        let mut inside = recent.filter(|sample| sample.validity.intersection(stretch).is_some());
-        let mut later = inside.next()?;
-        let mut count = 1;
-        for sample in inside {
-            mean.take(later.value, middle(later.validity, sample.validity));
-            later = sample;
-            count += 1;
+        let mut mean = Weighted::new(stretch);
+        let (newer, older) = self.newer_and_older();
+        // Two loops: one over a chain of both is twice as slow.
+        if newer.iter().rev().all(|sample| mean.take(sample)) {
+            older.iter().rev().all(|sample| mean.take(sample));
         }
-        mean.take(later.value, stretch.from);
-        let length = stretch.length().seconds();
-        let is_whole = later.validity.from <= stretch.from + Span(stretch.length().0 / 4);
-        (count >= 2 && is_whole && length > 0.0).then(|| Interval::new(mean.lo / length, mean.hi / length))
+        mean.result()
     }
 
     /// What samples that are true in their middles, but for `error` to either side, say of the middle of a moment: the hull of
@@ -372,23 +371,68 @@ impl History {
     }
 }
 
-/// The integral over a stretch of time, from its end backwards.
+/// The integral over a stretch of time, from its end backwards: numbers of nanoseconds before that, and one division when all
+/// is summed, as this is what a mean costs.
 struct Weighted {
-    from: Time,
+    stretch: Validity,
+    length: f64,
     /// What comes after this is in the sums.
-    until: Time,
+    until: f64,
+    /// The value and the middle of the sample that was taken last, and when it began.
+    later: Interval,
+    centre: f64,
+    began: Time,
+    count: u32,
     lo: f64,
     hi: f64,
 }
 
 impl Weighted {
-    /// Adds a value that counts since a moment.
-    fn take(&mut self, value: Interval, since: Time) {
-        let since = since.max(self.from).min(self.until);
-        let length = (self.until - since).seconds();
-        self.lo += value.lo() * length;
-        self.hi += value.hi() * length;
+    fn new(stretch: Validity) -> Weighted {
+        let length = stretch.length().0 as f64;
+        let (later, began) = (Interval::EMPTY, Time::MAX);
+        Weighted { stretch, length, until: 0.0, later, centre: 0.0, began, count: 0, lo: 0.0, hi: 0.0 }
+    }
+
+    /// Takes the next older sample; whether one before it may be in the stretch, too.
+    #[inline]
+    fn take(&mut self, sample: &Sample) -> bool {
+        let Validity { from, to } = sample.validity;
+        if to < self.stretch.from {
+            return false;
+        }
+        if from > self.stretch.to {
+            return true;
+        }
+        let end = self.stretch.to;
+        let centre = 0.5 * ((end - from).0 as f64 + (end - to).0 as f64);
+        if self.count > 0 {
+            // Each counts from halfway between its middle and that of the one before it.
+            self.add(0.5 * (self.centre + centre));
+        }
+        (self.later, self.centre, self.began) = (sample.value, centre, from);
+        self.count += 1;
+        true
+    }
+
+    /// Adds the value that was taken last, which counts from so long before the end.
+    #[inline]
+    fn add(&mut self, since: f64) {
+        let most = if since < self.length { since } else { self.length };
+        let since = if most > self.until { most } else { self.until };
+        let length = since - self.until;
+        self.lo += self.later.lo() * length;
+        self.hi += self.later.hi() * length;
         self.until = since;
+    }
+
+    fn result(mut self) -> Option<Interval> {
+        let is_whole = self.began <= self.stretch.from + Span(self.stretch.length().0 / 4);
+        if self.count < 2 || !is_whole || self.length <= 0.0 {
+            return None;
+        }
+        self.add(self.length);
+        Some(Interval::new(self.lo / self.length, self.hi / self.length))
     }
 }
 
@@ -396,11 +440,6 @@ impl Weighted {
 fn between(one: Interval, other: Interval, share: f64) -> Interval {
     let part = |one: f64, other: f64| one * (1.0 - share) + other * share;
     Interval::new(part(one.lo(), other.lo()), part(one.hi(), other.hi()))
-}
-
-/// Halfway between the middles of two validities.
-fn middle(one: Validity, other: Validity) -> Time {
-    Validity { from: one.centre(), to: other.centre() }.centre()
 }
 
 /// The hull of the samples that are nearest to a moment so far.

@@ -207,23 +207,25 @@ impl Port {
         self.received_before = self.received.replace(now);
         let is_ahead = observation.stamp > now && observation.stamp - now > MOST_AHEAD;
         let validity = signal.validity(observation.stamp);
-        let mut reception = Reception::dropped(validity);
-        if !is_ahead {
-            reception.acceptance = self.keep(signal, &observation.value, validity);
-            reception.late = lateness(signal, observation);
-            if !matches!(reception.acceptance, Acceptance::Duplicate) {
-                reception.back = self.went_back(signal, observation.stamp);
-            }
-            if let Some(most) = signal.limits.frozen_after {
-                reception.still = self.stood_still(signal, observation, now).filter(|still| *still >= most);
-            }
+        if is_ahead {
+            self.counts.dropped += 1;
+            return Reception::dropped(validity);
         }
-        match (&reception.acceptance, reception.late, reception.back) {
+        let acceptance = self.keep(signal, &observation.value, validity);
+        let late = lateness(signal, observation);
+        let is_again = matches!(acceptance, Acceptance::Duplicate);
+        let back = if is_again { None } else { self.went_back(signal, observation.stamp) };
+        let still = match signal.limits.frozen_after {
+            Some(most) => self.stood_still(signal, observation, now).filter(|still| *still >= most),
+            None => None,
+        };
+        if matches!(acceptance, Acceptance::Newest) && late.is_none() && back.is_none() {
             // As most often.
-            (Acceptance::Newest, None, None) => self.counts.accepted += 1,
-            _ => self.counts.add(&reception),
+            self.counts.accepted += 1;
+        } else {
+            self.counts.add(acceptance, late.is_some(), back.is_some());
         }
-        reception
+        Reception { acceptance, validity, late, back, still, misdated: None }
     }
 
     /// Drops an observation whose stamp is wrong: when it was true, nobody knows.
@@ -290,12 +292,15 @@ impl Port {
 
     #[inline]
     fn keep(&mut self, signal: &Signal, value: &RawValue, validity: Validity) -> Acceptance {
-        match (value, self.shape) {
-            (RawValue::Vector(elements), Shape::Vector) => self.keep_scan(signal, elements, validity),
-            (RawValue::Vector(_), Shape::Scalar) | (_, Shape::Vector) => Acceptance::Invalid(Defect::Shape),
-            (&RawValue::Number(number), _) => self.keep_scalar(signal, (number, number), validity),
-            (&RawValue::Interval { lo, hi }, _) => self.keep_scalar(signal, (lo, hi), validity),
-        }
+        let bounds = match (value, self.shape) {
+            (RawValue::Vector(elements), Shape::Vector) => return self.keep_scan(signal, elements, validity),
+            (RawValue::Vector(_), Shape::Scalar) | (_, Shape::Vector) => {
+                return Acceptance::Invalid(Defect::Shape);
+            }
+            (&RawValue::Number(number), _) => (number, number),
+            (&RawValue::Interval { lo, hi }, _) => (lo, hi),
+        };
+        self.keep_scalar(signal, bounds, validity)
     }
 
     #[inline]
@@ -342,7 +347,15 @@ impl Port {
         };
         scan.validity = validity;
         scan.elements.clear();
-        scan.elements.extend(elements.iter().map(|&element| enclose_element(signal, element)));
+        let any = |element: f64| enclose_element(signal, element);
+        match signal.plain_error() {
+            // As most often. What the signal is, is asked once and not for each element.
+            Some(error) => scan.elements.extend(elements.iter().map(|&element| {
+                let is_finite = element.abs() < f64::INFINITY;
+                if is_finite { Interval::new(element + error.lo, element + error.hi) } else { any(element) }
+            })),
+            None => scan.elements.extend(elements.iter().map(|&element| any(element))),
+        }
         self.scans.push(scan);
         Acceptance::Newest
     }
@@ -419,8 +432,8 @@ impl Port {
 
 impl Counts {
     #[inline(never)]
-    fn add(&mut self, reception: &Reception) {
-        let count = match reception.acceptance {
+    fn add(&mut self, acceptance: Acceptance, is_late: bool, is_back: bool) {
+        let count = match acceptance {
             Acceptance::Newest => &mut self.accepted,
             Acceptance::Reordered => {
                 self.reordered += 1;
@@ -433,8 +446,8 @@ impl Counts {
             Acceptance::TooFast(_) => &mut self.too_fast,
         };
         *count += 1;
-        self.late += u64::from(reception.late.is_some());
-        self.out_of_order += u64::from(reception.back.is_some());
+        self.late += u64::from(is_late);
+        self.out_of_order += u64::from(is_back);
     }
 }
 

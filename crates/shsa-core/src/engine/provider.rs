@@ -173,6 +173,14 @@ pub(super) struct Provider {
     widest: f64,
 }
 
+/// Tells an event where there is one. Most often there is none, and a list that is extended by nothing costs more.
+#[inline]
+fn tell(outputs: &mut VecDeque<Output>, event: Option<Event>) {
+    if let Some(event) = event {
+        outputs.push_back(Output::Event(event));
+    }
+}
+
 /// That of the widest element.
 fn width(value: &PublishedValue) -> f64 {
     match value {
@@ -459,11 +467,15 @@ impl Provider {
         outputs: &mut VecDeque<Output>,
     ) {
         self.started.get_or_insert(now);
-        outputs.extend(self.tell_refused(knowledge, now).map(Output::Event));
+        if self.has_refused() {
+            tell(outputs, self.tell_refused(knowledge, now));
+        }
         if !self.short.is_empty() {
             self.follow_short(monitor, now);
         }
-        outputs.extend(self.go_back(knowledge, monitor, now).map(Output::Event));
+        if self.better().is_some() {
+            tell(outputs, self.go_back(knowledge, monitor, now));
+        }
         let trusts = |way: &WatchedWay| judge.trusts_way(way);
         // What is only doubted is better than nothing.
         let mut doubted = None;
@@ -496,7 +508,7 @@ impl Provider {
             self.unsure = None;
             if let Server::StandIn(way) = server {
                 let event = self.note_stand_in(knowledge, monitor, way, fault, now);
-                outputs.extend(event.map(Output::Event));
+                tell(outputs, event);
             }
             return self.publish_sample(knowledge, (sample, server), now, outputs);
         }
@@ -524,7 +536,9 @@ impl Provider {
         outputs: &mut VecDeque<Output>,
     ) {
         self.unsure = None;
-        outputs.extend(self.note_own(knowledge, monitor, now).map(Output::Event));
+        if self.episode.is_some() {
+            tell(outputs, self.note_own(knowledge, monitor, now));
+        }
         let server = Server::Active { since: self.switched };
         self.publish_sample(knowledge, (sample, server), now, outputs);
     }
@@ -579,7 +593,7 @@ impl Provider {
             PublishedValue::Vector(_) => Interval::EMPTY,
         };
         self.widest = self.widest.max(scalar.width());
-        outputs.extend(self.tell_served(knowledge, now).map(Output::Event));
+        tell(outputs, self.tell_served(knowledge, now));
         self.last = Some((now, Sample { validity, value: scalar }));
         self.published += 1;
         let value = match value {

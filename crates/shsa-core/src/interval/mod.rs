@@ -56,7 +56,8 @@ impl Interval {
     #[inline]
     #[must_use]
     pub const fn new(lo: f64, hi: f64) -> Interval {
-        if lo <= hi && lo < f64::INFINITY && hi > f64::NEG_INFINITY {
+        // As most often, and one question: between two bounds that differ there is a number.
+        if lo < hi || lo == hi && lo > f64::NEG_INFINITY && lo < f64::INFINITY {
             Interval { lo, hi }
         } else {
             Interval::EMPTY
@@ -123,7 +124,8 @@ impl Interval {
     #[inline]
     #[must_use]
     pub fn overlaps(self, other: Interval) -> bool {
-        self.lo <= other.hi && other.lo <= self.hi && !self.is_empty() && !other.is_empty()
+        // The bounds of what is empty are beyond all others.
+        larger(self.lo, other.lo) <= smaller(self.hi, other.hi)
     }
 
     /// The numbers in both.

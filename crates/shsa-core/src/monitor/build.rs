@@ -193,6 +193,7 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
     let constant = computation.constant();
     let late = VecDeque::with_capacity(if computation.joined().next().is_some() { MOST_LATE } else { 0 });
     WatchedWay {
+        is_of_moments: !computation.is_windowed() && constant.is_none(),
         computation,
         rests_on,
         conditions,
@@ -313,6 +314,7 @@ fn pair(
         trend: Trend::new(options.trends, timing.mean_over, noise(knowledge, slow.1, fast.1)),
         disagreement: None,
         due: None,
+        known: None,
         made: 0,
         before: 0,
     }

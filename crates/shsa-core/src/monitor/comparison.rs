@@ -8,7 +8,7 @@ use super::panel::Panel;
 use super::trend::Measured;
 use super::{Fresh, Pair, WatchedWay, WayIndex};
 use crate::alignment::{Known, Sample};
-use crate::time::{Time, Validity};
+use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
 
 /// The comparisons of one moment of reception.
@@ -30,6 +30,7 @@ impl Round<'_> {
     pub(super) fn compare(&mut self, fresh: &Fresh) {
         let Fresh { way, validity, ref measured } = *fresh;
         let Some(watched) = self.ways.get(way.0 as usize) else { return };
+        let is_of_moment = watched.mean_over() == Span::ZERO;
         let mut waits = false;
         for &number in &watched.triggers {
             let Some(pair) = self.pairs.get_mut(number as usize) else { continue };
@@ -39,23 +40,32 @@ impl Round<'_> {
                 waits = true;
                 continue;
             }
-            match other.beside(watched, validity) {
-                Known::Value(value) => {
-                    let known = other.measure(value, measured.value);
-                    self.panel.hear(number as usize, &known);
-                    let recorded = pair.record(measured, &guessed(pair, other, known, validity), validity, self.now);
-                    self.changed |= recorded.changed;
-                    if let Some(restless) = recorded.restless {
-                        self.index.note(number, restless);
+            // As most often, and not by way of what is not known.
+            let newest = if is_of_moment { other.newest_about(validity) } else { None };
+            let known = match newest {
+                Some(known) => known,
+                None => match other.beside(watched, validity) {
+                    Known::Value(value) => other.measure(value, measured.value),
+                    Known::Later => {
+                        pair.due = Some(validity.to);
+                        let list = self.awaited.get_mut(pair.other.0 as usize);
+                        list.into_iter().for_each(|list| insert(list, number));
+                        waits = true;
+                        continue;
                     }
-                }
-                Known::Later => {
-                    pair.due = Some(validity.to);
-                    let list = self.awaited.get_mut(pair.other.0 as usize);
-                    list.into_iter().for_each(|list| insert(list, number));
-                    waits = true;
-                }
-                Known::Never => {}
+                    Known::Never => continue,
+                },
+            };
+            self.panel.hear(number as usize, &known);
+            if !is_of_moment {
+                // Means are dear, and may be heard again when all others have spoken.
+                pair.known = Some((validity, known));
+            }
+            let guessed = guessed(pair, other, known, validity);
+            let recorded = pair.record(measured, &guessed, validity, self.now);
+            self.changed |= recorded.changed;
+            if let Some(restless) = recorded.restless {
+                self.index.note(number, restless);
             }
         }
         if waits {
@@ -95,6 +105,7 @@ impl Round<'_> {
                 Known::Value(value) => {
                     let (measured, known) = (Measured::of(sample.value), other.measure(value, sample.value));
                     let Some(pair) = self.pairs.get_mut(number as usize) else { return true };
+                    pair.known = Some((sample.validity, known));
                     let guessed = guessed(pair, other, known, sample.validity);
                     let recorded = pair.record(&measured, &guessed, sample.validity, self.now);
                     self.changed |= recorded.changed;
@@ -129,9 +140,14 @@ impl Round<'_> {
             return;
         }
         for (number, pair) in of_way() {
-            let Some(other) = self.ways.get(pair.other.0 as usize) else { continue };
-            if let Known::Value(value) = other.beside(watched, sample.validity) {
-                self.panel.hear(number as usize, &other.measure(value, sample.value));
+            let remembered = pair.known.filter(|(validity, _)| *validity == sample.validity);
+            let again = || {
+                let other = self.ways.get(pair.other.0 as usize)?;
+                let value = other.beside(watched, sample.validity).value()?;
+                Some(other.measure(value, sample.value))
+            };
+            if let Some(known) = remembered.map(|(_, known)| known).or_else(again) {
+                self.panel.hear(number as usize, &known);
             }
         }
         self.panel.rate_heard(way, measured, self.now);

@@ -104,6 +104,8 @@ struct Moment {
 struct Detector {
     bits: [u64; DETECTED.len()],
     rules: [Rule; DETECTED.len()],
+    /// Whether any of the bits is set.
+    shows: bool,
     /// How many moments have been seen, up to 64.
     seen: u32,
     last: Option<Time>,
@@ -154,28 +156,31 @@ impl Detectors {
     /// Forgets what the readings of a signal have shown; between two moments.
     pub(super) fn forget(&mut self, signal: SignalId) {
         let detector = &mut self.list[signal];
-        (detector.bits, detector.seen, detector.fault) = ([0; DETECTED.len()], 0, None);
+        (detector.bits, detector.shows, detector.seen, detector.fault) =
+            ([0; DETECTED.len()], false, 0, None);
     }
 
     /// Notes what a port says about a reading.
-    #[inline]
+    #[inline(always)]
     pub fn observe(&mut self, signal: SignalId, reception: &Reception, now: Time) {
         let detector = &mut self.list[signal];
         if reception.is_sound() && detector.is_quiet() {
             detector.count(now);
         } else {
-            self.gather(signal, reception);
+            // A copy, so that what is sound need not be in memory.
+            self.gather(signal, *reception);
         }
     }
 
-    fn gather(&mut self, signal: SignalId, reception: &Reception) {
+    #[inline(never)]
+    fn gather(&mut self, signal: SignalId, reception: Reception) {
         let detector = &mut self.list[signal];
         let place = *detector.moment.get_or_insert_with(|| {
             self.moments.push((signal, Moment::default()));
             u32::try_from(self.moments.len() - 1).unwrap_or(u32::MAX)
         });
         if let Some((_, moment)) = self.moments.get_mut(place as usize) {
-            moment.add(reception);
+            moment.add(&reception);
         }
     }
 
@@ -225,6 +230,7 @@ impl Detector {
         Detector {
             bits,
             rules,
+            shows: false,
             seen: 0,
             last: None,
             lifetime,
@@ -241,6 +247,7 @@ impl Detector {
         for (bits, rule) in self.bits.iter_mut().zip(&self.rules) {
             *bits &= u64::MAX >> (64 - rule.n.clamp(1, 64));
         }
+        self.shows = self.bits != [0; DETECTED.len()];
     }
 
     /// The jumps in the window.
@@ -255,8 +262,7 @@ impl Detector {
 
     /// Whether a sound reading changes nothing.
     fn is_quiet(&self) -> bool {
-        let seen = self.bits.iter().fold(0, |all, bits| all | bits);
-        self.moment.is_none() && self.fault.is_none() && seen == 0
+        self.moment.is_none() && self.fault.is_none() && !self.shows
     }
 
     /// Counts a moment once, and forgets what is stale.
@@ -266,7 +272,7 @@ impl Detector {
             return;
         };
         if self.lifetime.is_some_and(|lifetime| now - last > lifetime) {
-            (self.bits, self.seen) = ([0; DETECTED.len()], 0);
+            (self.bits, self.shows, self.seen) = ([0; DETECTED.len()], false, 0);
         }
         if last != now {
             self.seen = (self.seen + 1).min(64);
@@ -301,7 +307,7 @@ impl Detector {
             return Some(Some(fault));
         }
         let recurs = self.recurs && self.outliers > 0.5 * self.most_outliers();
-        if recurs || self.bits != [0; DETECTED.len()] {
+        if recurs || self.shows {
             return None;
         }
         (self.fault, self.recurs) = (None, false);

@@ -39,9 +39,9 @@ pub use trend::{Measured, Noise, Tendency, Trend, TrendOptions, TrendRecord};
 pub use watch::{Absence, Change, Watch};
 pub use way::WatchedWay;
 
-use crate::alignment::{Acceptance, Clocks, Port, Sample};
+use crate::alignment::{Acceptance, Clocks, Misdated, Port, Sample};
 use crate::computation::Settled;
-use crate::knowledge::{IdVec, KnowledgeBase, SignalId, SignalSet, VariableId};
+use crate::knowledge::{IdVec, KnowledgeBase, Signal, SignalId, SignalSet, VariableId};
 use crate::observation::Observation;
 use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
@@ -102,11 +102,11 @@ impl Monitor {
     pub fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation, now: Time) -> Observed {
         let signal = observation.signal;
         let description = &knowledge.signals()[signal];
+        if let Some(misdated) = self.clocks.observe(observation, now) {
+            return self.drop_misdated(description, observation, misdated, now);
+        }
         let port = &mut self.ports[signal];
-        let reception = match self.clocks.observe(observation, now) {
-            None => port.accept(description, observation, now),
-            Some(misdated) => port.drop_misdated(description, observation, misdated, now),
-        };
+        let reception = port.accept(description, observation, now);
         self.detectors.observe(signal, &reception, now);
         let wrong = match reception.acceptance {
             Acceptance::Invalid(_) => Some(Absence::Invalid),
@@ -127,6 +127,21 @@ impl Monitor {
             }
         }
         Observed { kept, change }
+    }
+
+    /// Drops an observation whose stamp is wrong.
+    #[inline(never)]
+    fn drop_misdated(
+        &mut self,
+        description: &Signal,
+        observation: &Observation,
+        misdated: Misdated,
+        now: Time,
+    ) -> Observed {
+        let signal = observation.signal;
+        let reception = self.ports[signal].drop_misdated(description, observation, misdated, now);
+        self.detectors.observe(signal, &reception, now);
+        Observed { kept: false, change: self.watch.hear(signal, None, now) }
     }
 
     /// Looks for signals that have become silent.
@@ -169,7 +184,7 @@ impl Monitor {
             let Some(way) = ways.get_mut(index.0 as usize) else { continue };
             if way.late.is_empty() {
                 match way.computation.evaluate_settled(ports, validity) {
-                    Settled::Value(sample) => fresh.extend(way.take(index, sample)),
+                    Settled::Value(sample) => way.take(index, sample, fresh),
                     Settled::Later(_) if way.late.capacity() > 0 => {
                         way.late.push_back(validity);
                         *waiting += 1;
@@ -199,7 +214,7 @@ impl Monitor {
             let Some(way) = ways.get_mut(index.0 as usize) else { continue };
             while let Some(&moment) = way.late.front() {
                 match way.computation.evaluate_settled(ports, moment) {
-                    Settled::Value(sample) => fresh.extend(way.take(index, sample)),
+                    Settled::Value(sample) => way.take(index, sample, fresh),
                     Settled::Later(_) => break,
                     Settled::Nothing => {}
                 }

@@ -128,7 +128,7 @@ impl Window {
     }
 
     /// Takes a comparison in; what the window said before, now.
-    #[inline]
+    #[inline(always)]
     pub fn record(&mut self, disagrees: bool, now: Time) -> Relationship {
         let mut before = Relationship::Unknown;
         if let Some(last) = self.last {
@@ -147,8 +147,10 @@ impl Window {
         if disagrees && self.bits == 0 {
             self.onset = now;
         }
-        let mask = u64::MAX >> (64 - self.n);
-        self.bits = (self.bits << 1 | u64::from(disagrees)) & mask;
+        if disagrees || self.bits != 0 {
+            let mask = u64::MAX >> (64 - self.n);
+            self.bits = (self.bits << 1 | u64::from(disagrees)) & mask;
+        }
         self.compared = (self.compared + 1).min(self.n);
         self.last = Some(now);
         if disagrees || self.outliers > 0.0 {
@@ -297,6 +299,8 @@ pub struct Pair {
     pub disagreement: Option<Disagreement>,
     /// The first moment at which the slower way has said something that the faster one has not yet.
     pub(super) due: Option<Time>,
+    /// What the faster way was known to have said about a moment of the slower one, where that may be asked again.
+    pub(super) known: Option<(Validity, Measured)>,
     /// How many comparisons were made.
     pub made: u64,
     /// How many could have been made before the pair was watched.
@@ -314,7 +318,7 @@ pub(super) struct Recorded {
 
 impl Pair {
     /// Takes a comparison in.
-    #[inline]
+    #[inline(always)]
     pub(super) fn record(
         &mut self,
         value: &Measured,
@@ -324,13 +328,36 @@ impl Pair {
     ) -> Recorded {
         self.made += 1;
         let disagrees = !value.value.overlaps(other.value);
-        let (was_restless, tendency) = (self.is_restless(), self.trend.tendency());
-        let before = together(self.window.record(disagrees, now), tendency);
+        let was_restless = self.is_restless();
+        let before = if disagrees || was_restless {
+            self.look_closely(disagrees, (value, other), now)
+        } else {
+            // As most often: nothing has disagreed of late, and nothing does now.
+            self.trend.relax();
+            self.window.record(false, now)
+        };
+        self.trend.record(value, other, validity, now);
+        let tendency = self.trend.tendency();
+        let is_restless = self.window.is_restless() || tendency != Tendency::Calm;
+        Recorded {
+            changed: before != together(self.window.said(), tendency),
+            restless: (was_restless != is_restless).then_some(is_restless),
+        }
+    }
+
+    /// Takes in whether two values disagree where one does, or did of late; what the comparisons said before.
+    #[inline(never)]
+    fn look_closely(
+        &mut self,
+        disagrees: bool,
+        (value, other): (&Measured, &Measured),
+        now: Time,
+    ) -> Relationship {
+        let before = together(self.window.record(disagrees, now), self.trend.tendency());
         if disagrees {
             self.disagreement = Some(Disagreement { time: now, value: value.value, other: other.value });
         }
-        let single = self.window.said();
-        match single {
+        match self.window.said() {
             Relationship::Agree => self.trend.relax(),
             Relationship::Conflict => {
                 self.window.note_conflict(now, self.trend.span());
@@ -338,12 +365,7 @@ impl Pair {
             }
             Relationship::Undecided | Relationship::Unknown => {}
         }
-        self.trend.record(value, other, validity, now);
-        let is_restless = self.is_restless();
-        Recorded {
-            changed: before != together(single, self.trend.tendency()),
-            restless: (was_restless != is_restless).then_some(is_restless),
-        }
+        before
     }
 
     /// What its comparisons say now, each on its own and together.

@@ -32,6 +32,15 @@ struct Seat {
     has_majorities: bool,
 }
 
+/// What a way says about the moment at work.
+#[derive(Clone, Copy, Debug)]
+struct Heard {
+    seat: Seat,
+    measured: Measured,
+    /// Whether it agrees with the consensus, once there is one.
+    agrees: bool,
+}
+
 /// The records of all ways, and the values of the moment at work.
 #[derive(Debug)]
 pub(super) struct Panel {
@@ -42,7 +51,7 @@ pub(super) struct Panel {
     own: Vec<Seat>,
     /// For each pair, the seat of the other way when the pair's way delivers; none where nothing ever follows from it.
     others: Vec<Option<Seat>>,
-    heard: Vec<(Seat, Measured)>,
+    heard: Vec<Heard>,
     /// The votes that were heard, as bits, and their bounds.
     present: u64,
     lows: Vec<f64>,
@@ -117,8 +126,21 @@ impl Panel {
 
     #[inline]
     fn take(&mut self, seat: Seat, measured: &Measured) {
-        self.present |= seat.vote;
-        self.heard.push((seat, *measured));
+        self.heard.push(Heard { seat, measured: *measured, agrees: false });
+        if seat.vote != 0 {
+            self.present |= seat.vote;
+            self.lows.push(measured.value.lo());
+            self.highs.push(measured.value.hi());
+        }
+    }
+
+    /// Nothing is heard of the next moment yet.
+    #[inline]
+    fn clear(&mut self) {
+        self.heard.clear();
+        self.lows.clear();
+        self.highs.clear();
+        self.present = 0;
     }
 
     /// A way has delivered, and all that it is compared with has been heard. O(k log k) for k of them.
@@ -138,8 +160,7 @@ impl Panel {
         if let Some(record) = self.records.get_mut(way.0 as usize) {
             record.deliver(now);
         }
-        self.heard.clear();
-        self.present = 0;
+        self.clear();
     }
 
     /// All that a value is compared with has been heard, which came before.
@@ -154,8 +175,7 @@ impl Panel {
             self.take(seat, value);
             self.rate(now);
         }
-        self.heard.clear();
-        self.present = 0;
+        self.clear();
     }
 
     /// Compares all that was heard with its consensus.
@@ -163,26 +183,15 @@ impl Panel {
         let Panel { heard, present, lows, highs, records, .. } = self;
         let is_told = present.count_ones() > 2;
         let counts = |seat: &Seat| seat.independent & *present != 0 && (is_told || !seat.has_majorities);
-        if !heard.iter().any(|(seat, _)| counts(seat)) {
+        if !heard.iter().any(|heard| counts(&heard.seat)) {
             return;
         }
-        lows.clear();
-        highs.clear();
-        for (_, measured) in heard.iter().filter(|(seat, _)| seat.vote != 0) {
-            lows.push(measured.value.lo());
-            highs.push(measured.value.hi());
-        }
         let votes = lows.len();
-        let consensus = consensus(lows, highs).filter(|(agreed, _)| {
-            let supports =
-                |(seat, measured): &&(Seat, Measured)| seat.vote != 0 && measured.value.overlaps(*agreed);
-            2 * heard.iter().filter(supports).count() > votes
-        });
-        for (seat, measured) in heard.iter().filter(|(seat, _)| counts(seat)) {
+        let consensus = consensus(lows, highs).filter(|(agreed, _)| 2 * supporters(heard, *agreed) > votes);
+        for Heard { seat, measured, agrees } in heard.iter().filter(|heard| counts(&heard.seat)) {
             let Some(record) = records.get_mut(seat.way.0 as usize) else { continue };
-            let agrees = consensus.is_some_and(|(agreed, _)| agreed.overlaps(measured.value));
             let distance = consensus.map(|(_, middle)| (measured.middle() - middle).abs());
-            record.compare(agrees, distance, measured.width(), now);
+            record.compare(*agrees && distance.is_some(), distance, measured.width(), now);
         }
     }
 
@@ -254,6 +263,16 @@ fn leave_out_idle(ways: &[WatchedWay], own: &[Seat], others: &mut [Option<Seat>]
     }
 }
 
+/// Notes who agrees with what may be the consensus: how many votes that are.
+fn supporters(heard: &mut [Heard], agreed: Interval) -> usize {
+    let mut count = 0;
+    for Heard { seat, measured, agrees } in heard {
+        *agrees = measured.value.overlaps(agreed);
+        count += usize::from(*agrees && seat.vote != 0);
+    }
+    count
+}
+
 /// The consensus of values with these bounds and its middle; `None` where the medians leave nothing between them.
 fn consensus(lows: &mut [f64], highs: &mut [f64]) -> Option<(Interval, f64)> {
     let lo = ranked(lows, lows.len() / 2)?;
@@ -267,16 +286,34 @@ fn ranked(numbers: &mut [f64], rank: usize) -> Option<f64> {
     match (&*numbers, rank) {
         (&[one, other], 0) => Some(ordered(one, other).0),
         (&[one, other], 1) => Some(ordered(one, other).1),
-        (&[one, other, third], 1) => {
-            let (small, large) = ordered(one, other);
-            Some(ordered(small, ordered(large, third).0).1)
+        (&[one, other, third], 1) => Some(median(one, other, third)),
+        (&[a, b, c, d], 1) => Some(ordered_inner((a, b), (c, d)).0),
+        (&[a, b, c, d], 2) => Some(ordered_inner((a, b), (c, d)).1),
+        (&[a, b, c, d, fifth], 2) => {
+            let (one, other) = ordered_inner((a, b), (c, d));
+            Some(median(one, other, fifth))
         }
         _ if rank < numbers.len() => Some(*numbers.select_nth_unstable_by(rank, f64::total_cmp).1),
         _ => None,
     }
 }
 
+/// The middle one of three numbers.
+#[inline]
+fn median(one: f64, other: f64, third: f64) -> f64 {
+    let (small, large) = ordered(one, other);
+    ordered(small, ordered(large, third).0).1
+}
+
+/// The two in the middle of four numbers, the smaller first.
+#[inline]
+fn ordered_inner((a, b): (f64, f64), (c, d): (f64, f64)) -> (f64, f64) {
+    let ((a, b), (c, d)) = (ordered(a, b), ordered(c, d));
+    ordered(ordered(a, c).1, ordered(b, d).0)
+}
+
 /// Two numbers, the smaller first.
+#[inline]
 fn ordered(one: f64, other: f64) -> (f64, f64) {
     if one < other { (one, other) } else { (other, one) }
 }

@@ -106,6 +106,7 @@ pub struct Measured {
 
 impl Measured {
     /// Finds the middle and the width.
+    #[inline]
     #[must_use]
     pub fn of(value: Interval) -> Measured {
         Measured { value, middle: value.midpoint(), width: value.width() }
@@ -116,12 +117,19 @@ impl Measured {
         Measured { middle: guess.unwrap_or(self.middle), ..self }
     }
 
+    /// What it says with a margin on both sides: the middle is the same.
+    #[inline]
+    pub(super) fn widened(&self, margin: f64) -> Measured {
+        let value = self.value.widened(margin);
+        Measured { value, middle: self.middle, width: self.width + 2.0 * margin }
+    }
+
     /// Its middle, SI.
     pub(super) fn middle(&self) -> f64 {
         self.middle
     }
 
-    /// Its width, SI, rounded up.
+    /// Its width, SI.
     pub(super) fn width(&self) -> f64 {
         self.width
     }
@@ -243,15 +251,17 @@ impl Trend {
     }
 
     /// Takes a comparison in.
+    #[inline(always)]
     pub fn record(&mut self, value: &Measured, other: &Measured, validity: Validity, now: Time) {
         let tolerance = 0.5 * (value.width + other.width);
         let (difference, middle) = (value.middle - other.middle, other.middle);
-        if !(tolerance > 0.0 && tolerance.is_finite() && difference.is_finite()) {
-            return;
-        }
         // Divisions are what this costs: one for all shares of the tolerance.
         let per_tolerance = 1.0 / tolerance;
         let share = difference * per_tolerance;
+        // A tolerance that is infinite has none, and of one that is zero they are no numbers.
+        if !(per_tolerance > 0.0 && share.abs() < f64::INFINITY) {
+            return;
+        }
         // A hull of neighbours is wider where the plant moves: noise is not.
         let (shares, largest) = match self.noise {
             Noise::Known(_) => (self.per_deviation, WILD),
@@ -274,7 +284,7 @@ impl Trend {
         let gain = gain / MEMORY;
         approach(&mut self.mean, difference, gain);
         approach(&mut self.weight, 1.0, gain);
-        if self.noise != Noise::Unknown {
+        if !matches!(self.noise, Noise::Unknown) {
             approach(&mut self.square, clipped * clipped, gain);
             let slope = (middle - before.other) * shares / elapsed;
             approach(&mut self.slope_slope, slope * slope, gain);
@@ -295,12 +305,20 @@ impl Trend {
     }
 
     /// Adds what exceeds the allowance; what disagrees outright is for the single comparisons to tell.
+    #[inline]
     fn accumulate(&mut self, share: f64, shares: f64, gain: f64) {
         let allowance = self.options.allowance;
-        if share.abs() <= allowance && self.sums == [0.0; 2] {
+        let [above, below] = self.sums;
+        if share.abs() <= allowance && above + below == 0.0 {
             // Most often: there is nothing to add, whatever is usual, and nothing to take from.
             return;
         }
+        self.add_excess(share, shares, gain);
+    }
+
+    #[inline(never)]
+    fn add_excess(&mut self, share: f64, shares: f64, gain: f64) {
+        let allowance = self.options.allowance;
         let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return };
         let share = common(share, share - usual * shares);
         for (sum, share) in self.sums.iter_mut().zip([share, -share]) {
@@ -327,6 +345,7 @@ impl Trend {
             && self.square <= self.calm_square
     }
 
+    #[inline(never)]
     fn raise(&mut self, now: Time) {
         let scatter = self.options.scatter;
         let held = |alarm| if self.alarm == alarm { HYSTERESIS } else { 1.0 };
@@ -391,7 +410,7 @@ impl Trend {
     /// What has come together that may accuse: nothing while the noise is not declared.
     #[must_use]
     pub fn tendency(&self) -> Tendency {
-        if self.noise == Noise::Unknown { Tendency::Calm } else { self.alarm }
+        if matches!(self.noise, Noise::Unknown) { Tendency::Calm } else { self.alarm }
     }
 
     /// What has come together, whether it may accuse or is a note.

@@ -91,7 +91,7 @@ impl Watch {
 
     /// A signal has delivered something, and what is wrong with it when it is not a possible value. Gives the change when the
     /// signal was absent until now.
-    #[inline]
+    #[inline(always)]
     pub fn hear(&mut self, signal: SignalId, wrong: Option<Absence>, now: Time) -> Option<Change> {
         if self.start.is_none() {
             self.start = Some(now);

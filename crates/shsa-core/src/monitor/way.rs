@@ -2,7 +2,7 @@
 
 use super::trend::Measured;
 use super::{Fresh, WayIndex};
-use crate::alignment::{History, Known, Reach, Sample};
+use crate::alignment::{Acceptance, History, Known, Reach, Sample};
 use crate::circle;
 use crate::computation::Computation;
 use crate::interval::Interval;
@@ -22,11 +22,13 @@ pub struct WatchedWay {
     pub conditions: SignalSet,
     /// Its recent outputs.
     pub outputs: History,
-    /// The output that was taken in last.
+    /// The newest output, where it was taken in here.
     pub(super) measured: Option<Measured>,
     pub(super) reach: Reach,
     /// The turn after which the variable's values are the same again, SI; `None` of what does not wrap.
     pub(super) turn: Option<f64>,
+    /// Whether its outputs are true at moments, and not over windows or always.
+    pub(super) is_of_moments: bool,
     /// The value of a way that rests on constants alone.
     pub(super) constant: Option<Interval>,
     /// Pairs that compare when this way delivers.
@@ -48,18 +50,25 @@ impl WatchedWay {
         self.rests_on.contains(signal) && !self.conditions.contains(signal)
     }
 
-    /// Takes an output in; it is fresh unless it had come before.
-    pub(super) fn take(&mut self, index: WayIndex, sample: Sample) -> Option<Fresh> {
+    /// Takes an output in; it is among the fresh ones unless it had come before.
+    #[inline(always)]
+    pub(super) fn take(&mut self, index: WayIndex, sample: Sample, fresh: &mut Vec<Fresh>) {
         let sample = match self.turn {
-            Some(turn) => self.unwrapped(sample, turn)?,
+            Some(turn) => match self.unwrapped(sample, turn) {
+                Some(sample) => sample,
+                None => return,
+            },
             None => sample,
         };
-        if !self.outputs.push(sample).is_kept() {
-            return None;
+        let acceptance = self.outputs.push(sample);
+        if !acceptance.is_kept() {
+            return;
         }
         let measured = Measured::of(sample.value);
-        self.measured = Some(measured);
-        Some(Fresh { way: index, validity: sample.validity, measured })
+        if matches!(acceptance, Acceptance::Newest) {
+            self.measured = Some(measured);
+        }
+        fresh.push(Fresh { way: index, validity: sample.validity, measured });
     }
 
     /// An output in the turn of the one before it; one that is a whole turn wide says nothing.
@@ -82,9 +91,8 @@ impl WatchedWay {
     #[inline]
     #[must_use]
     pub fn about(&self, moment: Validity) -> Known {
-        if !self.computation.is_windowed() && self.constant.is_none() {
-            let max_gap = if self.reach.max_gap == Span::MAX { self.max_gap() } else { self.reach.max_gap };
-            return self.outputs.about(moment, Reach { max_gap, ..self.reach });
+        if self.is_of_moments {
+            return self.outputs.about(moment, self.near_reach());
         }
         if let Some(constant) = self.constant {
             return Known::Value(constant);
@@ -93,6 +101,22 @@ impl WatchedWay {
             Some(newest) if newest.validity.centre() >= moment.centre() => Known::or_never(self.near(moment)),
             _ => Known::Later,
         }
+    }
+
+    /// The same as its newest output says it, where that is certainly the nearest one and no other turn: as most often, and with
+    /// the middle and the width that are known.
+    #[inline(always)]
+    pub(super) fn newest_about(&self, moment: Validity) -> Option<Measured> {
+        let measured = self.measured.filter(|_| self.is_of_moments && self.turn.is_none())?;
+        let margin = self.outputs.newest_about(moment, self.near_reach())?;
+        Some(measured.widened(margin))
+    }
+
+    /// How far its outputs say something.
+    #[inline]
+    fn near_reach(&self) -> Reach {
+        let max_gap = if self.reach.max_gap == Span::MAX { self.max_gap() } else { self.reach.max_gap };
+        Reach { max_gap, ..self.reach }
     }
 
     /// What it says about an output of the slower way that it is compared with: where that one is a mean over a time, the mean
@@ -118,11 +142,15 @@ impl WatchedWay {
 
     /// What its present outputs say about a value of this moment that is about to be used, without waiting for more; and
     /// whether that is certain.
+    #[inline]
     #[must_use]
     pub fn vote(&self, moment: Validity) -> Option<(Interval, bool)> {
         if self.computation.is_windowed() {
             // A mean over a time is none of its moments.
             return None;
+        }
+        if let Some(known) = self.newest_about(moment) {
+            return Some((known.value, true));
         }
         let certain = self.about(moment).value();
         let roughly = || self.outputs.roughly_at(moment, self.max_gap());

@@ -74,6 +74,12 @@ impl Provider {
         }
     }
 
+    /// Whether something was refused since the last time that it was told.
+    #[inline]
+    pub(super) fn has_refused(&self) -> bool {
+        !self.refusals.open.is_empty()
+    }
+
     /// Tells what was refused since the last time.
     pub(super) fn tell_refused(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         if self.refusals.open.is_empty() {
@@ -111,7 +117,7 @@ impl Provider {
             self.unfit_since = self.unfit_since.or(Some(now));
             return Some(given);
         }
-        outputs.extend(left.map(Output::Event));
+        super::tell(outputs, left);
         let given = self.computed(monitor.ports(), last, outputs)?;
         let is_fit = self.meets(&given, now);
         self.unfit_since = if is_fit { None } else { Some(now) };

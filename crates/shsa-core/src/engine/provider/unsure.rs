@@ -144,12 +144,12 @@ impl Provider {
         if let Some((sample, server)) = self.uncertain(knowledge, monitor.ports(), now) {
             self.server = Some(server);
             self.blend = None;
-            outputs.extend(self.tell_uncertain(knowledge, now).map(Output::Event));
+            super::tell(outputs, self.tell_uncertain(knowledge, now));
             let Sample { value, validity } = sample;
             return self.publish(knowledge, PublishedValue::Scalar(value), validity, now, outputs);
         }
-        outputs.extend(self.tell_nothing_certain(knowledge, now).map(Output::Event));
-        outputs.extend(self.check_age(knowledge, now).map(Output::Event));
+        super::tell(outputs, self.tell_nothing_certain(knowledge, now));
+        super::tell(outputs, self.check_age(knowledge, now));
     }
 
     /// Nothing trusted can serve the need: goes on with what may be right, or tells that it is not served.
