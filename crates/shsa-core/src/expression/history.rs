@@ -105,15 +105,10 @@ impl<N: Number> History<N> {
         recalled
     }
 
-    /// From the oldest to the newest.
-    fn samples(&self) -> impl DoubleEndedIterator<Item = &Sample<N>> {
-        let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
-        older.iter().chain(newer)
-    }
-
     fn keep(&mut self, sample: Sample<N>) {
         let is_close = |last: &Sample<N>| middle(sample.at) - middle(last.at) < self.spacing;
-        if self.samples().next_back().is_some_and(is_close) {
+        let newest = self.samples.len().checked_sub(1).and_then(|number| self.numbered(number));
+        if newest.is_some_and(is_close) {
             return;
         }
         if self.samples.len() < self.room {
@@ -124,14 +119,31 @@ impl<N: Number> History<N> {
         }
     }
 
+    /// How many of the oldest samples are so, where none that is newer than one that is not is. Complexity: O(log samples).
+    fn first_ones(&self, is_so: impl Fn(&Sample<N>) -> bool) -> usize {
+        let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
+        match older.partition_point(&is_so) {
+            count if count < older.len() => count,
+            count => count + newer.partition_point(&is_so),
+        }
+    }
+
+    /// The sample with a number, the oldest being 0.
+    fn numbered(&self, number: usize) -> Option<&Sample<N>> {
+        let place = self.start + number;
+        let count = self.samples.len();
+        self.samples.get(if place < count { place } else { place - count }).filter(|_| number < count)
+    }
+
     /// The mean rate of change since the sample whose age is nearest to the window, and at least half of it.
     fn derivative(&self, value: N, at: Validity, window: Span) -> Recalled<N> {
         let now = middle(at);
         let age = |sample: &Sample<N>| now - middle(sample.at);
-        let old = self
-            .samples()
-            .filter(|sample| age(sample) > Span::ZERO && age(sample) >= Span(window.0 / 2))
-            .min_by_key(|sample| (age(sample) - window).abs());
+        let is_old = |sample: &&Sample<N>| age(sample) > Span::ZERO && age(sample) >= Span(window.0 / 2);
+        let older = self.first_ones(|sample| age(sample) >= window);
+        let candidates = [older.checked_sub(1), Some(older)];
+        let candidates = candidates.into_iter().flatten().filter_map(|number| self.numbered(number));
+        let old = candidates.filter(is_old).min_by_key(|sample| (age(sample) - window).abs());
         let Some(old) = old else { return Recalled { value: N::MISSING, since: None } };
         let change = value.binary(Binary::Sub, old.value);
         let time = N::constant(elapsed(old.at, at));
@@ -140,28 +152,39 @@ impl<N: Number> History<N> {
 
     /// The value a span ago: between the last sample before and the first one after.
     fn delay(&self, value: N, at: Validity, span: Span) -> N {
-        let now = [Sample { at, value }];
-        let is_newer = |sample: &&Sample<N>| middle(sample.at) < middle(at);
-        let samples =
-            || self.samples().filter(is_newer).chain(now.iter().filter(|sample| !sample.value.is_missing()));
+        let now = Sample { at, value };
+        let kept = self.first_ones(|sample| middle(sample.at) < middle(at));
+        let count = kept + usize::from(!value.is_missing());
+        // The sample of now comes after those that are kept.
+        let numbered = |number: usize| if number < kept { self.numbered(number) } else { Some(&now) };
+        let first_ones = |is_so: &dyn Fn(Time) -> bool| match self.first_ones(|it| is_so(middle(it.at))) {
+            older if older < kept => older,
+            _ if count > kept && is_so(middle(at)) => count,
+            _ => kept,
+        };
         let (earliest, moment, latest) = (at.from - span, middle(at) - span, at.to - span);
-        let before = samples().filter(|sample| middle(sample.at) <= earliest).last();
-        let nominal = samples().filter(|sample| middle(sample.at) <= moment).last();
-        let after = samples().find(|sample| middle(sample.at) >= latest);
+        let before = first_ones(&|time| time <= earliest).checked_sub(1);
+        let nominal = first_ones(&|time| time <= moment).checked_sub(1);
+        let after = Some(first_ones(&|time| time < latest)).filter(|after| *after < count);
         let (Some(before), Some(nominal), Some(after)) = (before, nominal, after) else { return N::MISSING };
-        let around =
-            samples().filter(|sample| (middle(before.at)..=middle(after.at)).contains(&middle(sample.at)));
-        around.fold(nominal.value, |hull, sample| hull.covering(sample.value))
+        let Some(nominal) = numbered(nominal) else { return N::MISSING };
+        (before..=after)
+            .filter_map(numbered)
+            .fold(nominal.value, |hull, sample| hull.covering(sample.value))
     }
 
     /// The mean of the values that are younger than the window, this one among them; there is none before a window is over.
     fn moving_mean(&self, value: N, at: Validity, window: Span) -> N {
         let age = |sample: &Sample<N>| middle(at) - middle(sample.at);
-        let is_over = self.samples().next().is_some_and(|oldest| age(oldest) >= window);
+        let is_over = self.numbered(0).is_some_and(|oldest| age(oldest) >= window);
         if value.is_missing() || !is_over {
             return N::MISSING;
         }
-        let within = self.samples().filter(|sample| Span::ZERO < age(sample) && age(sample) < window);
+        let (from, to) = (
+            self.first_ones(|sample| age(sample) >= window),
+            self.first_ones(|sample| age(sample) > Span::ZERO),
+        );
+        let within = (from..to).filter_map(|number| self.numbered(number));
         let add =
             |(sum, count): (N, f64), sample: &Sample<N>| (sum.binary(Binary::Add, sample.value), count + 1.0);
         let (sum, count) = within.fold((value, 1.0), add);

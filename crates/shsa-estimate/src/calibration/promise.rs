@@ -29,7 +29,7 @@ const NOISES: [f64; 6] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6];
 const MARGIN: f64 = 1.4;
 const NOISE_SERIES: [u64; 4] = [100, 101, 102, 103];
 /// No factor is followed further than this beyond one that was tried.
-const FURTHEST: f64 = 2.0;
+const FURTHEST: f64 = 1.5;
 /// So many pairs cost as much as all else.
 const PAIRS: f64 = 10.0;
 /// While new surrogate hours have more than one alarm, the factor grows by this,
