@@ -357,7 +357,9 @@ impl<'a> Work<'a> {
             Trial { errors: shares.iter().zip(&floors).map(error).collect(), ..trial.clone() }
         };
         let apart = IdVec::filled(self.knowledge.signals().len(), |signal: SignalId| {
-            between * scales[signal].deviation
+            let number = self.parameters.iter().position(|it| *it == Parameter::Signal(signal))?;
+            shares[number]?;
+            Some(between * scales[signal].deviation)
         });
         let source = Source::new(&delayed, &parts, apart);
         // What is not shown to hold says nothing about the promise, however it is.

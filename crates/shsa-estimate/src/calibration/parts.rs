@@ -11,7 +11,7 @@ const AROUND: [usize; 4] = [15, 7, 3, 1];
 
 /// Witnesses have something in common beside what is agreed on when their rests together have more than this share of their
 /// variance, and a signal that is alone when its rests vary more than so many times as much as its noise.
-const COMMON: f64 = 0.5;
+const COMMON: f64 = 0.2;
 const BEYOND_NOISE: f64 = 2.0;
 
 /// The values of one signal in one stretch, in its own unit.
@@ -83,16 +83,16 @@ impl<'a> Parts<'a> {
     /// Whether what is left of the values of a variable goes with the variable itself.
     fn is_moved(&self, signals: &[SignalId]) -> bool {
         let own = |signal: SignalId| variance(&self.rests(signal));
-        let &[one, ref others @ ..] = signals else { return false };
-        let Some(&other) = others.first() else {
-            return own(one) > BEYOND_NOISE * self.noise(one);
-        };
-        let together: Vec<f64> = (self.pieces.iter())
-            .flat_map(|piece| piece.tracks[one].beside(&piece.tracks[other]))
-            .map(|(one, other)| one * other)
-            .collect();
-        // In units of both: the product of what they have in common.
-        mean(&together) > COMMON * (own(one) * own(other)).sqrt()
+        if let [alone] = *signals {
+            return own(alone) > BEYOND_NOISE * self.noise(alone);
+        }
+        signals.windows(2).any(|two| {
+            let &[one, other] = two else { return false };
+            let beside = self.pieces.iter().flat_map(|it| it.tracks[one].beside(&it.tracks[other]));
+            let together: Vec<f64> = beside.map(|(one, other)| one * other).collect();
+            // In units of both: the product of what they have in common.
+            mean(&together) > COMMON * (own(one) * own(other)).sqrt()
+        })
     }
 
     /// The variance of the noise of a signal by second differences, in which what changes slowly is not seen.

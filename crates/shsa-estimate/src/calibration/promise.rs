@@ -24,7 +24,7 @@ const FAILED: f64 = 5_000.0;
 /// What a factor grows by for each e-fold fewer alarms, as a share of it: within these.
 const SLOPES: (f64, f64) = (0.06, 0.15);
 /// Noise is declared as so many times what was found, when that costs no alarm in these series of surrogate sessions.
-const NOISES: [f64; 6] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6];
+const NOISES: [f64; 7] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0];
 /// One more of these than was enough: other hours differ.
 const MARGIN: f64 = 1.4;
 const NOISE_SERIES: [u64; 4] = [100, 101, 102, 103];
@@ -179,6 +179,7 @@ impl Work<'_> {
             (self.options.progress)();
         }
         let noise = trials.noise(factor)?;
+
         Ok(Promise {
             alarms_per_hour: wanted,
             factor,

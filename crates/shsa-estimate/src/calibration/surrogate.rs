@@ -13,6 +13,9 @@ const MEMORIES: f64 = 10.0;
 const FEWEST: f64 = 20.0;
 /// but is no longer than this share of the longest stretch.
 const LONGEST: f64 = 0.25;
+/// Of a signal that is alone, what leaves its own course by more than so many deviations may as well be the plant that jumps: it
+/// stays where it was.
+const JUMPS: f64 = 6.0;
 /// Correlations below this are forgotten.
 const FORGOTTEN: f64 = 0.1;
 /// No longer memory is looked for.
@@ -27,6 +30,8 @@ pub(super) struct Source<'a> {
     pub(super) between: IdVec<SignalId, f64>,
     /// What each reading is rounded to, in its unit; 0 where it is not.
     quanta: IdVec<SignalId, f64>,
+    /// What is larger than this is not drawn anew, in its unit; below 0 of a signal that is not fitted, which stays as it was.
+    largest: IdVec<SignalId, f64>,
     /// How long a block is, in seconds.
     block_s: f64,
 }
@@ -35,16 +40,26 @@ pub(super) struct Source<'a> {
 type Rests = Vec<IdVec<SignalId, Vec<f64>>>;
 
 impl<'a> Source<'a> {
-    /// `between` is a standard deviation for each signal.
+    /// `between` is a standard deviation for each signal that is fitted.
     pub(super) fn new(
         knowledge: &KnowledgeBase,
         parts: &'a Parts<'a>,
-        between: IdVec<SignalId, f64>,
+        between: IdVec<SignalId, Option<f64>>,
     ) -> Source<'a> {
         let count = knowledge.signals().len();
+        let largest = IdVec::filled(count, |signal: SignalId| {
+            let is_alone = knowledge.carriers(knowledge.signals()[signal].variable).len() == 1;
+            match between[signal] {
+                None => -1.0,
+                Some(_) if is_alone => JUMPS * crate::order::winsorised(&parts.rests(signal)).sqrt(),
+                Some(_) => f64::INFINITY,
+            }
+        });
+        let between = IdVec::filled(count, |signal: SignalId| between[signal].unwrap_or(0.0));
         let memories: IdVec<SignalId, f64> = IdVec::filled(count, |signal| memory(parts, signal));
         let mut tails = IdVec::filled(count, |signal: SignalId| {
-            let rests = parts.rests(signal);
+            let mut rests = parts.rests(signal);
+            rests.retain(|rest| rest.abs() <= largest[signal]);
             let below: Vec<f64> = rests.iter().map(|rest| -rest).collect();
             [Side::of(&below, memories[signal]), Side::of(&rests, memories[signal])]
         });
@@ -56,7 +71,7 @@ impl<'a> Source<'a> {
             (MEMORIES * memories[signal]).max(FEWEST) * period
         });
         let block_s = wanted.fold(0.0, f64::max).min(LONGEST * longest).max(1e-3);
-        Source { parts, tails, between, quanta, block_s }
+        Source { parts, tails, between, quanta, largest, block_s }
     }
 
     /// The observations of one session that could have been, by stretch. Time: O(n log n).
@@ -66,7 +81,8 @@ impl<'a> Source<'a> {
         let spread = (1.0 + 1.0 / sessions).sqrt();
         let offsets = IdVec::filled(self.between.len(), |signal: SignalId| {
             let own = self.parts.offsets.get(session).map_or(0.0, |it| it[signal]);
-            self.parts.offset(signal) - own + self.between[signal] * spread * chance.normal()
+            let drawn = self.between[signal] * spread * chance.normal();
+            if self.largest[signal] < 0.0 { 0.0 } else { self.parts.offset(signal) - own + drawn }
         });
         let own = self.parts.pieces.iter().filter(|it| it.session == session);
         own.map(|piece| {
@@ -121,7 +137,8 @@ impl<'a> Source<'a> {
             let drawn = &rests[from][signal];
             let rest = drawn.get(next).or(drawn.last()).copied().unwrap_or(0.0);
             next += 1;
-            let changed = rest - track.rests[at] + offset;
+            let is_drawn = track.rests[at].abs() <= self.largest[signal];
+            let changed = if is_drawn { rest - track.rests[at] } else { 0.0 } + offset;
             move_by(&mut observations[*place].value, changed, self.quanta[signal]);
         }
     }
@@ -137,6 +154,9 @@ impl<'a> Source<'a> {
             drawn.get(rank).map_or(rest, |excess| side.from + excess)
         };
         let one = |signal: SignalId, rest: f64| {
+            if rest.abs() > self.largest[signal] {
+                return 0.0;
+            }
             let ([below, above], [low, high]) = (&self.tails[signal], &drawn[signal]);
             if rest > above.from {
                 anew(rest, above, high)
