@@ -6,8 +6,10 @@ mod models;
 #[path = "../tests/models/plant.rs"]
 mod plant;
 
-use models::System;
+use models::{Sensor, System};
 use shsa_core::engine::{Engine, Input, Options};
+use shsa_core::knowledge::Draft;
+use shsa_core::observation::RawValue;
 use std::hint::black_box;
 use std::io::Write;
 
@@ -22,6 +24,19 @@ fn drive(engine: &mut Engine, inputs: Vec<Input>) {
     }
 }
 
+/// One variable that is carried by so many signals.
+fn many(count: usize) -> System {
+    let names: &'static [String] = (0..count).map(|at| format!("s{at}")).collect::<Vec<_>>().leak();
+    let sensor = |name: &'static String| -> Sensor<'static> { (name, "x", "10 Hz", "0.1", "0 ms") };
+    let draft = Draft {
+        variables: vec![models::variable("x", "1", "scalar", "1")],
+        signals: models::sensors(&names.iter().map(sensor).collect::<Vec<_>>()),
+        ..Draft::default()
+    };
+    let truth = |_: usize, seconds: f64| RawValue::Number(1.0 + 0.5 * (seconds / 8.0).sin());
+    System { knowledge: models::built(&draft), truth }
+}
+
 /// A system, the seconds before the count, and those that are counted.
 fn case(name: &str) -> Option<(System, u32, u32)> {
     Some(match name {
@@ -30,6 +45,7 @@ fn case(name: &str) -> Option<(System, u32, u32)> {
         "climber" => (models::climber(), 10, 20),
         "rover" => (models::rover(), 2, 2),
         "plant" => (plant::plant(), 1, 1),
+        "many" => (many(10_000), 2, 1),
         _ => return None,
     })
 }
@@ -37,7 +53,7 @@ fn case(name: &str) -> Option<(System, u32, u32)> {
 fn main() -> std::io::Result<()> {
     let name = std::env::args().nth(1).unwrap_or_default();
     let Some((system, before_s, counted_s)) = case(&name) else {
-        return writeln!(std::io::stderr(), "usage: instructions generic|car|climber|rover|plant");
+        return writeln!(std::io::stderr(), "usage: instructions generic|car|climber|rover|plant|many");
     };
     let mut engine = Engine::new(system.knowledge.clone(), Options::default());
     for input in system.inputs(0, before_s) {

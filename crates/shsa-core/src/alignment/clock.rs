@@ -168,7 +168,8 @@ fn reference(learnt: &[Span]) -> Option<Span> {
 /// Whether two amounts are no further apart than a margin.
 #[inline]
 fn is_near(one: Span, other: Span, margin: Span) -> bool {
-    (one - other).0.unsigned_abs() <= margin.0.unsigned_abs()
+    let off = one - other;
+    off <= margin && Span::ZERO - margin <= off
 }
 
 impl Clock {

@@ -266,7 +266,9 @@ impl Port {
     /// Notes a stamp: by how much it went back, where its error leaves no doubt that it did.
     #[inline]
     fn went_back(&mut self, signal: &Signal, stamp: Time) -> Option<Span> {
-        self.stamp = self.stamp.max(Some(stamp));
+        if self.stamp.is_none_or(|newest| newest < stamp) {
+            self.stamp = Some(stamp);
+        }
         let (early, late) = signal.time_error;
         let before = self.stamp_before.filter(|before| stamp < *before || late < early)?;
         (stamp + late < before + early).then(|| before - stamp)

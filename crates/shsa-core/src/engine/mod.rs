@@ -140,9 +140,9 @@ impl Engine {
     /// Takes one input. Time never goes back: an input of an earlier moment counts as one of the present.
     pub fn handle(&mut self, input: Input) {
         match input {
-            Input::Observation(ref observation) => {
+            Input::Observation(observation) => {
                 self.advance(observation.received);
-                self.observe(observation);
+                self.observe(&observation);
             }
             Input::Tick(time) => {
                 self.advance(time);
