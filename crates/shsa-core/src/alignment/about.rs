@@ -55,6 +55,7 @@ impl History {
 
     /// By how much the newest sample must be grown to hold what was at a moment, where it is certainly the nearest and near
     /// enough: as most often, and seen at a glance.
+    // Once for every observation or comparison, from two places: by a hint alone it would be called.
     #[inline(always)]
     #[must_use]
     pub fn newest_about(&self, moment: Validity, reach: Reach) -> Option<f64> {

@@ -161,6 +161,7 @@ impl Detectors {
     }
 
     /// Notes what a port says about a reading.
+    // Once for every observation or comparison, from two places: by a hint alone it would be called.
     #[inline(always)]
     pub fn observe(&mut self, signal: SignalId, reception: &Reception, now: Time) {
         let detector = &mut self.list[signal];

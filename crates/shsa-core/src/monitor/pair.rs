@@ -128,6 +128,7 @@ impl Window {
     }
 
     /// Takes a comparison in; what the window said before, now.
+    // Once for every observation or comparison, from two places: by a hint alone it would be called.
     #[inline(always)]
     pub fn record(&mut self, disagrees: bool, now: Time) -> Relationship {
         let mut before = Relationship::Unknown;
@@ -318,6 +319,7 @@ pub(super) struct Recorded {
 
 impl Pair {
     /// Takes a comparison in.
+    // Once for every observation or comparison, from two places: by a hint alone it would be called.
     #[inline(always)]
     pub(super) fn record(
         &mut self,

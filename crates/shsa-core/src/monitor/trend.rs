@@ -251,6 +251,7 @@ impl Trend {
     }
 
     /// Takes a comparison in.
+    // Once for every observation or comparison, from two places: by a hint alone it would be called.
     #[inline(always)]
     pub fn record(&mut self, value: &Measured, other: &Measured, validity: Validity, now: Time) {
         let tolerance = 0.5 * (value.width + other.width);

@@ -91,6 +91,7 @@ impl Watch {
 
     /// A signal has delivered something, and what is wrong with it when it is not a possible value. Gives the change when the
     /// signal was absent until now.
+    // Once for every observation or comparison, from two places: by a hint alone it would be called.
     #[inline(always)]
     pub fn hear(&mut self, signal: SignalId, wrong: Option<Absence>, now: Time) -> Option<Change> {
         if self.start.is_none() {

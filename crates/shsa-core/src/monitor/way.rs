@@ -51,6 +51,7 @@ impl WatchedWay {
     }
 
     /// Takes an output in; it is among the fresh ones unless it had come before.
+    // Once for every observation or comparison, from two places: by a hint alone it would be called.
     #[inline(always)]
     pub(super) fn take(&mut self, index: WayIndex, sample: Sample, fresh: &mut Vec<Fresh>) {
         let sample = match self.turn {
@@ -105,6 +106,7 @@ impl WatchedWay {
 
     /// The same as its newest output says it, where that is certainly the nearest one and no other turn: as most often, and with
     /// the middle and the width that are known.
+    // Once for every observation or comparison, from two places: by a hint alone it would be called.
     #[inline(always)]
     pub(super) fn newest_about(&self, moment: Validity) -> Option<Measured> {
         let measured = self.measured.filter(|_| self.is_of_moments && self.turn.is_none())?;
