@@ -266,7 +266,8 @@ fn run(sensors: &[Sensor], demands: &[Demand]) {
             assert!(demand.is_met_by(sensor, at), "{sensor:?} served {demand:?}");
             assert!(publication.quality != Quality::Uncertain);
         }
-        assert!(stage.count(number, EventKind::Unhealable) <= 1, "{:#?}", stage.events);
+        // Once for each source that falls silent: values may be too old before that is sure.
+        assert!(stage.count(number, EventKind::Unhealable) <= sensors.len(), "{:#?}", stage.events);
         // What is refused is told once: no reason twice.
         let refused = stage.events.iter().filter(|event| event.kind == EventKind::Refused);
         let mut reasons: Vec<(Option<NeedId>, &str)> =

@@ -286,10 +286,12 @@ impl Trend {
         approach(&mut self.mean, difference, gain);
         approach(&mut self.weight, 1.0, gain);
         if !matches!(self.noise, Noise::Unknown) {
-            approach(&mut self.square, clipped * clipped, gain);
+            // A shift in time may be many deviations wide.
+            let apart = difference.clamp(-LARGEST * tolerance, LARGEST * tolerance) * shares;
+            approach(&mut self.square, apart * apart, gain);
             let slope = (middle - before.other) * shares / elapsed;
             approach(&mut self.slope_slope, slope * slope, gain);
-            approach(&mut self.slope_difference, slope * clipped, gain);
+            approach(&mut self.slope_difference, slope * apart, gain);
         }
         if !self.is_settled && self.weight > self.enough {
             self.usual = Some(self.mean / self.weight);
@@ -331,8 +333,10 @@ impl Trend {
     fn accumulate_beyond(&mut self, difference: f64, share: f64) {
         let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return };
         let beyond = ((difference - usual) * self.per_deviation).clamp(-WILD, WILD);
+        // What scatters more than it should comes together by chance.
+        let step = STEP * self.scatter.max(1.0);
         for (sum, beyond) in self.sums.iter_mut().zip([beyond, -beyond]) {
-            *sum = (*sum + (beyond - STEP) / ENOUGH).clamp(0.0, 1.0);
+            *sum = (*sum + (beyond - step) / ENOUGH).clamp(0.0, 1.0);
         }
     }
 
@@ -353,10 +357,10 @@ impl Trend {
         let largest = self.largest_sum();
         let (noise, shifted) =
             (self.scatter / (scatter * scatter), self.shifted(held(Tendency::Skew)) / self.limit_of_skew());
-        let alarm = if largest >= 1.0 || (self.alarm == Tendency::Drift && largest > 0.0) {
-            Tendency::Drift
-        } else if shifted > held(Tendency::Skew) {
+        let alarm = if shifted > held(Tendency::Skew) {
             Tendency::Skew
+        } else if largest >= 1.0 || (self.alarm == Tendency::Drift && largest > 0.0) {
+            Tendency::Drift
         } else if noise > held(Tendency::Noise) {
             Tendency::Noise
         } else if largest > OPEN || noise.max(shifted) > HALF {
@@ -377,7 +381,7 @@ impl Trend {
 
     /// The mean square difference where a shift in time explains it; a mean over few comparisons is none.
     fn shifted(&self, held: f64) -> f64 {
-        if self.weight > FULL && self.explained() > EXPLAINED * held { self.square } else { 0.0 }
+        if self.weight > self.enough && self.explained() > EXPLAINED * held { self.square } else { 0.0 }
     }
 
     /// Single comparisons are in conflict: while they are, there is nothing to add.
