@@ -77,9 +77,10 @@ pub struct Window {
     recurs: bool,
 }
 
-/// Single disagreements that come again and again are a conflict, too, although most comparisons agree: when they are as many
-/// as this within so many comparisons, over at least so long,
-const RECURRING: f64 = 4.5;
+/// Single disagreements that come again and again are a conflict, too, although most comparisons agree: when they are this
+/// share of them, and as many as this, within so many comparisons, over at least so long: a bad road is over then.
+const RECURRING: f64 = 0.04;
+const FEWEST_RECURRING: f64 = 4.5;
 const RECURS_AMONG: f64 = 64.0;
 const RECURS_OVER: Span = Span::from_millis(5_000);
 /// until they are half as many. Less than this is none.
@@ -169,7 +170,8 @@ impl Window {
         if self.outliers < FEW {
             self.outliers = 0.0;
         }
-        self.recurs = self.outliers >= if self.recurs { 0.5 * RECURRING } else { RECURRING };
+        let enough = FEWEST_RECURRING.max(RECURRING * self.memory);
+        self.recurs = self.outliers >= if self.recurs { 0.5 * enough } else { enough };
     }
 
     /// Whether something in it has disagreed of late, or has done so again and again.
