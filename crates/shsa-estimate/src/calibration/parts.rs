@@ -1,6 +1,6 @@
 //! Healthy sessions taken apart: what the witnesses of a variable agree on, what each is off by, and what is left of each value.
 
-use crate::order::{mean, variance, winsorised};
+use crate::order::{mean, median, variance};
 use crate::session::Session;
 use shsa_core::knowledge::{IdVec, KnowledgeBase, SignalId, VariableId};
 use shsa_core::observation::{Observation, RawValue};
@@ -12,7 +12,9 @@ const AROUND: [usize; 4] = [15, 7, 3, 1];
 /// Witnesses have something in common beside what is agreed on when their rests together have more than this share of their
 /// variance, and a signal that is alone when its rests vary more than so many times as much as its noise.
 const COMMON: f64 = 0.2;
-const BEYOND_NOISE: f64 = 2.0;
+const BEYOND_NOISE: f64 = 4.0;
+/// The median distance from zero of what is normally distributed, in standard deviations.
+const NORMAL_MEDIAN: f64 = 0.674_5;
 
 /// The values of one signal in one stretch, in its own unit.
 #[derive(Clone, Debug, Default)]
@@ -95,11 +97,12 @@ impl<'a> Parts<'a> {
         })
     }
 
-    /// The variance of the noise of a signal by second differences, in which what changes slowly is not seen.
+    /// The variance of the noise of a signal by second differences, in which what changes slowly is not seen; by their median, as
+    /// the plant may jump now and then.
     pub(super) fn noise(&self, signal: SignalId) -> f64 {
         let second = self.pieces.iter().flat_map(|it| it.tracks[signal].values.windows(3));
-        let second: Vec<f64> = second.map(|it| it[0] - 2.0 * it[1] + it[2]).collect();
-        winsorised(&second) / 6.0
+        let usual = median(second.map(|it| (it[0] - 2.0 * it[1] + it[2]).abs()));
+        (usual / NORMAL_MEDIAN).powi(2) / 6.0
     }
 
     fn agree(&mut self, knowledge: &KnowledgeBase, variable: VariableId, around: usize) {

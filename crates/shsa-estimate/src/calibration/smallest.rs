@@ -17,6 +17,8 @@ const HALVINGS: usize = 3;
 /// A step is told within so many seconds, and within so many times its signal's period.
 const WITHIN_S: f64 = 10.0;
 const WITHIN_PERIODS: f64 = 100.0;
+/// So many observations before the end of a trial are watched at least.
+const BEFORE: usize = 10_000;
 /// No more observations are tried a step with.
 const MOST_OBSERVATIONS: usize = 40_000;
 
@@ -88,9 +90,9 @@ impl Tried<'_> {
     }
 
     fn is_told_at(&self, signal: SignalId, step: f64, onset: Time, within: Span) -> bool {
-        // What was long before says nothing: a run begins some time before the step.
-        let from = self.all.partition_point(|it| it.received < onset - within);
+        // What was long before says nothing, but what is usual must be known: a run begins some time before the step.
         let to = self.all.partition_point(|it| it.received < onset + within);
+        let from = self.all.partition_point(|it| it.received < onset - within).min(to.saturating_sub(BEFORE));
         let mut engine = Engine::new(self.knowledge.clone(), engine::Options::default());
         for observation in self.all.get(from..to).unwrap_or_default() {
             let mut observation = observation.clone();
