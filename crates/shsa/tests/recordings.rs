@@ -485,7 +485,7 @@ type Goal = (&'static str, f64);
 /// A step is told that is at most so many times as large as what a plain script sees. The script gives an alarm an hour and pair and
 /// knows the offsets of this recording; here the whole model gives one in two hours at most, and another recording may have
 /// other offsets.
-const TIMES: f64 = 5.0;
+const TIMES: f64 = 4.5;
 
 /// What is found by fitting a part, after which no signal may be called failed in the rest.
 #[track_caller]
@@ -525,10 +525,14 @@ fn a_car_that_is_calibrated_on_a_calm_third_is_not_too_fast_later() {
 }
 
 #[test]
-#[ignore = "not yet so: it finds no numbers that keep the promise and still see a battery that is off"]
 fn a_calibrated_flight_sees_what_a_plain_script_sees() {
-    let speeds = [("xSpeed", 0.23), ("ySpeed", 0.34), ("zSpeed", 0.94)];
-    check_calibrated(quad(), &[&speeds[..], &[("voltage", 0.83), ("battery", 3.1)]].concat());
+    check_calibrated(quad(), &[("ySpeed", 0.34), ("zSpeed", 0.94), ("voltage", 0.83), ("battery", 3.1)]);
+}
+
+#[test]
+#[ignore = "not yet so: its relation is wrong by more than the script allows for, and a step is told from ten times as much on"]
+fn a_calibrated_flight_sees_a_step_to_the_north() {
+    check_calibrated(quad(), &[("xSpeed", 0.23)]);
 }
 
 #[test]

@@ -168,9 +168,7 @@ impl<N: Number> History<N> {
         let after = Some(first_ones(&|time| time < latest)).filter(|after| *after < count);
         let (Some(before), Some(nominal), Some(after)) = (before, nominal, after) else { return N::MISSING };
         let Some(nominal) = numbered(nominal) else { return N::MISSING };
-        (before..=after)
-            .filter_map(numbered)
-            .fold(nominal.value, |hull, sample| hull.covering(sample.value))
+        (before..=after).filter_map(numbered).fold(nominal.value, |hull, sample| hull.covering(sample.value))
     }
 
     /// The mean of the values that are younger than the window, this one among them; there is none before a window is over.

@@ -7,7 +7,7 @@ use super::{Parameter, Work};
 use crate::comparison::Comparison;
 use crate::order::{median, quantile, sorted, variance, winsorised};
 use crate::widening::{Demand, least_widening};
-use shsa_core::knowledge::{IdVec, SignalId};
+use shsa_core::knowledge::{Id, IdVec, SignalId};
 
 /// The quantile at which the width of a distribution is compared with that of a normal one, and the normal one's there.
 const WIDTH_AT: f64 = 0.99;
@@ -148,6 +148,12 @@ impl Work<'_> {
         }
     }
 
+    /// Whether the model declares an error of a relation.
+    fn has_error(&self, number: usize) -> bool {
+        let Parameter::Relation(relation) = self.parameters[number] else { return false };
+        self.draft.relations.get(relation.index()).is_some_and(|it| it.error.is_some())
+    }
+
     /// By how much sessions differ, in standard deviations of each signal: what is seen of it, and what is assumed.
     pub(super) fn between_sessions(&self, parts: &Parts<'_>, scales: &IdVec<SignalId, Scale>) -> f64 {
         let sessions = parts.offsets.len();
@@ -192,7 +198,12 @@ impl Work<'_> {
         let is_relation = |at: usize| matches!(self.parameters[at], Parameter::Relation(_));
         let (mut spreads, mut offsets) = (Vec::new(), Vec::new());
         for (pair, (compared, gains)) in self.pairs.iter().zip(compared.iter().zip(gains)) {
-            let own: Vec<(usize, f64)> = gains.iter().copied().filter(|(at, _)| is_relation(*at)).collect();
+            let mut own: Vec<(usize, f64)> =
+                gains.iter().copied().filter(|(at, _)| is_relation(*at)).collect();
+            // Where the model says which of them is inexact, the others are not.
+            if own.iter().any(|(at, _)| self.has_error(*at)) {
+                own.retain(|(at, _)| self.has_error(*at));
+            }
             if own.is_empty() || !pair.holds || compared.iter().all(Vec::is_empty) {
                 continue;
             }

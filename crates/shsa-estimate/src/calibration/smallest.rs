@@ -83,7 +83,10 @@ impl Tried<'_> {
     fn is_told(&self, signal: SignalId, step: f64) -> bool {
         let Some((begin, end)) = self.all.first().zip(self.all.last()) else { return false };
         let lasts = end.received - begin.received;
-        let period = self.knowledge.signals()[signal].rate_hz.map_or(0.0, f64::recip);
+        // It may come less often than is declared.
+        let count = self.all.iter().filter(|it| it.signal == signal).count().max(1);
+        let declared = self.knowledge.signals()[signal].rate_hz.map_or(0.0, f64::recip);
+        let period = declared.max(lasts.seconds() / count as f64);
         let within = Span::from_seconds(WITHIN_S.max(WITHIN_PERIODS * period)).min(Span(lasts.0 / 2));
         let onsets = (0..ONSETS).map(|at| begin.received + Span(lasts.0 * (at + 1) / (2 * ONSETS + 1)));
         onsets.into_iter().all(|onset| self.is_told_at(signal, step, onset, within))

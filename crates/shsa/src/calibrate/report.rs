@@ -193,7 +193,9 @@ impl Report<'_> {
             )
         });
         let noise = promise.noise.is_none().then(|| {
-            "noise is not declared, as scatter and drift of healthy signals would be alarms: only bounds accuse".to_owned()
+            "noise is not declared, as scatter and drift of healthy signals would be alarms, there or in the part that is not \
+             fitted: only bounds accuse"
+                .to_owned()
         });
         self.unhealthy()
             .into_iter()
