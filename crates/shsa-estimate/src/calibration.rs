@@ -381,18 +381,14 @@ impl<'a> Work<'a> {
         let tried = |factor: f64, noise: Option<f64>| noisy(watched(factor).applied(&limited), noise);
         let mut promise = self.promise(&source, between, &tried)?;
         let chosen = with(promise.factor);
-        let said_of_unseen = |draft: &Draft| -> Result<Verdicts, Problem> {
-            let stretches = unseen.iter().flat_map(Session::stretches).map(Vec::as_slice);
-            Ok(Verdicts::over(&edit::built(draft)?, stretches))
-        };
-        let before = said_of_unseen(self.draft)?;
+        let before = told(self.draft, unseen)?;
         let mut draft = noisy(chosen.applied(&limited), promise.noise);
-        let mut after = said_of_unseen(&draft)?;
+        let mut after = told(&draft, unseen)?;
         if promise.noise.is_some() && after.alarms > before.alarms {
             // Noise that was another one later is none that accuses; the bounds stand the test by themselves, or do not.
             promise.noise = None;
             draft = chosen.applied(&limited);
-            after = said_of_unseen(&draft)?;
+            after = told(&draft, unseen)?;
         }
         for (pair, gains) in self.pairs.iter_mut().zip(&gains) {
             let given = gains.iter().filter_map(|(at, gain)| Some(gain * chosen.errors[*at]?));
@@ -553,6 +549,12 @@ impl<'a> Work<'a> {
             smallest_bias,
         }
     }
+}
+
+/// What a model says of sessions.
+fn told(draft: &Draft, sessions: &[Session]) -> Result<Verdicts, Problem> {
+    let stretches = sessions.iter().flat_map(Session::stretches).map(Vec::as_slice);
+    Ok(Verdicts::over(&edit::built(draft)?, stretches))
 }
 
 /// What one pair is, and how it differs.

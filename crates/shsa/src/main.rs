@@ -12,6 +12,7 @@ mod convert;
 mod demo;
 mod explain;
 mod monitor;
+mod notes;
 mod outcome;
 mod page;
 mod parts;

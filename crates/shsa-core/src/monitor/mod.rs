@@ -35,7 +35,7 @@ pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};
 pub use record::{Figures, Memory, Record};
 pub use stillness::Stillness;
 pub use symptom::Symptom;
-pub use trend::{Measured, Noise, Tendency, Trend, TrendOptions, TrendRecord};
+pub use trend::{Measured, Noise, Note, Tendency, Trend, TrendOptions, TrendRecord};
 pub use watch::{Absence, Change, Watch};
 pub use way::WatchedWay;
 

@@ -95,6 +95,20 @@ pub enum Tendency {
     Skew,
 }
 
+/// What many comparisons say together and the declared bounds allow: it accuses nobody.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Note {
+    /// The mean difference, SI, lasts; and how long it takes at this pace until the two ways part.
+    Drift {
+        /// The first minus the second.
+        mean: f64,
+        /// `None` where it does not grow.
+        parts_in: Option<Span>,
+    },
+    /// The differences scatter.
+    Scatter,
+}
+
 /// A value with what comparisons ask of it, found once however many there are.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured {
@@ -139,7 +153,8 @@ impl Measured {
 #[derive(Clone, Copy, Debug)]
 struct Before {
     time: Time,
-    /// The difference as a share of the tolerance,
+    /// Half the sum of both widths, SI, and the difference as a share of that,
+    tolerance: f64,
     share: f64,
     /// and in the unit of all figures, clipped.
     clipped: f64,
@@ -166,8 +181,8 @@ pub struct Trend {
     sums: [f64; 2],
     /// The mean difference at the beginning, SI: two sensors may differ for good within their errors.
     usual: Option<f64>,
-    /// Whether that is known for good; until then it follows the mean once that rests on enough.
-    is_settled: bool,
+    /// Since when that is known for good; until then it follows the mean once that rests on enough.
+    settled: Option<Time>,
     enough: f64,
     /// When the alarm was raised.
     raised: Time,
@@ -217,7 +232,7 @@ impl Trend {
             before: None,
             sums: [0.0; 2],
             usual: None,
-            is_settled: false,
+            settled: None,
             enough: if matches!(noise, Noise::Known(_)) { EARLY } else { FULL },
             raised: Time::MIN,
             mean: 0.0,
@@ -236,8 +251,9 @@ impl Trend {
 
     /// Forgets everything but how the two usually differ.
     pub fn forget(&mut self) {
-        let is_settled = self.usual.is_some();
-        *self = Trend { usual: self.usual, is_settled, ..Trend::empty(self.options, self.noise) };
+        // It is not learnt anew from what follows a fault.
+        let settled = self.settled.or(self.usual.map(|_| Time::MIN));
+        *self = Trend { usual: self.usual, settled, ..Trend::empty(self.options, self.noise) };
     }
 
     /// Forgets everything.
@@ -270,7 +286,7 @@ impl Trend {
         };
         let clipped = (difference * shares).clamp(-largest, largest);
         let time = validity.to;
-        let before = self.before.replace(Before { time, share, clipped, other: middle });
+        let before = self.before.replace(Before { time, tolerance, share, clipped, other: middle });
         let Some(before) = before.filter(|before| before.time < time) else { return };
         let elapsed = (time - before.time).seconds();
         let gain = self.gain(elapsed);
@@ -293,9 +309,9 @@ impl Trend {
             approach(&mut self.slope_slope, slope * slope, gain);
             approach(&mut self.slope_difference, slope * apart, gain);
         }
-        if !self.is_settled && self.weight > self.enough {
+        if self.settled.is_none() && self.weight > self.enough {
             self.usual = Some(self.mean / self.weight);
-            self.is_settled = self.weight > FULL;
+            self.settled = (self.weight > FULL).then_some(time);
         }
         if !self.stays_calm() {
             self.raise(now);
@@ -418,10 +434,24 @@ impl Trend {
         if matches!(self.noise, Noise::Unknown) { Tendency::Calm } else { self.alarm }
     }
 
-    /// What has come together, whether it may accuse or is a note.
+    /// What has come together where nothing of it may accuse.
     #[must_use]
-    pub fn noted(&self) -> Tendency {
-        self.alarm
+    pub fn note(&self) -> Option<Note> {
+        match self.alarm {
+            _ if self.noise != Noise::Unknown => None,
+            Tendency::Drift => Some(Note::Drift { mean: self.mean(), parts_in: self.parts_in() }),
+            Tendency::Noise => Some(Note::Scatter),
+            Tendency::Skew | Tendency::Building | Tendency::Calm => None,
+        }
+    }
+
+    /// How long it takes until the mean difference is as large as the tolerance, at its pace since what is usual was learnt.
+    fn parts_in(&self) -> Option<Span> {
+        let (before, usual, settled) = (self.before?, self.usual?, self.settled?);
+        let mean = self.mean();
+        let pace = (mean - usual) / (before.time - settled).seconds();
+        let seconds = (before.tolerance - mean.abs()) / (pace * mean.signum());
+        (seconds.is_finite() && seconds > 0.0).then(|| Span::from_seconds(seconds))
     }
 
     /// How long a difference must last to be a drift.

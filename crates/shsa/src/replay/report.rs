@@ -1,6 +1,7 @@
 //! What a replay found, as text and as JSON.
 
 use super::Source;
+use crate::notes::{Noted, notes};
 use crate::show::{self, Paint};
 use crate::tell;
 use crate::unwatched::{self, Compared};
@@ -109,6 +110,8 @@ pub(super) struct Report<'a> {
     comparisons: Vec<Compared>,
     /// What is not compared though the model declares it, by what was known before and by what has turned out.
     warnings: Vec<String>,
+    /// What showed at the end and accuses nobody.
+    notes: Vec<Noted>,
 }
 
 impl<'a> Report<'a> {
@@ -129,7 +132,8 @@ impl<'a> Report<'a> {
         let comparisons = unwatched::compared(parts.iter().map(|part| &part.run.engine));
         let seen = comparisons.iter().filter_map(Compared::warning).collect();
         warnings.extend(unwatched::shortened(seen));
-        Some(Report { knowledge, parts, run, source, needs_of, needs, comparisons, warnings })
+        let notes = notes(&run.engine).collect();
+        Some(Report { knowledge, parts, run, source, needs_of, needs, comparisons, warnings, notes })
     }
 
     /// The number of a session where there are several, from 1.
@@ -176,6 +180,7 @@ impl<'a> Report<'a> {
             "ways": ways,
             "comparisons": self.comparisons.iter().map(Compared::json).collect::<Vec<_>>(),
             "warnings": self.warnings,
+            "notes": self.notes.iter().map(Noted::json).collect::<Vec<_>>(),
         });
         let sessions: Vec<Value> = parts().filter_map(|(at, part)| self.session_json(at, part)).collect();
         for (key, more) in [("reloads", reloads), ("sessions", sessions)] {
@@ -315,6 +320,9 @@ impl<'a> Report<'a> {
         let warning = |told: &String| format!("{} {told}", show::paint(Paint::Yellow, "warning:"));
         let warnings: Vec<String> = self.warnings.iter().map(warning).collect();
         parts.extend((!warnings.is_empty()).then(|| warnings.join("\n")));
+        let notes = unwatched::shortened(self.notes.iter().map(Noted::text).collect());
+        let notes: Vec<String> = notes.iter().map(|told| format!("note: {told}")).collect();
+        parts.extend((!notes.is_empty()).then(|| notes.join("\n")));
         parts.join("\n\n")
     }
 

@@ -9,6 +9,7 @@ use super::metrics;
 use super::parts::Parts;
 use super::shares::{Handover, Shares};
 use super::wiring::Note;
+use crate::notes::notes;
 use crate::outcome::Outcome;
 use crate::unwatched;
 use serde_json::{Map, Value, json};
@@ -25,7 +26,7 @@ const BATCH: usize = 256;
 /// How often the house is kept: link, losses, status.
 const HOUSEKEEPING: Span = Span::from_millis(1_000);
 /// How often it is looked which comparisons are not made.
-const UNCOMPARED: Span = Span::from_millis(60_000);
+const COMPARED: Span = Span::from_millis(60_000);
 
 /// A run under way.
 pub(super) struct Session {
@@ -63,7 +64,7 @@ pub(super) struct House {
     /// From when on a quality may be another one; until then nobody has to look at all needs in every turn.
     doubt: Time,
     /// When it is looked next which comparisons are not made, and what was told of them.
-    uncompared: (Time, BTreeSet<String>),
+    compared: (Time, BTreeSet<String>),
 }
 
 impl House {
@@ -77,7 +78,7 @@ impl House {
             missing: 0,
             standings,
             doubt,
-            uncompared: (Time::MIN, BTreeSet::new()),
+            compared: (Time::MIN, BTreeSet::new()),
         }
     }
 }
@@ -355,7 +356,7 @@ impl Session {
         }
         self.tell_losses(now);
         self.tell_missing(now);
-        self.tell_uncompared(now);
+        self.tell_compared(now);
         if let Some(told) = self.herald.troubles(now) {
             self.herald.noted(now, "terminal", &told, self.bridge.as_mut());
         }
@@ -413,25 +414,30 @@ impl Session {
         self.herald.noted(now, "disk", &because, self.bridge.as_mut());
     }
 
-    /// Tells once of each comparison that is never or rarely made though there are values enough.
-    fn tell_uncompared(&mut self, now: Time) {
-        let (next, told) = &mut self.house.uncompared;
+    /// Tells once of each comparison that is never or rarely made though there are values enough, and of each that shows
+    /// something that accuses nobody.
+    fn tell_compared(&mut self, now: Time) {
+        let (next, told) = &mut self.house.compared;
         if now < *next {
             return;
         }
         // There is nothing to be said in the first minute.
         let is_first = *next == Time::MIN;
-        *next = now + UNCOMPARED;
+        *next = now + COMPARED;
         if is_first {
             return;
         }
         let engines = self.healers.iter().map(Healer::engine);
-        let seen = engines.flat_map(|engine| unwatched::compared(std::iter::once(engine)));
-        let new = seen.filter_map(|pair| Some((pair.name(), pair.warning()?)));
-        let new: Vec<String> =
-            new.filter(|(name, _)| told.insert(name.clone())).map(|(_, warning)| warning).collect();
-        for warning in new {
-            self.herald.noted(now, "uncompared", &warning, self.bridge.as_mut());
+        let seen = engines.clone().flat_map(|engine| unwatched::compared(std::iter::once(engine)));
+        let new = seen.filter_map(|pair| Some(("uncompared", pair.name(), pair.warning()?)));
+        let noted = engines.flat_map(notes).map(|note| ("within_errors", note.name(), note.text()));
+        let new: Vec<(&str, String)> = new
+            .chain(noted)
+            .filter(|(kind, name, _)| told.insert(format!("{kind} {name}")))
+            .map(|(kind, _, text)| (kind, text))
+            .collect();
+        for (kind, text) in new {
+            self.herald.noted(now, kind, &text, self.bridge.as_mut());
         }
     }
 

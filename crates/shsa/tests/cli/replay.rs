@@ -33,7 +33,8 @@ fn a_lie_is_found_and_healed() {
             "signals",
             "ways",
             "comparisons",
-            "warnings"
+            "warnings",
+            "notes"
         ]
     );
     assert_eq!(report["observations"], 180);
@@ -330,4 +331,27 @@ fn a_model_without_needs_is_replayed() {
     let report = folder.json("replay m.yaml run.csv", 0);
     assert_eq!(report["needs"], serde_json::json!({}));
     assert_eq!(kinds(&report), [("failed", "/level")]);
+}
+
+/// Two thermometers part slowly, as far as their errors allow: nobody is accused, and it is told when they will.
+#[test]
+fn a_drift_within_the_errors_is_a_note_with_the_time_until_they_part() {
+    let model = "shsa: 1
+variables: { t: { unit: degC } }
+signals:
+  a: { variable: t, source: r#a, unit: degC, rate: 2 Hz, value_error: 1 }
+  b: { variable: t, source: r#b, unit: degC, rate: 2 Hz, value_error: 1 }
+needs: { t: { signal: /t, max_age: 5 s } }
+";
+    let line = |at: u32| format!("{},{},20\n", f64::from(at) * 0.5, 20.0 + 4e-4 * f64::from(at));
+    let recording: String =
+        std::iter::once("time [s],a,b\n".to_owned()).chain((0..4_000).map(line)).collect();
+    let folder = Folder::with(&[("m.yaml", model.as_bytes()), ("r.csv", recording.as_bytes())]);
+    let found = folder.json("replay m.yaml r.csv", 0);
+    assert!(found["events"].as_array().unwrap().iter().all(|it| it["event"] == "substituted"), "{found}");
+    let note = &found["notes"][0];
+    assert_eq!((note["shows"].as_str(), note["variable"].as_str()), (Some("drift"), Some("t")), "{note}");
+    let (mean, parts_in) = (note["mean"].as_f64().unwrap().abs(), note["parts_in_s"].as_f64().unwrap());
+    // At the end they are 1.6 K apart and come 0.8 mK further apart each second; the mean lags behind.
+    assert!((1.4..1.6).contains(&mean) && (350.0..750.0).contains(&parts_in), "{note}");
 }

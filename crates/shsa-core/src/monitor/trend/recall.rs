@@ -49,7 +49,7 @@ impl Trend {
         let not_below_zero = |number: f64| number.max(0.0);
         *self = Trend {
             usual: record.usual,
-            is_settled: record.usual.is_some(),
+            settled: record.usual.map(|_| now),
             sums: record.sums.map(|sum| sum.clamp(0.0, 1.0)),
             mean,
             square: not_below_zero(square),
