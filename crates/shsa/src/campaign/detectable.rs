@@ -1,8 +1,8 @@
-//! A model calibrated on the first half of the recording, and the smallest faults that are seen there.
+//! A model calibrated on the first half of each session, and the smallest faults that are seen there.
 
 use super::grid::{Detectable, Kind, Recorded};
 use super::smallest::{self, Smallest};
-use anyhow::{anyhow, bail};
+use anyhow::anyhow;
 use shsa_core::knowledge::{Id, KnowledgeBase, Severity, SignalId, build};
 use shsa_core::observation::Observation;
 use shsa_core::time::Span;
@@ -22,39 +22,28 @@ pub(super) struct Wish<'a> {
     pub(super) threads: Option<NonZeroUsize>,
 }
 
-/// Calibrates as `shsa calibrate` does without further options.
+/// Calibrates as `shsa calibrate` does without further options: to the first half of each session.
 ///
 /// # Errors
-/// When there are several sessions, or nothing in the recording can be compared.
+/// When nothing in the recording can be compared.
 pub(super) fn calibrated(
     live: &Live,
     sessions: &[Recorded<'_>],
     wish: &Wish<'_>,
 ) -> anyhow::Result<(KnowledgeBase, Detectable)> {
-    let [session] = sessions else {
-        bail!(
-            "what is detectable is found in one session, and these are {}; say which with --session",
-            sessions.len()
-        );
-    };
-    let ((first, last), samples) = (session.span(), session.samples);
-    let half = Span((last - first).0 / 2);
-    let observation = |sample: &Sample| Observation {
-        signal: SignalId::from_index(sample.wanted),
-        stamp: sample.time,
-        received: sample.received,
-        value: sample.value.clone(),
-    };
-    let observations: Vec<Observation> = samples.iter().map(observation).collect();
-    let (fitted, unseen) = Session::new(observations, &[]).split(first + half);
+    let halves: Vec<Span> = sessions.iter().map(|session| Span(session.length().0 / 2)).collect();
+    let (fitted, unseen): (Vec<Session>, Vec<Session>) = (sessions.iter().zip(&halves))
+        .map(|(session, half)| observed(session.samples).split(session.span().0 + *half))
+        .unzip();
     let options = Options { finds_steps: false, ..Options::default() };
-    let found = calibrate(live.draft(), &[fitted], &[unseen], &options)?;
+    let found = calibrate(live.draft(), &fitted, &unseen, &options)?;
     let (knowledge, remarks) = build(&found.draft);
     if let Some(error) = remarks.into_iter().find(|it| it.severity == Severity::Error) {
         return Err(anyhow!("the calibrated model has an error: {}", error.message));
     }
-    let early = samples.partition_point(|sample| sample.received < first + half);
-    let early = Recorded { samples: samples.get(..early).unwrap_or_default(), ..*session };
+    let early: Vec<Recorded<'_>> =
+        sessions.iter().zip(&halves).map(|(session, half)| beginning(*session, *half)).collect();
+    let longest = halves.iter().copied().max().unwrap_or_default();
     // What a value that sticks is compared with is always looked for.
     let mut kinds = wish.kinds.to_vec();
     kinds.extend([Kind::Bias, Kind::Drift].into_iter().filter(|kind| !wish.kinds.contains(kind)));
@@ -63,10 +52,27 @@ pub(super) fn calibrated(
         signals: wish.signals,
         onsets: wish.onsets,
         seeds: wish.seeds,
-        duration: wish.duration.unwrap_or(Span(half.0 / 2)),
+        duration: wish.duration.unwrap_or(Span(longest.0 / 2)),
         unhealthy: found.unhealthy.iter().map(|it| (it.from, it.to)).collect(),
         threads: wish.threads,
     };
-    let smallest = Smallest::find(&knowledge, &[early], &wish)?;
-    Ok((knowledge, Detectable { from: half, smallest }))
+    let smallest = Smallest::find(&knowledge, &early, &wish)?;
+    Ok((knowledge, Detectable { from: halves, smallest }))
+}
+
+/// So much of a session.
+fn beginning(session: Recorded<'_>, length: Span) -> Recorded<'_> {
+    let end = session.span().0 + length;
+    let early = session.samples.partition_point(|sample| sample.received < end);
+    Recorded { samples: session.samples.get(..early).unwrap_or_default(), ..session }
+}
+
+fn observed(samples: &[Sample]) -> Session {
+    let observation = |sample: &Sample| Observation {
+        signal: SignalId::from_index(sample.wanted),
+        stamp: sample.time,
+        received: sample.received,
+        value: sample.value.clone(),
+    };
+    Session::new(samples.iter().map(observation).collect(), &[])
 }

@@ -213,8 +213,8 @@ pub(super) struct Wish<'a> {
 
 /// What is seen of each signal with a calibrated model.
 pub(super) struct Detectable {
-    /// Where the part begins that the model was not fitted to, in the time of all sessions together; no fault begins before.
-    pub(super) from: Span,
+    /// Where the part of each session begins that the model was not fitted to, since its beginning; no fault begins before.
+    pub(super) from: Vec<Span>,
     /// The smallest faults that are seen in the part before.
     pub(super) smallest: Smallest,
 }
@@ -258,7 +258,7 @@ impl Grid {
     ) -> anyhow::Result<Grid> {
         let longest = sessions.iter().map(Recorded::length).max().unwrap_or_default();
         let duration = wish.duration.unwrap_or(Span(longest.0 / 4));
-        let earliest = wish.detectable.map_or(Span::ZERO, |it| it.from);
+        let earliest = wish.detectable.map_or(&[][..], |it| &it.from);
         let onsets = onsets(sessions, earliest, duration, wish.onsets);
         if duration <= Span::ZERO || onsets.is_empty() {
             bail!(
@@ -350,20 +350,23 @@ impl Grid {
     }
 }
 
-/// So many moments evenly over the time in which a fault can begin and end within one session: from `earliest` on in the time of
-/// all sessions together.
-pub(super) fn onsets(sessions: &[Recorded<'_>], earliest: Span, duration: Span, count: usize) -> Vec<Onset> {
-    let mut before = Span::ZERO;
+/// So many moments evenly over the time in which a fault can begin and end within one session: from `earliest` on of each, where
+/// that is given.
+pub(super) fn onsets(
+    sessions: &[Recorded<'_>],
+    earliest: &[Span],
+    duration: Span,
+    count: usize,
+) -> Vec<Onset> {
     let mut rooms: Vec<(Onset, Span)> = Vec::new();
     for (session, recorded) in sessions.iter().enumerate() {
         let length = recorded.length();
-        let early = (earliest - before).max(Span::ZERO).min(length);
+        let early = earliest.get(session).copied().unwrap_or(Span::ZERO).min(length);
         let room = length - early - duration;
         if room > Span::ZERO {
             let at = recorded.span().0 - recorded.origin + early;
             rooms.push((Onset { session, at }, room));
         }
-        before = before + length;
     }
     let all = Span(rooms.iter().map(|(_, room)| room.0).sum());
     let place = |mut onset: Span| {

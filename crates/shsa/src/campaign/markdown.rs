@@ -5,7 +5,7 @@ use super::grid::{Cell, Detectable, Kind, Trial};
 use super::smallest::Smallest;
 use super::tally::Campaign;
 use super::text::{NOT_COUNTED, headline, not_counted_rows, onsets, rounded};
-use super::trial::Measured;
+use super::trial::{Ground, Measured};
 use shsa_core::analysis::{Analysis, Comparison, Options, analyze};
 use shsa_core::computation::Computation;
 use shsa_core::knowledge::{Id, KnowledgeBase, Signal, SignalId};
@@ -52,10 +52,10 @@ pub(super) fn section(
         headline(campaign),
     );
     if let Some(detectable) = detectable {
-        let late = late_alarms(campaign, detectable.from);
+        let late = late_alarms(campaign, &detectable.from);
         let _ = write!(
             text,
-            "The model is the calibrated one. Of those alarms {late} are in the half that it has not seen.\n\n{}",
+            "The model is the calibrated one. Of those alarms {late} are in the halves that it has not seen.\n\n{}",
             section.amounts(&detectable.smallest)
         );
     }
@@ -68,16 +68,13 @@ pub(super) fn section(
     text
 }
 
-/// Alarms without a fault from a moment on, in the time of all sessions together.
-fn late_alarms(campaign: &Campaign<'_>, from: Span) -> usize {
-    let mut before = Span::ZERO;
-    let mut late = 0;
-    for ground in campaign.grounds {
-        let begin = ground.first + (from - before);
-        late += ground.alarms.iter().filter(|(time, ..)| *time >= begin).count();
-        before = before + (ground.last - ground.first);
-    }
-    late
+/// Alarms without a fault from a moment of each session on.
+fn late_alarms(campaign: &Campaign<'_>, from: &[Span]) -> usize {
+    let late = |(ground, from): (&Ground<'_>, &Span)| {
+        let begin = ground.first + *from;
+        ground.alarms.iter().filter(|(time, ..)| *time >= begin).count()
+    };
+    campaign.grounds.iter().zip(from).map(late).sum()
 }
 
 /// What is in no share, by signal.

@@ -187,7 +187,7 @@ fn healthy_onsets(grounds: &[Ground<'_>], wish: &Wish<'_>) -> Vec<Onset> {
         let (from, to) = (ground.origin + onset.at, ground.origin + onset.at + wish.duration);
         !wish.unhealthy.iter().any(|(begin, end)| from < *end && *begin < to)
     };
-    let all = onsets(&sessions, Span::ZERO, wish.duration, CANDIDATES);
+    let all = onsets(&sessions, &[], wish.duration, CANDIDATES);
     let healthy: Vec<Onset> = all.into_iter().filter(is_healthy).collect();
     let count = wish.onsets.min(healthy.len());
     let place = |number: usize| healthy.get((number * healthy.len() / count).saturating_sub(1)).copied();

@@ -278,6 +278,23 @@ fn detectable_amounts_follow_calibrate_and_begin_in_the_second_half() {
 }
 
 #[test]
+fn of_several_sessions_each_is_fitted_in_its_first_half() {
+    let folder = Folder::with(&[
+        ("room.yaml", ROOM.as_bytes()),
+        ("monday.csv", room().as_bytes()),
+        ("tuesday.csv", room().as_bytes()),
+    ]);
+    let grid = "monday.csv tuesday.csv --detectable=3 --kinds bias --onsets 4 --seeds 1 --duration 60s --json -";
+    let ended = folder.ends(&format!("campaign room.yaml {grid}"), 0);
+    let campaign: Value = serde_json::from_str(&ended.stdout).unwrap();
+    let onsets = campaign["settings"]["onsets_s"].as_array().unwrap();
+    assert!(onsets.iter().all(|onset| onset.as_f64().unwrap() > 599.0 / 2.0), "{onsets:?}");
+    for cell in cells(&campaign) {
+        assert_eq!((&cell["detected"], &cell["wrong_blame"]), (&4.into(), &0.into()), "{cell}");
+    }
+}
+
+#[test]
 fn declared_and_detectable_amounts_exclude_each_other() {
     let ended = folder().ends("campaign tank.yaml clean.csv --detectable --amounts 2", 2);
     assert!(ended.stderr.contains("--amounts"), "{}", ended.stderr);
