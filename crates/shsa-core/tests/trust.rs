@@ -278,6 +278,16 @@ fn clocks_that_are_all_off_alike_are_right() {
     assert!(run.accused().is_empty(), "{:?}", run.accused());
 }
 
+/// Nothing of a time that is yet to come can be used, so it must be told why nothing is.
+#[test]
+fn clocks_that_are_all_ahead_are_wrong_although_they_are_alike() {
+    let run = clock(|now| now + 3600 * SECOND, 3600 * SECOND);
+    let failed = run.events(EventKind::Failed);
+    assert_eq!(failed.len(), 3, "{failed:?}");
+    assert!(failed.iter().all(|it| it.symptom == Some(Symptom::WrongClock)), "{failed:?}");
+    assert!(failed.iter().all(|it| it.time < Time(1_700_000_012 * SECOND)), "{failed:?}");
+}
+
 /// What was held up for half a minute comes at once: late, by a clock that is right.
 #[test]
 fn what_comes_at_once_after_a_stall_has_no_wrong_clock() {

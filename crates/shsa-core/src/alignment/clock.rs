@@ -5,7 +5,7 @@
 //!
 //! * it is another amount than usual, by more than any way takes, and stays so: the clock was set;
 //! * its usual amount is another one than that of the other signals: the clock was wrong from the start. Where all are
-//!   off alike (a recording of another host), nothing is wrong;
+//!   behind alike (a recording of another host), nothing is wrong; ahead nothing can be;
 //! * values change, and their stamp does not: the clock stands still.
 //!
 //! What was held up on its way and comes at once is late, and no clock is wrong: the amount shrinks with each value.
@@ -151,9 +151,12 @@ impl Clocks {
     }
 }
 
-/// Whether what is usual of a signal is another amount than of the others.
+/// Whether what is usual of a signal is another amount than of the others, or its stamps are of a time that is yet to come.
 #[inline]
 fn apart(usual: Span, reference: Option<Span>, margin: Span) -> Option<Misdated> {
+    if usual < Span::ZERO - margin {
+        return Some(Misdated::Off(usual));
+    }
     let off = usual - reference?;
     (!is_near(off, Span::ZERO, margin)).then_some(Misdated::Off(off))
 }

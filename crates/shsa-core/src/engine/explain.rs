@@ -110,7 +110,7 @@ pub(super) fn fault(knowledge: &KnowledgeBase, signal: SignalId, fault: &Fault, 
             let side = if off.0 < 0 { "ahead of" } else { "behind" };
             let off = span(Span(off.0.saturating_abs()));
             format!(
-                "its time stamps are {off} {side} the time of reception, beside what is usual of it and of the others"
+                "its time stamps are {off} {side} the time of reception, and no two clocks of one system differ by that"
             )
         }
         Evidence::WrongClock(Misdated::Standing(stood)) => {

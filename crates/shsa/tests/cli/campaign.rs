@@ -284,7 +284,8 @@ fn of_several_sessions_each_is_fitted_in_its_first_half() {
         ("monday.csv", room().as_bytes()),
         ("tuesday.csv", room().as_bytes()),
     ]);
-    let grid = "monday.csv tuesday.csv --detectable=3 --kinds bias --onsets 4 --seeds 1 --duration 60s --json -";
+    let grid =
+        "monday.csv tuesday.csv --detectable=3 --kinds bias --onsets 4 --seeds 1 --duration 60s --json -";
     let ended = folder.ends(&format!("campaign room.yaml {grid}"), 0);
     let campaign: Value = serde_json::from_str(&ended.stdout).unwrap();
     let onsets = campaign["settings"]["onsets_s"].as_array().unwrap();
