@@ -99,7 +99,10 @@ impl Gate {
                 least: by.mignitude(),
                 about: by.midpoint().abs(),
             });
-            away.offset = away.offset + by;
+            let offset = away.offset + by;
+            // Three jumps by a third of a turn have come back.
+            away.offset =
+                self.wraps.map_or(offset, |turn| circle::nearest(offset, Interval::point(0.0), turn));
         }
         let beside = |away: Away| Away { last: self.beside(away.last, next), ..away };
         if self.away.is_some_and(|away| beside(away).is_over(next, max_rate)) {
@@ -182,4 +185,38 @@ fn newer(one: Sample, other: Sample) -> Sample {
     let larger =
         one.value.lo().total_cmp(&other.value.lo()).then(one.value.hi().total_cmp(&other.value.hi()));
     if later.then(larger).is_lt() { other } else { one }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::time::{Time, Validity};
+
+    /// Readings of a whole number of degrees each second, through an open gate; whether they are home after each.
+    fn homes(wraps: Option<f64>, readings: &[f64]) -> std::vec::Vec<bool> {
+        let mut gate =
+            Gate { max_rate: Some(10.0), wraps, max_hold: Span::MAX, is_open: true, ..Gate::default() };
+        let mut seconds = 0.0;
+        let mut of = |gate: &mut Gate, value: f64| {
+            seconds += 1.0;
+            gate.turn();
+            let validity = Validity::at(Time::from_seconds(seconds));
+            gate.measure(Sample { validity, value: Interval::new(value - 1.0, value + 1.0) });
+            gate.turn();
+            gate.is_home()
+        };
+        readings.iter().map(|value| of(&mut gate, *value)).collect()
+    }
+
+    #[test]
+    fn jumps_round_the_circle_come_back() {
+        // So long that it could have got anywhere: only the sum of the jumps tells. No reading is repeated, as if it were held.
+        let there = |degrees: f64| (0..8).map(move |at| degrees + 0.1 * f64::from(at));
+        let round: std::vec::Vec<f64> =
+            [0.0, 0.1].into_iter().chain(there(120.0)).chain(there(240.0)).chain([0.0]).collect();
+        assert_eq!(homes(Some(360.0), &round).last(), Some(&true));
+        assert_eq!(homes(Some(360.0), &round)[17], false);
+        assert_eq!(homes(None, &round).last(), Some(&true));
+        assert_eq!(homes(None, &[0.0, 0.0, 120.0, 0.0]), [true, true, false, true]);
+    }
 }
