@@ -2,7 +2,7 @@
 
 use crate::order::{mean, median, variance};
 use crate::session::Session;
-use shsa_core::knowledge::{IdVec, KnowledgeBase, SignalId, VariableId};
+use shsa_core::knowledge::{IdVec, KnowledgeBase, Scaling, SignalId, VariableId};
 use shsa_core::observation::{Observation, RawValue};
 
 /// The agreed value of a variable is a straight line through so many values before and after a moment: the most with which
@@ -106,7 +106,7 @@ impl<'a> Parts<'a> {
     }
 
     fn agree(&mut self, knowledge: &KnowledgeBase, variable: VariableId, around: usize) {
-        let scale = |signal: SignalId| super::edit::scale(knowledge, signal);
+        let scale = |signal: SignalId| direction(knowledge, signal) * super::edit::scale(knowledge, signal);
         let signals = knowledge.carriers(variable);
         for piece in &mut self.pieces {
             let offsets = &self.offsets[piece.session];
@@ -157,6 +157,11 @@ impl<'a> Parts<'a> {
     }
 }
 
+/// -1 of a unit that counts the other way.
+fn direction(knowledge: &KnowledgeBase, signal: SignalId) -> f64 {
+    knowledge.signals()[signal].unit.as_ref().map_or(1.0, |unit| unit.to_si_difference(1.0).signum())
+}
+
 /// What zero of a signal's unit is in SI.
 fn zero(knowledge: &KnowledgeBase, signal: SignalId) -> f64 {
     knowledge.signals()[signal].unit.as_ref().map_or(0.0, |unit| unit.to_si(0.0))
@@ -167,12 +172,21 @@ impl<'a> Piece<'a> {
         let mut tracks = IdVec::filled(knowledge.signals().len(), |_: SignalId| Track::default());
         let begin = observations.first().map_or(0.0, |it| it.stamp.seconds());
         for (place, observation) in observations.iter().enumerate() {
-            let Some(value) = number(&observation.value) else { continue };
+            let signal = &knowledge.signals()[observation.signal];
+            let Some(value) = number(&observation.value, signal.scaling) else { continue };
             let track = &mut tracks[observation.signal];
-            let delay = knowledge.signals()[observation.signal].delay.seconds();
+            let delay = signal.delay.seconds();
+            let turn =
+                signal.limits.turn.map(|turn| turn / super::edit::scale(knowledge, observation.signal));
+            let value = unwrapped(value, track.values.last().copied(), turn);
             track.places.push(place);
             track.times.push(observation.stamp.seconds() - begin - delay);
             track.values.push(value);
+        }
+        for (id, variable) in knowledge.variables().enumerate() {
+            if let (Some(turn), [first, others @ ..]) = (variable.wraps, knowledge.carriers(id)) {
+                others.iter().for_each(|other| bring_beside(knowledge, &mut tracks, *first, *other, turn));
+            }
         }
         let ends = observations.first().zip(observations.last());
         let lasts = ends.map_or(0.0, |(first, last)| (last.received - first.received).seconds());
@@ -180,13 +194,39 @@ impl<'a> Piece<'a> {
     }
 }
 
-/// The number that an observation brings.
-pub(super) fn number(value: &RawValue) -> Option<f64> {
-    match value {
-        RawValue::Number(value) => Some(*value).filter(|value| value.is_finite()),
-        RawValue::Interval { lo, hi } => Some(0.5 * (lo + hi)).filter(|value| value.is_finite()),
-        RawValue::Vector(_) => None,
-    }
+/// The number that an observation brings, in its signal's unit.
+pub(super) fn number(value: &RawValue, scaling: Option<Scaling>) -> Option<f64> {
+    let reading = match value {
+        RawValue::Number(value) => *value,
+        RawValue::Interval { lo, hi } => 0.5 * (lo + hi),
+        RawValue::Vector(_) => return None,
+    };
+    Some(scaling.map_or(reading, |it| it.value(reading))).filter(|value| value.is_finite())
+}
+
+/// Shifts what one signal said of what wraps by whole turns (SI) to what another one of the same variable said.
+fn bring_beside(
+    knowledge: &KnowledgeBase,
+    tracks: &mut IdVec<SignalId, Track>,
+    one: SignalId,
+    other: SignalId,
+    turn: f64,
+) {
+    let base = |signal: SignalId, value: f64| {
+        direction(knowledge, signal) * super::edit::scale(knowledge, signal) * value + zero(knowledge, signal)
+    };
+    let (known, moved) = (&tracks[one], &tracks[other]);
+    let Some((time, value)) = moved.times.first().zip(moved.values.first()) else { return };
+    let place = known.times.partition_point(|it| it < time).min(known.values.len().saturating_sub(1));
+    let Some(known) = known.values.get(place) else { return };
+    let turns = ((base(one, *known) - base(other, *value)) / turn).round();
+    let by = turns * turn / (direction(knowledge, other) * super::edit::scale(knowledge, other));
+    tracks[other].values.iter_mut().for_each(|value| *value += by);
+}
+
+/// A value of what wraps, in the turn in which it is nearest to the one before it, or to zero.
+fn unwrapped(value: f64, before: Option<f64>, turn: Option<f64>) -> f64 {
+    turn.map_or(value, |turn| value + turn * ((before.unwrap_or(0.0) - value) / turn).round())
 }
 
 /// A local straight line through points (W. S. Cleveland 1979, doi:10.1080/01621459.1979.10481038, with even weights).

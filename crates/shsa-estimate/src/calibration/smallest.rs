@@ -97,11 +97,13 @@ impl Tried<'_> {
         let to = self.all.partition_point(|it| it.received < onset + within);
         let from = self.all.partition_point(|it| it.received < onset - within).min(to.saturating_sub(BEFORE));
         let mut engine = Engine::new(self.knowledge.clone(), engine::Options::default());
+        let scaling = self.knowledge.signals()[signal].scaling;
+        let step = scaling.map_or(step, |it| step / it.scale);
         for observation in self.all.get(from..to).unwrap_or_default() {
             let mut observation = observation.clone();
             if observation.signal == signal
                 && observation.received >= onset
-                && number(&observation.value).is_some()
+                && number(&observation.value, scaling).is_some()
             {
                 match &mut observation.value {
                     RawValue::Number(value) => *value += step,

@@ -4,7 +4,7 @@ use super::parts::{Parts, Track};
 use super::tail::{Side, share_shapes};
 use crate::chance::Chance;
 use crate::order::quantile;
-use shsa_core::knowledge::{IdVec, KnowledgeBase, SignalId};
+use shsa_core::knowledge::{IdVec, KnowledgeBase, Scaling, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 
 /// A block lasts so many memories,
@@ -30,6 +30,8 @@ pub(super) struct Source<'a> {
     pub(super) between: IdVec<SignalId, f64>,
     /// What each reading is rounded to, in its unit; 0 where it is not.
     quanta: IdVec<SignalId, f64>,
+    /// How a reading becomes a value in its signal's unit.
+    scalings: IdVec<SignalId, Option<Scaling>>,
     /// What is larger than this is not drawn anew, in its unit; below 0 of a signal that is not fitted, which stays as it was.
     largest: IdVec<SignalId, f64>,
     /// How long a block is, in seconds.
@@ -71,7 +73,8 @@ impl<'a> Source<'a> {
             (MEMORIES * memories[signal]).max(FEWEST) * period
         });
         let block_s = wanted.fold(0.0, f64::max).min(LONGEST * longest).max(1e-3);
-        Source { parts, tails, between, quanta, largest, block_s }
+        let scalings = IdVec::filled(count, |signal: SignalId| knowledge.signals()[signal].scaling);
+        Source { parts, tails, between, quanta, scalings, largest, block_s }
     }
 
     /// The observations of one session that could have been, by stretch. Time: O(n log n).
@@ -139,7 +142,7 @@ impl<'a> Source<'a> {
             next += 1;
             let is_drawn = track.rests[at].abs() <= self.largest[signal];
             let changed = if is_drawn { rest - track.rests[at] } else { 0.0 } + offset;
-            move_by(&mut observations[*place].value, changed, self.quanta[signal]);
+            move_by(&mut observations[*place].value, changed, self.quanta[signal], self.scalings[signal]);
         }
     }
 
@@ -175,12 +178,15 @@ impl<'a> Source<'a> {
     }
 }
 
-fn move_by(value: &mut RawValue, by: f64, quantum: f64) {
-    let moved = |value: f64| match value + by {
-        moved if quantum > 0.0 => (moved / quantum).round() * quantum,
-        moved => moved,
+/// Moves a reading by so much in its signal's unit, in which it stays a whole multiple.
+fn move_by(reading: &mut RawValue, by: f64, quantum: f64, scaling: Option<Scaling>) {
+    let moved = |reading: f64| {
+        let value = scaling.map_or(reading, |it| it.value(reading)) + by;
+        let value = if quantum > 0.0 { (value / quantum).round() * quantum } else { value };
+        scaling.map_or(value, |it| it.reading(value))
     };
-    match value {
+    let by = scaling.map_or(by, |it| by / it.scale);
+    match reading {
         RawValue::Number(value) => *value = moved(*value),
         RawValue::Interval { lo, hi } => (*lo, *hi) = (*lo + by, *hi + by),
         RawValue::Vector(_) => {}

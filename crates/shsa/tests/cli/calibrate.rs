@@ -190,3 +190,38 @@ fn wrong_arguments_are_told() {
     );
     folder.refuses("calibrate one.yaml run.csv", &["no variable of the model is known in two ways"]);
 }
+
+/// Three compasses of a ship that turns round and round: one counts the other way in tenths, one from 0 to 360 degrees.
+#[test]
+fn what_wraps_and_what_is_scaled_is_fitted_in_its_unit() {
+    let model = "shsa: 1
+variables: { h: { unit: deg, range: [-180, 180], wraps: 360 deg } }
+signals:
+  a: { variable: h, source: r#a, unit: deg, rate: 1 Hz, value_error: 12 }
+  b: { variable: h, source: r#b, unit: deg, rate: 1 Hz, value_error: 12, scale: -0.1, offset: 0.5 }
+  c: { variable: h, source: r#c, unit: deg, rate: 1 Hz, value_error: 12 }
+needs: { h: { signal: /h, max_age: 5 s } }
+";
+    let mut state = 1_u64;
+    // Evenly within 2 degrees: a deviation of 1.15.
+    let mut noise = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        4.0 * ((state >> 33) as f64 / f64::from(u32::MAX >> 1) - 0.5)
+    };
+    let mut recording = "time [s],a,b,c\n".to_owned();
+    for second in 0..2_400 {
+        let heading = 170.0 + 0.9 * f64::from(second) + 40.0 * (f64::from(second) / 60.0).sin();
+        let wrapped = |heading: f64| (heading + 180.0).rem_euclid(360.0) - 180.0;
+        let (a, b, c) = (heading + noise(), heading + noise(), heading + noise());
+        let line =
+            format!("{second},{:.3},{:.3},{:.3}\n", wrapped(a), 5.0 - 10.0 * wrapped(b), c.rem_euclid(360.0));
+        recording.push_str(&line);
+    }
+    let folder = Folder::with(&[("m.yaml", model.as_bytes()), ("r.csv", recording.as_bytes())]);
+    let found = folder.json("calibrate m.yaml r.csv", 0);
+    for fitted in found["fitted"].as_array().unwrap() {
+        let of = |key: &str| fitted[key].as_f64().unwrap_or(f64::INFINITY);
+        assert!((0.8..1.4).contains(&of("noise")), "{fitted}");
+        assert!((2.0..10.0).contains(&of("error")) && of("smallest_bias") < 6.0, "{fitted}");
+    }
+}
