@@ -215,7 +215,7 @@ mod tests {
         let round: std::vec::Vec<f64> =
             [0.0, 0.1].into_iter().chain(there(120.0)).chain(there(240.0)).chain([0.0]).collect();
         assert_eq!(homes(Some(360.0), &round).last(), Some(&true));
-        assert_eq!(homes(Some(360.0), &round)[17], false);
+        assert!(!homes(Some(360.0), &round)[17]);
         assert_eq!(homes(None, &round).last(), Some(&true));
         assert_eq!(homes(None, &[0.0, 0.0, 120.0, 0.0]), [true, true, false, true]);
     }
