@@ -10,6 +10,10 @@
 //!
 //! A value that is repeated exactly may be one that is held: rows of a log, or a bus that sends more often than it measures.
 //! It is as old as its first repetition, but not older than the signal may be silent.
+//!
+//! Readings that are stamped on arrival come in a burst after a bus or a machine has stalled: the time between two of them is
+//! then next to nothing, while they were measured a period apart. So no time between two readings counts as less than a
+//! period of the signal.
 
 use super::history::{Jump, Sample};
 use crate::circle;
@@ -22,7 +26,7 @@ use crate::time::Span;
 /// All readings of one moment of reception are measured by those of earlier moments, so their order does not matter.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Gate {
-    max_rate: Option<f64>,
+    pace: Option<Pace>,
     /// The turn after which values are the same again.
     wraps: Option<f64>,
     /// How long a value may be held.
@@ -36,6 +40,15 @@ pub(super) struct Gate {
     is_open: bool,
     /// Since the readings have left what was possible.
     away: Option<Away>,
+}
+
+/// How far readings can get from each other.
+#[derive(Clone, Copy, Debug)]
+struct Pace {
+    /// SI, per second.
+    max_rate: f64,
+    /// Between two readings, as the signal declares; zero where it does not.
+    period: Span,
 }
 
 /// Readings that have left what was possible.
@@ -53,14 +66,15 @@ struct Away {
 impl Gate {
     pub(super) fn new(signal: &Signal) -> Gate {
         let max_hold = signal.timeout.unwrap_or(Span::MAX);
-        let (max_rate, wraps) = (signal.limits.max_rate, signal.limits.turn);
-        Gate { max_rate, wraps, max_hold, ..Gate::default() }
+        let period = signal.rate_hz.map_or(Span::ZERO, |rate| Span::from_seconds(1.0 / rate));
+        let pace = signal.limits.max_rate.map(|max_rate| Pace { max_rate, period });
+        Gate { pace, wraps: signal.limits.turn, max_hold, ..Gate::default() }
     }
 
     /// A later moment has come.
     #[inline]
     pub(super) fn turn(&mut self) {
-        if self.max_rate.is_none() {
+        if self.pace.is_none() {
             return;
         }
         self.refused = None;
@@ -79,8 +93,8 @@ impl Gate {
     /// Measures a reading: why it may not come in.
     #[inline]
     pub(super) fn measure(&mut self, sample: Sample) -> Option<Jump> {
-        let max_rate = self.max_rate?;
-        let jump = self.anchor.and_then(|anchor| jump(self.beside(anchor, sample), sample, max_rate));
+        let pace = self.pace?;
+        let jump = self.anchor.and_then(|anchor| pace.jump(self.beside(anchor, sample), sample));
         let side = if jump.is_some() && !self.is_open { &mut self.refused } else { &mut self.next };
         *side = Some(side.map_or(sample, |other| newer(other, sample)));
         jump
@@ -88,10 +102,10 @@ impl Gate {
 
     /// Sees whether the readings leave what is possible with this one, or come back.
     fn follow(&mut self, next: Sample) {
-        let (Some(anchor), Some(max_rate)) = (self.anchor, self.max_rate) else { return };
+        let (Some(anchor), Some(pace)) = (self.anchor, self.pace) else { return };
         let anchor = self.beside(anchor, next);
-        if jump(anchor, next, max_rate).is_some() {
-            let grown = max_rate * longest(anchor, next).seconds();
+        if pace.jump(anchor, next).is_some() {
+            let grown = pace.reach(anchor, next);
             let by = (next.value - anchor.value).widened(grown);
             let away = self.away.get_or_insert(Away {
                 last: anchor,
@@ -105,18 +119,18 @@ impl Gate {
                 self.wraps.map_or(offset, |turn| circle::nearest(offset, Interval::point(0.0), turn));
         }
         let beside = |away: Away| Away { last: self.beside(away.last, next), ..away };
-        if self.away.is_some_and(|away| beside(away).is_over(next, max_rate)) {
+        if self.away.is_some_and(|away| beside(away).is_over(next, pace)) {
             self.away = None;
         }
     }
 
     /// Whether the readings are where they could have got to from the last one that was sound.
     pub(super) fn is_home(&self) -> bool {
-        let leaves = |rate| {
+        let leaves = |pace: Pace| {
             let ends = self.anchor.zip(self.next);
-            ends.and_then(|(anchor, next)| jump(self.beside(anchor, next), next, rate))
+            ends.and_then(|(anchor, next)| pace.jump(self.beside(anchor, next), next))
         };
-        let is_leaving = self.is_open && self.max_rate.and_then(leaves).is_some();
+        let is_leaving = self.is_open && self.pace.and_then(leaves).is_some();
         self.away.is_none() && !is_leaving
     }
 
@@ -144,15 +158,15 @@ impl Gate {
 
     /// Goes on from the gate of the same signal before a change.
     pub(super) fn inherit(&mut self, old: Gate) {
-        let Gate { max_rate, wraps, max_hold, .. } = *self;
-        *self = Gate { max_rate, wraps, max_hold, ..old };
+        let Gate { pace, wraps, max_hold, .. } = *self;
+        *self = Gate { pace, wraps, max_hold, ..old };
     }
 }
 
 impl Away {
     /// Whether a reading has come back.
-    fn is_over(&self, reading: Sample, max_rate: f64) -> bool {
-        let grown = max_rate * longest(self.last, reading).seconds();
+    fn is_over(&self, reading: Sample, pace: Pace) -> bool {
+        let grown = pace.reach(self.last, reading);
         // Twice: what is still off may have moved as well.
         let is_telling = 2.0 * grown < self.least;
         let is_possible = || self.last.value.widened(grown).overlaps(reading.value);
@@ -161,22 +175,34 @@ impl Away {
     }
 }
 
-/// The longest time between two readings.
-#[inline]
-fn longest(one: Sample, other: Sample) -> Span {
-    let (one, other) = (one.validity, other.validity);
-    (other.to - one.from).max(one.to - other.from)
-}
-
-#[inline]
-fn jump(anchor: Sample, sample: Sample, max_rate: f64) -> Option<Jump> {
-    // As most often: what overlaps needs no time in between.
-    if anchor.value.overlaps(sample.value) {
-        return None;
+impl Pace {
+    /// How far apart two readings can be.
+    #[inline]
+    fn reach(self, one: Sample, other: Sample) -> f64 {
+        self.max_rate * self.between(one, other).seconds()
     }
-    let within = longest(anchor, sample);
-    let reach = anchor.value.widened((max_rate * within.seconds()).next_up());
-    (!reach.overlaps(sample.value)).then_some(Jump { from: anchor.value, to: sample.value, within, max_rate })
+
+    /// The longest time between two readings.
+    #[inline]
+    fn between(self, one: Sample, other: Sample) -> Span {
+        let (one, other) = (one.validity, other.validity);
+        (other.to - one.from).max(one.to - other.from).max(self.period)
+    }
+
+    #[inline]
+    fn jump(self, anchor: Sample, sample: Sample) -> Option<Jump> {
+        // As most often: what overlaps needs no time in between.
+        if anchor.value.overlaps(sample.value) {
+            return None;
+        }
+        let reach = anchor.value.widened(self.reach(anchor, sample).next_up());
+        (!reach.overlaps(sample.value)).then(|| Jump {
+            from: anchor.value,
+            to: sample.value,
+            within: self.between(anchor, sample),
+            max_rate: self.max_rate,
+        })
+    }
 }
 
 /// Of two readings of one moment the same one, in whichever order they come.
@@ -194,8 +220,8 @@ mod tests {
 
     /// Readings of a whole number of degrees each second, through an open gate; whether they are home after each.
     fn homes(wraps: Option<f64>, readings: &[f64]) -> std::vec::Vec<bool> {
-        let mut gate =
-            Gate { max_rate: Some(10.0), wraps, max_hold: Span::MAX, is_open: true, ..Gate::default() };
+        let pace = Some(Pace { max_rate: 10.0, period: Span::ZERO });
+        let mut gate = Gate { pace, wraps, max_hold: Span::MAX, is_open: true, ..Gate::default() };
         let mut seconds = 0.0;
         let mut of = |gate: &mut Gate, value: f64| {
             seconds += 1.0;
@@ -218,5 +244,21 @@ mod tests {
         assert!(!homes(Some(360.0), &round)[17]);
         assert_eq!(homes(None, &round).last(), Some(&true));
         assert_eq!(homes(None, &[0.0, 0.0, 120.0, 0.0]), [true, true, false, true]);
+    }
+
+    #[test]
+    fn a_burst_after_a_stall_is_no_jump() {
+        let pace = Some(Pace { max_rate: 10.0, period: Span::from_millis(100) });
+        let mut gate = Gate { pace, max_hold: Span::MAX, ..Gate::default() };
+        // Measured every 100 ms; from the third one on the machine stalls for 300 ms.
+        let mut measure = |arrival: f64, value: f64| {
+            gate.turn();
+            let validity = Validity::at(Time::from_seconds(arrival));
+            gate.measure(Sample { validity, value: Interval::point(value) })
+        };
+        for (arrival, value) in [(0.1, 0.0), (0.2, 0.9), (0.5, 1.8), (0.5001, 2.7), (0.5002, 3.6)] {
+            assert_eq!(measure(arrival, value), None, "{arrival}");
+        }
+        assert!(measure(0.6, 5.0).is_some());
     }
 }
