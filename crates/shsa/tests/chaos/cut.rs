@@ -118,8 +118,6 @@ fn both_sides_of_a_cut_are_served_and_agree_afterwards() {
     let both = sites.each_mut().map(|site| doubles(site.plant.seen(), whole));
     let decisions = sites.each_ref().map(|site| told(&site.run.decisions()));
     let released = decisions.iter().flatten().filter(|kind| *kind == "released").count();
-    // A lease, and half of one until it is looked at.
-    assert!(gaps.iter().all(|gap| *gap < 2.5), "{gaps:?}");
     assert!(released == 1, "{decisions:?}");
     SCENARIO.seen(&format!(
         "longest gap {} on one side, {} on the other, from the cut until both agreed, {} after the link was up; both served \

@@ -6,8 +6,7 @@ The argument is a JSON object:
     {"bus": "mqtt" | "zenoh" | "ros2", "port": N, "data": FOLDER, "skip": SECONDS, "seconds": SECONDS, "need": NAME,
      "fault": {"topic": NAME, "column": NAME, "kind": "stop" | "bias", "amount": NUMBER, "at": SECONDS}}
 
-The answer is one, too: the values, the statuses and the round trips of a topic of its own, each with its time in seconds
-from the beginning, and how late the latest row was sent, as a busy machine lets us wait.
+The answer is one, too: the values and the statuses, each with its time in seconds from the beginning.
 """
 
 import csv
@@ -17,7 +16,6 @@ import sys
 import threading
 import time
 
-PING = "test/ping"
 TOPICS = ["wheel_speed", "gnss_ublox", "gyro", "steering_angle"]
 # As nodes of ROS 2 tell these columns: topic, type, field.
 MESSAGES = {
@@ -131,14 +129,10 @@ class Ros2(Zenoh):
         self.publishers[topic].put(bytes(self.store.serialize_cdr(content, name)), attachment=beside)
 
     def publish(self, topic, text):
-        columns = {"test": text} if topic == PING else json.loads(text)
-        for column, value in columns.items():
-            if topic == PING:
-                path, name, field = PING, "std_msgs/msg/String", "data"
-            elif column in MESSAGES:
-                path, name, field = MESSAGES[column]
-            else:
+        for column, value in json.loads(text).items():
+            if column not in MESSAGES:
                 continue
+            path, name, field = MESSAGES[column]
             content = where = self.message(name)
             if hasattr(content, "header"):
                 now = time.time_ns()
@@ -186,40 +180,33 @@ def broken(topic, columns, at, fault):
 def main():
     order = json.loads(sys.argv[1])
     bus = {"mqtt": Mqtt, "zenoh": Zenoh, "ros2": Ros2}[order["bus"]](order["port"])
-    values, statuses, trips = [], [], []
+    values, statuses = [], []
     start = time.monotonic()
 
     def heard(topic, text, quality):
         now = time.monotonic() - start
-        if topic == PING:
-            trips.append(now - float(text))
-        elif topic.strip("/") == order["need"].strip("/"):
+        if topic.strip("/") == order["need"].strip("/"):
             values.append([now, float(text), quality])
         else:
             statuses.append([now, json.loads(text)])
 
-    bus.subscribe([order["need"], "shsa/+/need/#" if order["bus"] == "mqtt" else "shsa/*/need/#", PING], heard)
+    bus.subscribe([order["need"], "shsa/+/need/#" if order["bus"] == "mqtt" else "shsa/*/need/#"], heard)
     recording = sorted(
         (row for topic in TOPICS for row in rows(order["data"], topic, order["skip"], order["seconds"])),
         key=lambda row: row[0],
     )
     time.sleep(0.5)
     start = time.monotonic()
-    ping = latest = 0
     for at, topic, columns in recording:
         left = at - (time.monotonic() - start)
         if left > 0:
             time.sleep(left)
-        latest = max(latest, time.monotonic() - start - at)
         columns = broken(topic, columns, at, order.get("fault"))
         if columns is not None:
             bus.publish(topic, json.dumps(columns))
-        if at >= ping:
-            ping = at + 0.05
-            bus.publish(PING, str(time.monotonic() - start))
     time.sleep(0.5)
     bus.close()
-    print(json.dumps({"ready": True, "values": values, "statuses": statuses, "trips": trips, "late": latest}), flush=True)
+    print(json.dumps({"ready": True, "values": values, "statuses": statuses}), flush=True)
 
 
 main()
