@@ -8,7 +8,9 @@ use crate::time::{Span, Time, Validity};
 /// How many comparisons are remembered, and how many of them must disagree.
 ///
 /// The window lasts at least [`Debounce::span`] and holds at least [`Debounce::least`] comparisons, so that a fast
-/// pair is not condemned by a bump of a few milliseconds and a slow one not after minutes.
+/// pair is not condemned by a bump of a few milliseconds and a slow one not after minutes. Of just as many as must
+/// disagree, two come one after the other and to the same side: what is wrong lasts, while outliers of a noise with long
+/// tails come whenever they do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Debounce {
     /// The shortest window in time.
@@ -54,6 +56,10 @@ pub enum Relationship {
 #[derive(Clone, Copy, Debug)]
 pub struct Window {
     bits: u64,
+    /// Of the disagreements, those to the same side as one right before them.
+    lasting: u64,
+    /// To which side the last one was: whether the slower way says more.
+    is_above: bool,
     compared: u32,
     n: u32,
     k: u32,
@@ -98,6 +104,8 @@ impl Window {
         let lifetime = lifetime(period.unwrap_or(debounce.span), debounce.span);
         Window {
             bits: 0,
+            lasting: 0,
+            is_above: false,
             compared: 0,
             n,
             k,
@@ -128,10 +136,10 @@ impl Window {
         is_same
     }
 
-    /// Takes a comparison in; what the window said before, now.
+    /// Takes a comparison in: whether it disagrees, and whether the slower way says more. What the window said before, now.
     // Once for every observation or comparison, from two places: by a hint alone it would be called.
     #[inline(always)]
-    pub fn record(&mut self, disagrees: bool, now: Time) -> Relationship {
+    pub fn record(&mut self, disagrees: bool, is_above: bool, now: Time) -> Relationship {
         let mut before = Relationship::Unknown;
         if let Some(last) = self.last {
             let since = now - last;
@@ -151,7 +159,10 @@ impl Window {
         }
         if disagrees || self.bits != 0 {
             let mask = u64::MAX >> (64 - self.n);
+            let lasts = disagrees && self.bits & 1 != 0 && self.is_above == is_above;
             self.bits = (self.bits << 1 | u64::from(disagrees)) & mask;
+            self.lasting = (self.lasting << 1 | u64::from(lasts)) & mask;
+            self.is_above = is_above;
         }
         self.compared = (self.compared + 1).min(self.n);
         self.last = Some(now);
@@ -181,7 +192,7 @@ impl Window {
 
     /// Forgets all comparisons.
     pub fn forget(&mut self) {
-        self.bits = 0;
+        (self.bits, self.lasting) = (0, 0);
         self.compared = 0;
         self.last = None;
         self.last_conflict = None;
@@ -211,7 +222,8 @@ impl Window {
         match self.bits {
             // Most often, and without a count.
             0 if !self.recurs => Relationship::Agree,
-            bits if self.recurs || bits.count_ones() >= self.k => Relationship::Conflict,
+            bits if self.recurs || bits.count_ones() > self.k => Relationship::Conflict,
+            bits if bits.count_ones() == self.k && (self.lasting != 0 || self.k == 1) => Relationship::Conflict,
             _ => Relationship::Undecided,
         }
     }
@@ -338,7 +350,7 @@ impl Pair {
         } else {
             // As most often: nothing has disagreed of late, and nothing does now.
             self.trend.relax();
-            self.window.record(false, now)
+            self.window.record(false, false, now)
         };
         self.trend.record(value, other, validity, now);
         let tendency = self.trend.tendency();
@@ -357,7 +369,8 @@ impl Pair {
         (value, other): (&Measured, &Measured),
         now: Time,
     ) -> Relationship {
-        let before = together(self.window.record(disagrees, now), self.trend.tendency());
+        let is_above = value.value.lo() > other.value.lo();
+        let before = together(self.window.record(disagrees, is_above, now), self.trend.tendency());
         if disagrees {
             self.disagreement = Some(Disagreement { time: now, value: value.value, other: other.value });
         }
