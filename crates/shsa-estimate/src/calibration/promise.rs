@@ -20,16 +20,16 @@ const ALARMS: f64 = 10.0;
 /// Calibrations on other hours differ: the rate that is aimed at is the promised one over this.
 const RESERVE: f64 = 5.0;
 /// A sound signal called failed is worse than a suspicion: one for so many alarms that are promised.
-const FAILED: f64 = 5_000.0;
+const FAILED: f64 = 50_000.0;
 /// What a factor grows by for each e-fold fewer alarms, as a share of it: within these.
-const SLOPES: (f64, f64) = (0.06, 0.15);
+const SLOPES: (f64, f64) = (0.06, 0.18);
 /// Noise is declared as so many times what was found, when that costs no alarm in these series of surrogate sessions.
 const NOISES: [f64; 7] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0];
 /// One more of these than was enough: other hours differ.
 const MARGIN: f64 = 1.4;
 const NOISE_SERIES: [u64; 4] = [100, 101, 102, 103];
 /// No factor is followed further than this beyond one that was tried.
-const FURTHEST: f64 = 1.5;
+const FURTHEST: f64 = 1.85;
 /// So many pairs cost as much as all else.
 const PAIRS: f64 = 10.0;
 /// While new surrogate hours have more than one alarm, the factor grows by this,
