@@ -195,13 +195,9 @@ impl Pace {
         if anchor.value.overlaps(sample.value) {
             return None;
         }
-        let reach = anchor.value.widened(self.reach(anchor, sample).next_up());
-        (!reach.overlaps(sample.value)).then(|| Jump {
-            from: anchor.value,
-            to: sample.value,
-            within: self.between(anchor, sample),
-            max_rate: self.max_rate,
-        })
+        let (max_rate, within) = (self.max_rate, self.between(anchor, sample));
+        let reach = anchor.value.widened((max_rate * within.seconds()).next_up());
+        (!reach.overlaps(sample.value)).then_some(Jump { from: anchor.value, to: sample.value, within, max_rate })
     }
 }
 
