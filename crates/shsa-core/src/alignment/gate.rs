@@ -189,7 +189,8 @@ impl Pace {
         (other.to - one.from).max(one.to - other.from).max(self.period)
     }
 
-    #[inline]
+    // Once for every reading; by a hint alone it would be called.
+    #[inline(always)]
     fn jump(self, anchor: Sample, sample: Sample) -> Option<Jump> {
         // As most often: what overlaps needs no time in between.
         if anchor.value.overlaps(sample.value) {
@@ -197,7 +198,12 @@ impl Pace {
         }
         let (max_rate, within) = (self.max_rate, self.between(anchor, sample));
         let reach = anchor.value.widened((max_rate * within.seconds()).next_up());
-        (!reach.overlaps(sample.value)).then_some(Jump { from: anchor.value, to: sample.value, within, max_rate })
+        (!reach.overlaps(sample.value)).then_some(Jump {
+            from: anchor.value,
+            to: sample.value,
+            within,
+            max_rate,
+        })
     }
 }
 

@@ -223,7 +223,9 @@ impl Window {
             // Most often, and without a count.
             0 if !self.recurs => Relationship::Agree,
             bits if self.recurs || bits.count_ones() > self.k => Relationship::Conflict,
-            bits if bits.count_ones() == self.k && (self.lasting != 0 || self.k == 1) => Relationship::Conflict,
+            bits if bits.count_ones() == self.k && (self.lasting != 0 || self.k == 1) => {
+                Relationship::Conflict
+            }
             _ => Relationship::Undecided,
         }
     }
