@@ -1,0 +1,6 @@
+//! Intervals against exact arithmetic: edges by table, points and inclusion at random.
+
+mod edges;
+mod inclusion;
+mod oracle;
+mod points;

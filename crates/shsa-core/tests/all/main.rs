@@ -1,0 +1,42 @@
+//! What the core promises, from outside. One program, as each of them takes as long to build; what counts allocations has its own.
+#![cfg(test)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    reason = "tests may fail loudly"
+)]
+
+#[path = "../models/mod.rs"]
+mod models;
+#[path = "../plan_support/mod.rs"]
+mod plan_support;
+
+mod interval;
+
+mod analysis;
+mod analysis_structure;
+mod isolability;
+
+mod plan_carried_over;
+mod plan_contingency;
+mod plan_engines;
+mod plan_limits;
+mod plan_random;
+mod plan_reference;
+mod plan_requirements;
+mod plan_ways;
+
+mod monitor_index;
+mod thesis_monitor;
+mod detectors;
+mod watch;
+mod trust;
+mod many;
+
+mod needs;
+mod switch;
+mod delegate;
+mod orders;
+mod change;
+mod hostile_engine;

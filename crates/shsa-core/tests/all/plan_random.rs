@@ -1,0 +1,124 @@
+//! The exact search against the oracle, on random knowledge bases.
+
+use crate::plan_support::{
+    KINDS, Kind, NORM, Random, check_sound, options, question, random, random_utility, utility,
+};
+use shsa_core::knowledge::{KnowledgeBase, VariableId};
+use shsa_core::plan::{
+    BestFirst, Graph, Limits, Options, Part, Plan, Scratch, StopReason, best, best_in_parts, exhaustive,
+};
+use shsa_core::substitution::Substitution;
+
+/// Enough for the oracle on everything that is generated here.
+const LIMITS: Limits = Limits { expansions: 10_000_000, states: 3_000_000 };
+
+/// Compares the answers; `memory` is that of the searches before, about other knowledge bases.
+fn check(memory: &mut (Scratch, Plan), seed: u64) -> usize {
+    let mut numbers = Random(seed);
+    let (kind, knowledge, root, options) = question(&mut numbers);
+
+    let oracle = exhaustive(&knowledge, root, &options, LIMITS);
+    assert_eq!(oracle.stop, StopReason::Complete, "seed {seed} {kind:?}: too big");
+    let graph = Graph::new(&knowledge);
+    let mut search = BestFirst::new(&graph, root, &options, LIMITS);
+    let mut found = Vec::new();
+    loop {
+        let bound = search.bound();
+        let Some((substitution, utility)) = search.next() else { break };
+        assert!(utility <= bound, "seed {seed} {kind:?}: bound {bound}, utility {utility}");
+        check_sound(&knowledge, root, &options, &substitution);
+        found.push((substitution, utility));
+    }
+    assert_eq!(search.stop(), StopReason::Complete);
+    assert_eq!(found, oracle.substitutions, "seed {seed} {kind:?}");
+    let count = numbers.below(found.len() + 2);
+    let first = best(&graph, root, &options, count, LIMITS);
+    assert_eq!(first.substitutions, found[..count.min(found.len())], "seed {seed} {kind:?}: first {count}");
+    memory.1.refill(&mut BestFirst::with_scratch(&mut memory.0, &graph, root, &options, LIMITS), count);
+    assert_eq!(memory.1, first, "seed {seed} {kind:?}: first {count}, in used memory");
+    check_any(&knowledge, root, &options, &found);
+    found.len()
+}
+
+/// Without a single decision there is an answer, if there is one at all.
+fn check_any(knowledge: &KnowledgeBase, root: VariableId, options: &Options, found: &[(Substitution, f64)]) {
+    let graph = Graph::new(knowledge);
+    let limits = Limits { expansions: 0, ..LIMITS };
+    let mut search = BestFirst::new(&graph, root, options, limits);
+    assert!(search.next().is_none());
+    let Some((any, utility)) = search.any() else { return assert!(found.is_empty()) };
+    assert!(utility <= search.bound());
+    check_sound(knowledge, root, options, &any);
+    let same = found.iter().find(|(substitution, _)| substitution.relations() == any.relations());
+    assert!(same.is_some_and(|(_, best)| utility <= *best), "{any:?}");
+}
+
+#[test]
+fn best_first_equals_exhaustive_on_10_000_random_knowledge_bases() {
+    let mut memory = (Scratch::default(), Plan::default());
+    let answers: Vec<usize> = (0..10_000).map(|seed| check(&mut memory, seed)).collect();
+    let several = answers.iter().filter(|&&count| count > 1).count();
+    assert!(several > 3_000, "the knowledge bases are too simple: {several} have several substitutions");
+}
+
+#[test]
+fn the_norm_written_out_is_the_norm() {
+    for seed in 0..200 {
+        let mut numbers = Random(seed);
+        let norm = random(&mut numbers, Kind::Mixed, 8, false);
+        let written = norm.clone().with_utility(utility("product", NORM, ""));
+        let all = |knowledge: &KnowledgeBase| {
+            let root = knowledge.variables().ids().next().unwrap();
+            best(&Graph::new(knowledge), root, &Options::default(), usize::MAX, LIMITS).substitutions
+        };
+        assert_eq!(all(&norm), all(&written), "seed {seed}");
+    }
+}
+
+#[test]
+fn parts_of_a_search_give_what_the_whole_gives() {
+    let mut several = 0;
+    for seed in 0..2_000 {
+        let mut numbers = Random(seed);
+        let kind = KINDS[numbers.below(KINDS.len())];
+        let size = 3 + numbers.below(9);
+        let ties = numbers.chance(0.4);
+        let knowledge = random(&mut numbers, kind, size, ties).with_utility(random_utility(&mut numbers));
+        let (graph, options) = (Graph::new(&knowledge), options(&mut numbers, &knowledge));
+        let root = knowledge.variables().ids().next().unwrap();
+        let count = if numbers.chance(0.5) { usize::MAX } else { 1 + numbers.below(5) };
+        let whole = best(&graph, root, &options, count, LIMITS);
+        let in_turn = |parts: &mut [Part]| parts.iter_mut().rev().for_each(Part::run);
+        let at_once = |parts: &mut [Part]| {
+            std::thread::scope(|scope| parts.iter_mut().for_each(|part| drop(scope.spawn(|| part.run()))));
+        };
+        let parts = 1 + numbers.below(4);
+        let found = best_in_parts(&graph, root, &options, count, LIMITS, parts, in_turn);
+        assert!(found.substitutions == whole.substitutions, "seed {seed} {kind:?} in {parts} parts");
+        assert_eq!(found.stop, whole.stop, "seed {seed}");
+        if seed % 20 == 0 {
+            assert_eq!(found, best_in_parts(&graph, root, &options, count, LIMITS, parts, at_once));
+        }
+        several += usize::from(found.substitutions.len() > 1);
+    }
+    assert!(several > 300, "{several}");
+}
+
+#[test]
+fn a_limit_of_parts_leaves_a_true_bound() {
+    let knowledge = random(&mut Random(7), Kind::Equations, 60, false);
+    let graph = Graph::new(&knowledge);
+    let root = knowledge.variables().ids().next().unwrap();
+    let limits = Limits { expansions: 30_000, states: 300_000 };
+    let in_turn = |parts: &mut [Part]| parts.iter_mut().for_each(Part::run);
+    let found = best_in_parts(&graph, root, &Options::default(), usize::MAX, limits, 3, in_turn);
+    assert_eq!(found.stop, StopReason::LimitExpansions);
+    assert!(
+        found.substitutions.iter().all(|(_, utility)| *utility <= 1.0) && found.expanded < 30_000 + 3 * 9_000
+    );
+    let other =
+        best_in_parts(&graph, root, &Options::default(), usize::MAX, limits, 3, |parts: &mut [Part]| {
+            std::thread::scope(|scope| parts.iter_mut().for_each(|part| drop(scope.spawn(|| part.run()))));
+        });
+    assert_eq!(found, other);
+}

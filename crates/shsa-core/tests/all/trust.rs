@@ -1,0 +1,308 @@
+//! Random small systems of which the truth is known: who is accused, and that trust comes back after a fault whatever is derived
+//! from what; and stamps that are wrong.
+
+use proptest::prelude::*;
+use shsa_core::diagnosis::Verdict;
+use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Output, Quality};
+use shsa_core::knowledge::{
+    Bounds, Draft, Id, KnowledgeBase, NeedDraft, SignalDraft, SignalId, Text, VariableDraft, build,
+};
+use shsa_core::monitor::Symptom;
+use shsa_core::observation::{Observation, RawValue};
+use shsa_core::time::Time;
+
+const PERIOD: i64 = 500_000_000;
+const SECOND: i64 = 1_000_000_000;
+
+fn text(text: &str) -> Text {
+    Text { text: text.into(), ..Text::default() }
+}
+
+/// Signals of one variable, each with an error of 1, and what each is derived from and shares.
+fn knowledge(signals: &[(Vec<usize>, Vec<usize>)], max_rate: Option<&str>) -> KnowledgeBase {
+    let name = |number: &usize| text(&format!("s{number}"));
+    let signal = |(number, (derived_from, shares)): (usize, &(Vec<usize>, Vec<usize>))| SignalDraft {
+        name: name(&number),
+        variable: Some(text("x")),
+        rate: Some(text("2 Hz")),
+        value_error: Some(Bounds::One(text("1"))),
+        derived_from: derived_from.iter().map(name).collect(),
+        shares: shares.iter().map(|cause| (text(&format!("c{cause}")), None)).collect(),
+        ..SignalDraft::default()
+    };
+    let need = NeedDraft {
+        variable: text("x"),
+        max_age: Some(text("3 s")),
+        probation: Some(text("5 s")),
+        ..NeedDraft::default()
+    };
+    let (knowledge, problems) = build(&Draft {
+        variables: vec![VariableDraft {
+            name: text("x"),
+            max_rate: max_rate.map(text),
+            ..VariableDraft::default()
+        }],
+        signals: signals.iter().enumerate().map(signal).collect(),
+        needs: vec![need],
+        ..Draft::default()
+    });
+    let errors: Vec<_> = problems.iter().filter(|it| format!("{it:?}").contains("Error")).collect();
+    assert!(errors.is_empty(), "{errors:?}");
+    knowledge
+}
+
+struct Run {
+    engine: Engine,
+    outputs: Vec<Output>,
+}
+
+impl Run {
+    fn new(knowledge: KnowledgeBase) -> Run {
+        Run { engine: Engine::new(knowledge, Options::default()), outputs: Vec::new() }
+    }
+
+    fn give(&mut self, signal: usize, stamp: i64, received: i64, value: f64) {
+        self.engine.handle(Input::Observation(Observation {
+            signal: SignalId::from_index(signal),
+            stamp: Time(stamp),
+            received: Time(received),
+            value: RawValue::Number(value),
+        }));
+        self.outputs.extend(core::iter::from_fn(|| self.engine.poll()));
+    }
+
+    /// Lets time pass as a driver does.
+    fn pass(&mut self, until: i64) {
+        while let Some(due) = self.engine.next_deadline().filter(|due| due.0 < until) {
+            self.engine.handle(Input::Tick(due));
+            self.outputs.extend(core::iter::from_fn(|| self.engine.poll()));
+        }
+    }
+
+    fn events(&self, kind: EventKind) -> Vec<&Event> {
+        let of_kind = |event: &&Event| event.kind == kind && event.signal.is_some();
+        self.outputs.iter().filter_map(event).filter(of_kind).collect()
+    }
+
+    fn accused(&self) -> Vec<SignalId> {
+        let all = [EventKind::Suspected, EventKind::Failed].map(|kind| self.events(kind));
+        all.into_iter().flatten().filter_map(|event| event.signal).collect()
+    }
+
+    fn last_quality(&self) -> Option<(Time, Quality)> {
+        self.outputs.iter().rev().find_map(|output| match output {
+            Output::Publication(published) => Some((published.time, published.quality)),
+            _ => None,
+        })
+    }
+}
+
+fn event(output: &Output) -> Option<&Event> {
+    match output {
+        Output::Event(event) => Some(event),
+        Output::Publication(_) | Output::Task { .. } | Output::Reloaded(_) => None,
+    }
+}
+
+/// How a sound signal errs, within 0.9 of its error.
+#[derive(Clone, Copy, Debug)]
+enum Errs {
+    Not,
+    Constantly(f64),
+    Uniformly,
+    AtTwoPoints,
+}
+
+impl Errs {
+    fn at(self, number: usize, step: usize) -> f64 {
+        let random = (((step * 7919 + number * 104_729 + 13) * 2_654_435_761) % 10_007) as f64 / 10_007.0;
+        match self {
+            Errs::Not => 0.0,
+            Errs::Constantly(by) => by,
+            Errs::Uniformly => 0.9 * (2.0 * random - 1.0),
+            Errs::AtTwoPoints => {
+                if random < 0.5 {
+                    -0.9
+                } else {
+                    0.9
+                }
+            }
+        }
+    }
+}
+
+type Member = (Errs, Vec<usize>, Vec<usize>);
+
+fn members() -> impl Strategy<Value = Vec<Member>> {
+    let errs = prop_oneof![
+        Just(Errs::Not),
+        (-0.9..0.9_f64).prop_map(Errs::Constantly),
+        Just(Errs::Uniformly),
+        Just(Errs::AtTwoPoints),
+    ];
+    // Derived from earlier ones only.
+    let one = (errs, any::<u8>(), prop::collection::btree_set(0..2_usize, 0..2));
+    prop::collection::vec(one, 2..5).prop_map(|all| {
+        let member =
+            |(at, (errs, derived, shares)): (usize, (Errs, u8, std::collections::BTreeSet<usize>))| {
+                let derived_from = (0..at).filter(|from| derived % 3 == 0 && derived >> (from + 2) & 1 == 1);
+                (errs, derived_from.collect(), shares.into_iter().collect())
+            };
+        all.into_iter().enumerate().map(member).collect()
+    })
+}
+
+/// A minute and a half of it, with `fault` added to a liar from 30 to 50 s.
+fn run(members: &[Member], liar: usize, fault: f64, max_rate: Option<&str>) -> Run {
+    let described: Vec<_> = members.iter().map(|(_, from, shares)| (from.clone(), shares.clone())).collect();
+    let mut run = Run::new(knowledge(&described, max_rate));
+    for step in 0..180 {
+        let now = step as i64 * PERIOD;
+        run.pass(now);
+        for (number, (errs, ..)) in members.iter().enumerate() {
+            let is_faulty = number == liar && (60..100).contains(&step);
+            run.give(number, now, now, 20.0 + errs.at(number, step) + if is_faulty { fault } else { 0.0 });
+        }
+    }
+    run.engine.handle(Input::Tick(Time(180 * PERIOD)));
+    run.outputs.extend(core::iter::from_fn(|| run.engine.poll()));
+    run
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn one_liar_is_accused_and_no_sound_one_fails_and_all_are_trusted_again(
+        members in members(),
+        liar in 0..4_usize,
+        fault in prop_oneof![Just(6.0), Just(-9.0)],
+        is_limited in any::<bool>(),
+    ) {
+        let liar = liar % members.len();
+        let run = run(&members, liar, fault, is_limited.then_some("0.5"));
+        let accused = run.accused();
+        // What it is computed from may be what lies, and is then named instead.
+        let told = |number: usize| accused.contains(&SignalId::from_index(number));
+        let is_told = told(liar) || members[liar].1.iter().any(|&origin| told(origin));
+        prop_assert!(is_told, "the liar is not told: {:?}", accused);
+        for event in run.events(EventKind::Failed) {
+            prop_assert_eq!(event.signal, Some(SignalId::from_index(liar)), "{}", event.because);
+        }
+        for number in 0..members.len() {
+            let verdict = run.engine.verdict(SignalId::from_index(number));
+            prop_assert!(verdict <= Verdict::Healthy, "s{} is {:?} 40 s after the fault", number, verdict);
+        }
+        let (last, quality) = run.last_quality().unwrap();
+        prop_assert_eq!((last >= Time(179 * PERIOD), quality), (true, Quality::Good));
+    }
+
+    #[test]
+    fn nobody_is_accused_on_sound_data(members in members()) {
+        let run = run(&members, 0, 0.0, Some("0.5"));
+        let accused = run.accused();
+        prop_assert!(accused.is_empty(), "{:?}", accused);
+    }
+}
+
+/// A suspect whose rival has fallen silent is not known to be sound: it serves as a substitute, and no sooner.
+#[test]
+fn a_suspect_that_nobody_contradicts_any_more_is_unknown() {
+    let mut run = Run::new(knowledge(&[(vec![], vec![]), (vec![], vec![])], None));
+    for step in 0..200_usize {
+        let now = step as i64 * PERIOD;
+        run.pass(now);
+        let error = |number| Errs::Uniformly.at(number, step);
+        run.give(0, now, now, 20.0 + error(0));
+        if step < 60 {
+            run.give(1, now, now, 20.0 + error(1) + if step >= 40 { 6.0 } else { 0.0 });
+        }
+    }
+    let verdict = run.engine.verdict(SignalId::from_index(0));
+    assert_eq!((run.events(EventKind::Failed).len(), verdict), (0, Verdict::Unknown));
+    let (last, quality) = run.last_quality().unwrap();
+    assert!(last >= Time(198 * PERIOD) && quality != Quality::Good, "{last:?} {quality:?}");
+}
+
+/// Stamps of three signals at 2 Hz, `stamp` giving that of the first one; when it was told, and of which symptom.
+fn clock(stamp: impl Fn(i64) -> i64, others: i64) -> Run {
+    let mut run = Run::new(knowledge(&[(vec![], vec![]), (vec![], vec![]), (vec![], vec![])], None));
+    let start = 1_700_000_000 * SECOND;
+    for step in 0..240_usize {
+        let now = step as i64 * PERIOD;
+        run.pass(start + now);
+        for number in 0..3 {
+            let stamp = if number == 0 { stamp(now) } else { now + others };
+            let value = 20.0 + Errs::Uniformly.at(number, step);
+            run.give(number, start + stamp, start + now + number as i64, value);
+        }
+    }
+    run
+}
+
+#[track_caller]
+fn is_told(run: &Run, between: std::ops::Range<i64>, restored: bool) {
+    let start = 1_700_000_000 * SECOND;
+    let failed = run.events(EventKind::Failed);
+    let told: Vec<_> = failed.iter().map(|it| (it.signal.map(Id::index), it.symptom)).collect();
+    assert_eq!(told, [(Some(0), Some(Symptom::WrongClock))], "{failed:?}");
+    let after = (failed[0].time.0 - start) / SECOND;
+    assert!(between.contains(&after), "told after {after} s: {}", failed[0].because);
+    assert_eq!(run.events(EventKind::Restored).len(), usize::from(restored));
+}
+
+#[test]
+fn a_clock_that_is_set_is_told_within_seconds_and_trusted_when_it_is_right_again() {
+    for off in [-3600 * SECOND, 3600 * SECOND, -20 * SECOND] {
+        let set = |now: i64| now + if (20 * SECOND..60 * SECOND).contains(&now) { off } else { 0 };
+        is_told(&clock(set, 0), 20..26, true);
+        is_told(&clock(|now| now + if now >= 20 * SECOND { off } else { 0 }, 0), 20..26, false);
+    }
+}
+
+#[test]
+fn a_clock_that_is_wrong_from_the_start_is_told_by_the_others() {
+    is_told(&clock(|now| now - 3600 * SECOND, 0), 0..10, false);
+}
+
+#[test]
+fn stamps_that_stand_still_are_told() {
+    is_told(&clock(|now| now.min(20 * SECOND), 0), 20..32, false);
+    is_told(&clock(|_| -1_700_000_000 * SECOND, 0), 0..12, false);
+}
+
+#[test]
+fn clocks_that_are_all_off_alike_are_right() {
+    let run = clock(|now| now - 3600 * SECOND, -3600 * SECOND);
+    assert!(run.accused().is_empty(), "{:?}", run.accused());
+}
+
+/// Nothing of a time that is yet to come can be used, so it must be told why nothing is.
+#[test]
+fn clocks_that_are_all_ahead_are_wrong_although_they_are_alike() {
+    let run = clock(|now| now + 3600 * SECOND, 3600 * SECOND);
+    let failed = run.events(EventKind::Failed);
+    assert_eq!(failed.len(), 3, "{failed:?}");
+    assert!(failed.iter().all(|it| it.symptom == Some(Symptom::WrongClock)), "{failed:?}");
+    assert!(failed.iter().all(|it| it.time < Time(1_700_000_012 * SECOND)), "{failed:?}");
+}
+
+/// What was held up for half a minute comes at once: late, by a clock that is right.
+#[test]
+fn what_comes_at_once_after_a_stall_has_no_wrong_clock() {
+    let mut run = Run::new(knowledge(&[(vec![], vec![]), (vec![], vec![])], None));
+    for step in 0..240_usize {
+        let now = step as i64 * PERIOD;
+        run.pass(now);
+        let error = |number, step| 20.0 + Errs::Uniformly.at(number, step);
+        let is_held = (60..120).contains(&step);
+        let from = if step == 120 { 60 } else { step };
+        for held in (from..=step).filter(|_| !is_held) {
+            run.give(0, held as i64 * PERIOD, now + (held - from) as i64 * 1_000_000, error(0, held));
+        }
+        run.give(1, now, now + 100_000_000, error(1, step));
+    }
+    let clocks =
+        run.events(EventKind::Failed).into_iter().filter(|it| it.symptom == Some(Symptom::WrongClock));
+    assert_eq!(clocks.count(), 0);
+}

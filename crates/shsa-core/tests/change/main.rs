@@ -1,7 +1,0 @@
-//! Models that are changed while they are in use: edits, parts, and an engine that goes on.
-#![cfg(test)]
-
-mod drafts;
-mod edits;
-mod parts;
-mod reload;

@@ -1,0 +1,19 @@
+//! What runs for every observation allocates nothing: a program of its own, as it counts.
+#![cfg(test)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    reason = "tests may fail loudly"
+)]
+
+#[path = "../models/mod.rs"]
+mod models;
+#[path = "../plan_support/mod.rs"]
+mod plan_support;
+#[path = "../models/plant.rs"]
+mod plant;
+
+mod engine;
+mod formulas;
+mod plan;

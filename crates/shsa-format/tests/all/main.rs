@@ -1,0 +1,19 @@
+//! What the formats promise, from outside. One program, as each of them takes as long to build; what counts allocations has its
+//! own.
+#![cfg(test)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    reason = "tests may fail loudly"
+)]
+
+mod round_trip;
+mod published_structures;
+mod prolog;
+mod drawing;
+
+mod live;
+mod restart;
+mod sound;
+mod stories;

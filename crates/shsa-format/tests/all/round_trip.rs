@@ -1,0 +1,371 @@
+//! What is written loads to the same again: drafts as YAML and JSON, formulas by way of Prolog.
+
+use proptest::prelude::*;
+use shsa_core::expression::Symbol;
+use shsa_core::knowledge::{
+    BodyDraft, Bounds, Draft, Id, KnowledgeBase, NeedDraft, RelationDraft, SignalDraft, Text, UtilityDraft,
+    VariableDraft, VariableId,
+};
+use shsa_format::model::thesis::prolog;
+use shsa_format::model::{load, read, write};
+use std::fs;
+use std::path::PathBuf;
+
+fn models() -> Vec<(String, String)> {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../models");
+    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let yaml = files.filter(|path| path.extension().is_some_and(|ending| ending == "yaml"));
+    yaml.map(|path| (path.display().to_string(), fs::read_to_string(&path).unwrap())).collect()
+}
+
+/// A draft as text without the places.
+fn shown(draft: &Draft) -> String {
+    let text = format!("{draft:?}");
+    let mut parts = text.split("place: Place {");
+    let first = parts.next().unwrap_or("").to_owned();
+    first + &parts.map(|part| part.split_once('}').unwrap().1).collect::<String>()
+}
+
+#[track_caller]
+fn check_draft(draft: &Draft) {
+    for text in [write::yaml(draft), write::json(draft)] {
+        let again = read(&text, "again", None).unwrap();
+        let (expected, found) = (shown(draft), shown(&again.draft));
+        let same = expected.bytes().zip(found.bytes()).take_while(|(one, other)| one == other).count();
+        let from = |text: &str| text.chars().skip(same.saturating_sub(60)).take(160).collect::<String>();
+        assert!(
+            expected == found,
+            "expected: {}\nfound: {}\nwritten:\n{text}",
+            from(&expected),
+            from(&found)
+        );
+    }
+}
+
+#[track_caller]
+fn check_model(name: &str, text: &str) {
+    let draft = read(text, name, None).unwrap().draft;
+    check_draft(&draft);
+    let expected = load(text, name);
+    assert!(expected.report.ok(), "{name}: {}", expected.report.render(false));
+    for written in [write::yaml(&draft), write::json(&draft)] {
+        let found = load(&written, name);
+        assert_eq!(format!("{:?}", found.knowledge), format!("{:?}", expected.knowledge), "{name}");
+    }
+    serde_json::from_str::<serde_json::Value>(&write::json(&draft)).unwrap();
+}
+
+#[test]
+fn every_model_loads_to_the_same_again() {
+    let models = models();
+    assert!(models.len() >= 5);
+    models.iter().for_each(|(name, text)| check_model(name, text));
+}
+
+const EVERYTHING: &str = r##"
+shsa: 1
+variables:
+  distances: { unit: m, shape: vector }
+  dmin:      { unit: m, shape: scalar }
+  speed:     { unit: m/s, range: [-3, 3 m/s], max_rate: 12 }
+  heavy:     { properties: { accuracy: 0.90, odd key: 1e-3, "a: b": 2 } }
+  humidity:  { unit: "%", range: [-.inf, 100] }
+constants: { wheel_base: 2.67 m, slip: [0.9, 1.1] }
+functions: { "clamp01(x)": "min(max(x, 0), 1)" }
+relations:
+  nearest: dmin = min(distances)
+  turn:
+    equation: speed = (clamp01(heavy) * slip + humidity) * 1 m/s
+    for: [speed]
+    when: abs(speed) > 0.2 m/s and heavy >= 0
+    error: 0.1 m/s + 2 %
+    properties: { cost: 2 }
+  travelled: { equation: "dmin = previous(dmin) - speed * dt * slip + wheel_base * 0", for: [dmin], error: [-1 cm, 2 cm] }
+  "#opaque, [odd] : name": { output: heavy, inputs: [distances, speed] }
+  nothing: { output: heavy, inputs: [] }
+  either: { outputs: [dmin, heavy], inputs: [dmin, heavy, speed] }
+signals:
+  /scan:
+    { variable: distances, source: "scan#ranges[0]", unit: cm, rate: 10 Hz, value_error: [-10, 15 cm],
+      time_error: [-100 ms, 0 ms], delay: 0 ms, timeout: 1 s, max_delay: 50 ms, frozen_after: 2 s, properties: { accuracy: 0.99, prior: 1 % } }
+  /odom/speed:
+    { variable: speed, rate: 20 Hz, value_error: 2 %, noise: 1 cm/s, mean_over: 250 ms, range: [-2, 2 m/s], max_rate: none, derived_from: [/scan],
+      shares: { base: 0.002, supply: 1 % } }
+  "null": { variable: heavy, time_error: 5 ms, timeout: none, derived_from: [/scan, /odom/speed], shares: [base, "two words"] }
+  "- \"quoted\" \\ \u2028 \u00e4": { variable: humidity }
+  "true": { variable: heavy }
+needs:
+  dmin: { signal: /stop, max_age: 250 ms, max_width: 50 cm, integrity: B, hold: 0 s, probation: 1 min, blend: 10 ms, hysteresis: 5 %, isolation: process }
+  speed:
+utility: { aggregate: product, relation: "1 / cost", signal: "accuracy", defaults: { cost: 1, accuracy: 0.9 } }
+"##;
+
+#[test]
+fn everything_loads_to_the_same_again() {
+    check_model("everything", EVERYTHING);
+    check_model("named utility", &EVERYTHING.replace(EVERYTHING.lines().last().unwrap(), "utility: norm"));
+}
+
+fn text() -> impl Strategy<Value = Text> {
+    let word = prop_oneof![
+        "[a-z_/][a-z0-9_/.]{0,6}",
+        "-?[0-9]{1,3}(\\.[0-9]{1,3})?(e-?[0-9])?( (m|s|%|ms))?",
+        "[ -~äß°\n\t\u{85}\u{2028}\u{feff}\u{1F600}]{1,8}",
+        "(null|~|true|---|\\.\\.\\.|- a|\\? b|: c|#d|&e|\\*f|!g|\\||>|%h|@i|`j|'k|\"l)",
+    ];
+    let word = word.prop_map(|text| Text { text: text.trim().to_owned(), ..Text::default() });
+    // an empty text cannot be told from an absent one
+    word.prop_filter("a word", |text| !text.text.is_empty())
+}
+
+fn names(count: usize) -> impl Strategy<Value = Vec<Text>> {
+    prop::collection::btree_map(text().prop_map(|text| text.text), Just(()), 0..count)
+        .prop_map(|names| names.into_keys().map(|text| Text { text, ..Text::default() }).collect())
+}
+
+fn properties() -> impl Strategy<Value = Vec<(Text, Text)>> {
+    names(3).prop_flat_map(|names| {
+        let count = names.len();
+        (Just(names), prop::collection::vec(text(), count))
+            .prop_map(|(names, values)| names.into_iter().zip(values).collect())
+    })
+}
+
+fn bounds() -> impl Strategy<Value = Bounds> {
+    prop_oneof![text().prop_map(Bounds::One), (text(), text()).prop_map(|(lo, hi)| Bounds::Two(lo, hi))]
+}
+
+fn variable() -> impl Strategy<Value = VariableDraft> {
+    let limits = (some((text(), text())), some(text()), some(text()));
+    let parts = (some(text()), some(text()), limits, properties());
+    parts.prop_map(|(unit, shape, (range, max_rate, wraps), properties)| VariableDraft {
+        name: Text::default(),
+        unit,
+        shape,
+        range,
+        max_rate,
+        wraps,
+        properties,
+    })
+}
+
+fn some<S: Strategy>(of: S) -> impl Strategy<Value = Option<S::Value>> {
+    prop::option::of(of)
+}
+
+fn relation() -> impl Strategy<Value = RelationDraft> {
+    let structure = (prop::collection::vec(text(), 1..3), prop::collection::vec(text(), 0..3));
+    let body = prop_oneof![
+        text().prop_map(BodyDraft::Equation),
+        structure.prop_map(|(outputs, inputs)| BodyDraft::Structure { outputs, inputs }),
+    ];
+    let parts = (body, some(prop::collection::vec(text(), 0..3)), some(text()), some(bounds()), properties());
+    parts.prop_map(|(body, directions, condition, error, properties)| RelationDraft {
+        name: Text::default(),
+        body,
+        directions,
+        condition,
+        error,
+        properties,
+    })
+}
+
+fn signal() -> impl Strategy<Value = SignalDraft> {
+    let first = (some(text()), some(text()), some(text()), some(text()), some(bounds()));
+    let second =
+        (some(bounds()), some(text()), some(text()), prop::collection::vec(text(), 0..3), properties());
+    let names = prop::collection::vec(text().prop_map(|name| (name, None)), 0..3);
+    let priors = properties()
+        .prop_map(|all| all.into_iter().map(|(name, prior)| (name, Some(prior))).collect::<Vec<_>>());
+    let limits =
+        (some((text(), text())), some(text()), some(text()), some(text()), some(text()), some(text()));
+    let scaling = (some(text()), some(text()));
+    (first, second, prop_oneof![names, priors], limits, scaling).prop_map(
+        |(
+            (variable, source, unit, rate, value_error),
+            (time_error, delay, timeout, derived_from, properties),
+            shares,
+            (range, max_rate, max_delay, mean_over, noise, frozen_after),
+            (scale, offset),
+        )| {
+            let name = Text::default();
+            SignalDraft {
+                name,
+                variable,
+                source,
+                unit,
+                scale,
+                offset,
+                rate,
+                value_error,
+                noise,
+                time_error,
+                delay,
+                mean_over,
+                timeout,
+                range,
+                max_rate,
+                max_delay,
+                frozen_after,
+                derived_from,
+                shares,
+                properties,
+            }
+        },
+    )
+}
+
+fn need() -> impl Strategy<Value = NeedDraft> {
+    let first = (some(text()), some(text()), some(text()), some(text()));
+    let second = (some(text()), some(text()), some(text()), some(text()));
+    let third = (some(text()), some(text()), some(text()));
+    (first, second, third).prop_map(
+        |(
+            (signal, max_age, max_width, integrity),
+            (hold, probation, blend, hysteresis),
+            (isolation, min_rate, when_unsure),
+        )| {
+            let variable = Text::default();
+            NeedDraft {
+                variable,
+                signal,
+                max_age,
+                max_width,
+                integrity,
+                hold,
+                probation,
+                blend,
+                hysteresis,
+                isolation,
+                min_rate,
+                when_unsure,
+            }
+        },
+    )
+}
+
+fn utility() -> impl Strategy<Value = Option<UtilityDraft>> {
+    let at = Text::default();
+    let own = (some(text()), some(text()), some(text()), some(text()), properties()).prop_map(
+        move |(aggregate, relation, signal, way, defaults)| UtilityDraft::Own {
+            at: at.clone(),
+            aggregate,
+            relation,
+            signal,
+            way,
+            defaults,
+        },
+    );
+    some(prop_oneof![text().prop_map(UtilityDraft::Named), own])
+}
+
+fn draft() -> impl Strategy<Value = Draft> {
+    fn named<T: std::fmt::Debug + Clone>(
+        of: impl Strategy<Value = T>,
+        name: fn(&mut T, Text),
+    ) -> impl Strategy<Value = Vec<T>> {
+        let many = prop::collection::vec(of, 4);
+        (names(4), many).prop_map(move |(names, items)| {
+            names
+                .into_iter()
+                .zip(items)
+                .map(|(text, mut item)| {
+                    name(&mut item, text);
+                    item
+                })
+                .collect()
+        })
+    }
+    let pairs = named((Just(Text::default()), bounds()), |(name, _), text| *name = text);
+    let functions = named((Just(Text::default()), text()), |(name, _), text| *name = text);
+    let parts = (
+        named(variable(), |variable, text| variable.name = text),
+        pairs,
+        functions,
+        named(relation(), |relation, text| relation.name = text),
+        named(signal(), |signal, text| signal.name = text),
+        named(need(), |need, text| need.variable = text),
+        utility(),
+    );
+    parts.prop_map(|(variables, constants, functions, relations, signals, needs, utility)| Draft {
+        variables,
+        constants,
+        functions,
+        relations,
+        signals,
+        needs,
+        utility,
+    })
+}
+
+proptest! {
+    #[test]
+    fn any_draft_is_read_as_it_was_written(draft in draft()) {
+        check_draft(&draft);
+    }
+}
+
+/// The formulas of a knowledge base, by output.
+fn formulas(knowledge: &KnowledgeBase) -> Vec<(String, String)> {
+    let name = |symbol: Symbol| knowledge.variables()[VariableId::from_index(symbol.0 as usize)].name.clone();
+    let mut formulas = Vec::new();
+    for relation in knowledge.relations() {
+        for (output, formula) in relation.outputs.iter().zip(&relation.formulas) {
+            formulas.push((name(output.symbol()), formula.to_text(&name)));
+        }
+    }
+    formulas.sort();
+    formulas
+}
+
+#[test]
+fn formulas_come_back_from_prolog() {
+    let equations = [
+        "y = 2 * a - b / (a + 1)",
+        "y = -a^2 * b^-3 + (a * b)^0.5",
+        "y = sqrt(abs(a)) + exp(b) + ln(abs(a) + 1)",
+        "y = if(a > b and not (a < 1 or b == 2), a, b)",
+        "y = min(xs) + max(a, b) + mean(xs[1..3]) + xs[2]",
+        "y = hypot(a, b) + atan2(a, b) / 1 rad + sin(a * 1 rad)",
+        "y = floor(a) + root(b, 3) + norm(a, b) + median(a, b, 1)",
+        "y = a + interval(-0.5, 0.25) + plusminus(0.1) + 1e-9 + 3",
+        "y = if(true, a - (b - 1), b)",
+    ];
+    for equation in equations {
+        let text = format!(
+            "shsa: 1\nvariables: {{ y:, a:, b:, xs: {{ shape: vector }} }}\nrelations: {{ r: {{ equation: \"{equation}\", for: [y] }} }}\nsignals: {{ a: {{ variable: a }}, b: {{ variable: b }}, xs: {{ variable: xs }} }}\n"
+        );
+        let loaded = load(&text, "m");
+        assert!(loaded.report.ok(), "{}", loaded.report.render(false));
+        let written = prolog::write(&loaded.knowledge);
+        assert_eq!(written.losses, Vec::<String>::new(), "{equation}");
+        let again = load(&written.text, "m.pl");
+        assert!(again.report.diagnostics.is_empty(), "{}\n{}", again.report.render(false), written.text);
+        assert_eq!(formulas(&again.knowledge), formulas(&loaded.knowledge), "{}", written.text);
+    }
+}
+
+#[test]
+fn what_prolog_cannot_say_is_told() {
+    let loaded = load(EVERYTHING, "m");
+    let losses = prolog::write(&loaded.knowledge).losses.join("\n");
+    for expected in [
+        "the formula of relation turn: it holds under a condition, which a fact cannot say",
+        "the formula of relation travelled: values of other times has no like in it",
+        "the unit of variables distances, dmin, speed and 2 more",
+        "the range of variables speed, humidity",
+        "the largest rate of change of variable speed",
+        "the properties of variable heavy",
+        "the bounds of constant slip",
+        "the properties of relation turn",
+        "the source of signal /scan",
+        "the errors, rate and delays of signals /scan, /odom/speed, null",
+        "the limits of signal /odom/speed",
+        "the origin of signals /odom/speed, null",
+        "the properties of signal /scan",
+        "the name and demands of needs dmin, speed",
+        "how substitutions are rated",
+    ] {
+        assert!(losses.lines().any(|line| line == expected), "no `{expected}` in:\n{losses}");
+    }
+}
