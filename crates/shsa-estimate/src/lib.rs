@@ -6,6 +6,7 @@
 mod order;
 mod chance;
 mod session;
+mod frozen;
 mod rhythm;
 mod comparison;
 mod delay;

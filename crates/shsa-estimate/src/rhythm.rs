@@ -1,5 +1,6 @@
 //! How a signal comes: its rate, jitter and gaps, its range and how fast it changes.
 
+use crate::frozen::frozen_after;
 use crate::order::{quantile, sorted};
 use crate::session::Session;
 use shsa_core::knowledge::{KnowledgeBase, Scaling, Signal, SignalId};
@@ -25,6 +26,8 @@ pub struct Rhythm {
     pub fastest: Option<f64>,
     /// How long it has said exactly the same at most.
     pub longest_hold_s: Option<f64>,
+    /// From when on it is frozen when it says the same; `None` where healthy readings do not show it.
+    pub frozen_after_s: Option<f64>,
 }
 
 impl Rhythm {
@@ -70,6 +73,10 @@ impl Rhythm {
             let least_s = (10.0 * usual).max(SHORTEST_CHANGE_S);
             points.iter().filter_map(|points| fastest(points, least_s)).reduce(f64::max)
         });
+        let longest_hold_s = longest_hold(&points);
+        let frozen_after_s = usual
+            .zip(longest_hold_s)
+            .and_then(|(usual, longest_hold_s)| frozen_after(&points, usual, longest_hold_s));
         Rhythm {
             count: own.iter().map(Vec::len).sum(),
             rate_hz: usual.map(|usual| 1.0 / usual),
@@ -77,7 +84,8 @@ impl Rhythm {
             longest_gap_s: gaps(|it| it.received.seconds()).last().copied(),
             range: values.first().copied().zip(values.last().copied()),
             fastest,
-            longest_hold_s: longest_hold(&points),
+            longest_hold_s,
+            frozen_after_s,
         }
     }
 }

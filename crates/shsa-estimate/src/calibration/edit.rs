@@ -8,6 +8,9 @@ use shsa_core::time::Span;
 /// A signal that was away for longer than its time-out although all was well gets this many times that gap.
 const TIMEOUT_FACTOR: f64 = 2.0;
 
+/// A signal that said the same for longer than it may although all was well gets this many times that time.
+const HOLD_FACTOR: f64 = 2.0;
+
 /// A rate of change that is declared too small gets this many times the fastest that was seen.
 const RATE_FACTOR: f64 = 1.5;
 
@@ -100,8 +103,8 @@ fn set_delay(draft: &mut Draft, signal: SignalId, delay: Span) {
     draft.signals.iter_mut().skip(signal.index()).take(1).for_each(|it| it.delay = Some(written.clone()));
 }
 
-/// The model with the limits that healthy signals need: rates where there are none, time-outs and rates of change only where
-/// they are exceeded.
+/// The model with the limits that healthy signals need: rates, and times from which on they are frozen, where there are none;
+/// time-outs and rates of change only where they are exceeded.
 pub(super) fn limited(draft: &Draft, rhythms: &[Rhythm], knowledge: &KnowledgeBase) -> Draft {
     let mut draft = draft.clone();
     let signals = draft.signals.iter_mut().zip(knowledge.signals().iter());
@@ -112,6 +115,15 @@ pub(super) fn limited(draft: &Draft, rhythms: &[Rhythm], knowledge: &KnowledgeBa
         let gap = rhythm.longest_gap_s.unwrap_or(0.0);
         if signal.timeout.is_some_and(|timeout| timeout.seconds() < gap) {
             written.timeout = Some(text(format!("{} s", rounded_up(TIMEOUT_FACTOR * gap))));
+        }
+        let hold = rhythm.longest_hold_s.unwrap_or(0.0);
+        let frozen_after = match signal.limits.frozen_after {
+            Some(most) => (most.seconds() <= hold).then_some(HOLD_FACTOR * hold),
+            None if written.frozen_after.is_none() => rhythm.frozen_after_s,
+            None => None,
+        };
+        if let Some(seconds) = frozen_after {
+            written.frozen_after = Some(text(format!("{} s", rounded_up(seconds))));
         }
     }
     for (id, variable) in knowledge.variables().enumerate() {

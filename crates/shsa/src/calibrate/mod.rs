@@ -30,8 +30,8 @@ which a signal is suspected or called failed. The numbers are fitted to the firs
 relations scatter, and one factor of that for the whole model, found with the engine itself over recordings that could have been
 (what is left of the values drawn anew in blocks, with tails beyond what was seen). They are tested once on the rest, which they
 have not seen. What is fitted: value errors of signals, errors of the relations that are shown to hold, delays of signals that are
-compared themselves; time-outs and rates of change only where healthy data exceed them. Of a single recording it is assumed, not
-measured, how much recordings differ. A short stretch in which one signal leaves all that it agrees with is taken for a fault,
+compared themselves; time-outs and rates of change only where healthy data exceed them; `frozen_after` of signals that have noise
+of their own in every reading. Of a single recording it is assumed, not measured, how much recordings differ. A short stretch in which one signal leaves all that it agrees with is taken for a fault,
 told, and not fitted. With --faults it is also said how large a fault must be, by kind, so that the whole loop gives an alarm at
 each of 5 moments.
 Exit status 1: on the rest, the fitted numbers do worse than those of the model (then no patch is written), or a healthy signal is

@@ -207,7 +207,7 @@ impl Report<'_> {
             .collect()
     }
 
-    /// Limits of the model that healthy data exceed.
+    /// Limits of the model that healthy data exceed, and new ones.
     fn limits(&self) -> Vec<String> {
         let (old, new) = (self.draft, &self.found.draft);
         let text = |it: &Option<Text>| it.as_ref().map_or_else(|| "none".to_owned(), |it| it.text.clone());
@@ -230,7 +230,23 @@ impl Report<'_> {
                 text(&old.max_rate)
             )
         });
-        timeouts.chain(rates).collect()
+        let signals =
+            old.signals.iter().zip(&new.signals).filter(|(old, new)| old.frozen_after != new.frozen_after);
+        let frozen = signals.map(|(old, new)| {
+            let name = &old.name.text;
+            match &old.frozen_after {
+                None => format!(
+                    "{name}: no healthy reading is repeated for long: frozen after {}",
+                    text(&new.frozen_after)
+                ),
+                Some(_) => format!(
+                    "{name}: says the same for longer than its frozen_after although all is well: {} instead of {}",
+                    text(&new.frozen_after),
+                    text(&old.frozen_after)
+                ),
+            }
+        });
+        timeouts.chain(rates).chain(frozen).collect()
     }
 
     fn rhythms(&self) -> String {
@@ -374,7 +390,7 @@ impl Report<'_> {
         let rhythm = |(signal, it): (SignalId, &shsa_estimate::Rhythm)| {
             let value = json!({
                 "count": it.count, "rate_hz": it.rate_hz, "jitter_s": it.jitter_s, "longest_gap_s": it.longest_gap_s,
-                "range": it.range.map(|(lo, hi)| [lo, hi]), "fastest": it.fastest, "longest_hold_s": it.longest_hold_s,
+                "range": it.range.map(|(lo, hi)| [lo, hi]), "fastest": it.fastest, "longest_hold_s": it.longest_hold_s, "frozen_after_s": it.frozen_after_s,
             });
             (self.signal(signal).to_owned(), value)
         };
