@@ -2,7 +2,7 @@
 
 use crate::models::{CAR, HUSKY, QUAD, ROVER};
 use shsa_core::diagnosis::Verdict;
-use shsa_core::engine::{Engine, Input, Options, Order, Output, Publication, PublishedValue, Subject};
+use shsa_core::engine::{Engine, Input, Options, Order, Output, Publication, PublishedValue, Subject, Ticks};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
@@ -244,7 +244,8 @@ impl Run<'_> {
     fn pass_until(&mut self, moment: Time) {
         let most = MOST_TICKS * (self.knowledge.signals().len() + self.knowledge.needs().len());
         let mut ticks = 0;
-        while let Some(due) = self.engine.next_deadline().filter(|due| *due < moment) {
+        let mut given = Ticks::before(moment);
+        while let Some(due) = given.next(&self.engine) {
             self.take(Input::Tick(due), due);
             let next = self.engine.next_deadline();
             assert!(

@@ -2,7 +2,7 @@
 //!
 //! A run has one era for each knowledge base that it goes through; what the engine says in one speaks with its ids.
 
-use shsa_core::engine::{Engine, Event, Input, Options, Output, Publication};
+use shsa_core::engine::{Engine, Event, Input, Options, Output, Publication, Ticks};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::observation::Observation;
 use shsa_core::time::Time;
@@ -219,11 +219,9 @@ impl Run {
         moment: Time,
         step: &mut impl FnMut(&mut Run, Given<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
-        let mut before = None;
-        while let Some(due) = self.engine.next_deadline().filter(|due| *due < moment && before != Some(*due))
-        {
+        let mut ticks = Ticks::before(moment);
+        while let Some(due) = ticks.next(&self.engine) {
             step(self, Given::Input(&Input::Tick(due)))?;
-            before = Some(due);
         }
         Ok(())
     }

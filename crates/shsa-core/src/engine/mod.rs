@@ -1,7 +1,7 @@
 //! Inputs to outputs: alignment, monitor, diagnosis, plan and service, called in this order.
 //!
-//! Drive it with [`Engine::handle`], collect with [`Engine::poll`] until nothing is left, and send a
-//! [`Input::Tick`] when [`Engine::next_deadline`] has come. Observations of one moment of reception are taken
+//! Drive it with [`Engine::handle`], collect with [`Engine::poll`] until nothing is left, and send the
+//! [`Ticks`] that have fallen due before each input. Observations of one moment of reception are taken
 //! together: what they mean comes out with the first input of a later moment, or with a tick of the same one.
 
 mod order;
@@ -20,6 +20,7 @@ mod orders;
 mod reload;
 mod restore;
 mod evidence;
+mod ticks;
 
 pub use evidence::{Comparison, Evidence, Mute, Rival, Side};
 pub use explain::{difference as difference_text, interval as interval_text, span as span_text};
@@ -30,6 +31,7 @@ pub use order::{Order, Refusal, Subject};
 pub use provider::{Commission, NeedStatus};
 pub use snapshot::{Charge, Missing, Published, Remembered, Served, Snapshot, Trending};
 pub use testimony::Testimony;
+pub use ticks::Ticks;
 pub use watched::{WatchBudget, Witnesses, afford, can_be_watched, witnesses};
 
 use crate::computation::Task;

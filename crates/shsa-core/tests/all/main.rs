@@ -40,3 +40,4 @@ mod delegate;
 mod orders;
 mod change;
 mod hostile_engine;
+mod ticks;

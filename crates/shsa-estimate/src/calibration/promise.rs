@@ -3,7 +3,7 @@
 use super::surrogate::Source;
 use super::{Problem, Work};
 use crate::chance::Chance;
-use shsa_core::engine::{self, Engine, EventKind, Input, Output};
+use shsa_core::engine::{self, Engine, EventKind, Input, Output, Ticks};
 use shsa_core::knowledge::{Draft, KnowledgeBase};
 use shsa_core::observation::Observation;
 use shsa_core::time::Time;
@@ -68,7 +68,8 @@ impl Verdicts {
         let mut engine = Engine::new(knowledge.clone(), engine::Options::default());
         let mut last = None;
         for observation in observations {
-            while let Some(due) = engine.next_deadline().filter(|due| *due < observation.received) {
+            let mut ticks = Ticks::before(observation.received);
+            while let Some(due) = ticks.next(&engine) {
                 engine.handle(Input::Tick(due));
                 self.take(&mut engine, &mut last);
             }

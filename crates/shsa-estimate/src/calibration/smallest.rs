@@ -4,7 +4,7 @@ use super::edit;
 use super::parts::number;
 use super::{Problem, Work};
 use crate::session::Session;
-use shsa_core::engine::{self, Engine, EventKind, Input, Output};
+use shsa_core::engine::{self, Engine, EventKind, Input, Output, Ticks};
 use shsa_core::knowledge::{Draft, Id, IdVec, KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
@@ -110,6 +110,10 @@ impl Tried<'_> {
                     RawValue::Interval { lo, hi } => (*lo, *hi) = (*lo + step, *hi + step),
                     RawValue::Vector(_) => {}
                 }
+            }
+            let mut ticks = Ticks::before(observation.received);
+            while let Some(due) = ticks.next(&engine) {
+                engine.handle(Input::Tick(due));
             }
             engine.handle(Input::Observation(observation));
             while let Some(output) = engine.poll() {

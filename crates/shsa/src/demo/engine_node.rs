@@ -3,7 +3,7 @@
 use super::healer::{Decision, Gift, Healer};
 use anyhow::ensure;
 use shsa_bridge::Message;
-use shsa_core::engine::{Engine, Event, Input, Options, Output, PublishedValue};
+use shsa_core::engine::{Engine, Event, Input, Options, Output, PublishedValue, Ticks};
 use shsa_core::knowledge::SignalId;
 use shsa_core::monitor::{self, Debounce};
 use shsa_core::observation::{Observation, RawValue};
@@ -51,6 +51,14 @@ impl EngineNode {
     }
 }
 
+impl EngineNode {
+    fn pass(&mut self, mut ticks: Ticks) {
+        while let Some(due) = ticks.next(&self.engine) {
+            self.engine.handle(Input::Tick(due));
+        }
+    }
+}
+
 impl Healer for EngineNode {
     fn topics(&self) -> Vec<String> {
         self.signals.keys().cloned().collect()
@@ -65,13 +73,12 @@ impl Healer for EngineNode {
         let Some(&signal) = self.signals.get(&*message.topic) else { return };
         let Some(value) = message.value().cloned() else { return };
         let (stamp, received) = (message.stamped(), message.received);
+        self.pass(Ticks::before(received));
         self.engine.handle(Input::Observation(Observation { signal, stamp, received, value }));
     }
 
     fn tick(&mut self, now: Time) {
-        if self.engine.next_deadline().is_some_and(|deadline| deadline <= now) {
-            self.engine.handle(Input::Tick(now));
-        }
+        self.pass(Ticks::up_to(now));
     }
 
     fn poll(&mut self) -> Option<Gift> {

@@ -20,7 +20,7 @@ use super::wiring::{Patterns, Takeover};
 use anyhow::Context;
 use shsa_bridge::{Bridge, Clock, Inbox, Message};
 use shsa_core::diagnosis::Verdict;
-use shsa_core::engine::{self, Engine, Event, EventKind, Input, Order, Output, Publication, Subject};
+use shsa_core::engine::{self, Engine, Event, EventKind, Input, Order, Output, Publication, Subject, Ticks};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
@@ -177,6 +177,7 @@ impl Healer {
     /// Hears a message, if it is about one of its signals.
     pub(super) fn hear(&mut self, message: &Message, clock: &Clock) {
         self.takeovers.iter_mut().for_each(|takeover| takeover.heard(message));
+        self.tick(Ticks::before(message.received));
         let Healer { engine, journal, work, heard, .. } = self;
         heard.clear();
         self.wires.read(message, clock, |observation| {
@@ -196,11 +197,7 @@ impl Healer {
 
     /// Lets time pass, and takes together what has come.
     pub(super) fn pass(&mut self, now: Time) {
-        let mut before = None;
-        while let Some(due) = self.engine.next_deadline().filter(|due| *due <= now && before != Some(*due)) {
-            self.give(Input::Tick(due));
-            before = Some(due);
-        }
+        self.tick(Ticks::up_to(now));
         self.supervise(now);
         if let Some(journal) = &mut self.journal {
             journal.hand_over();
@@ -235,6 +232,12 @@ impl Healer {
     /// The processes of its needs.
     pub(super) fn isolation(&self) -> Option<&Isolation> {
         self.isolation.as_ref()
+    }
+
+    fn tick(&mut self, mut ticks: Ticks) {
+        while let Some(due) = ticks.next(&self.engine) {
+            self.give(Input::Tick(due));
+        }
     }
 
     fn give(&mut self, input: Input) {

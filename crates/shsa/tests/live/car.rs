@@ -65,9 +65,8 @@ impl Seen {
     /// The largest step from one value to the next, from a moment on, beyond what the car changes in the time between them.
     fn largest_step(&self, from: f64) -> f64 {
         let values: Vec<&(f64, f64, String)> = self.values.iter().filter(|value| value.0 >= from).collect();
-        let step = |pair: &[&(f64, f64, String)]| {
-            (pair[1].1 - pair[0].1).abs() - FASTEST * (pair[1].0 - pair[0].0)
-        };
+        let step =
+            |pair: &[&(f64, f64, String)]| (pair[1].1 - pair[0].1).abs() - FASTEST * (pair[1].0 - pair[0].0);
         values.windows(2).map(step).fold(0.0, f64::max)
     }
 

@@ -1,7 +1,7 @@
 //! One plant, calibrated and watched, and the smallest steps that are told beside those of the best possible detector.
 
 use super::plant::{Healthy, Plant, Sensor};
-use shsa_core::engine::{self, Engine, EventKind, Input, Output};
+use shsa_core::engine::{self, Engine, EventKind, Input, Output, Ticks};
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId, build};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
@@ -160,6 +160,10 @@ fn is_told(knowledge: &KnowledgeBase, all: &[Observation], signal: usize, step: 
         if let RawValue::Number(value) = &mut observation.value {
             let is_wrong = observation.signal.index() == signal && observation.received >= onset;
             *value += if is_wrong { step } else { 0.0 };
+        }
+        let mut ticks = Ticks::before(observation.received);
+        while let Some(due) = ticks.next(&engine) {
+            engine.handle(Input::Tick(due));
         }
         engine.handle(Input::Observation(observation));
         while let Some(output) = engine.poll() {
