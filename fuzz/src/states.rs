@@ -49,7 +49,7 @@ mod tests {
     fn the_seeds_are_states_that_say_something() {
         let states: Vec<_> =
             seeds().iter().map(|seed| read_state(std::str::from_utf8(seed).unwrap()).unwrap()).collect();
-        assert!(states.iter().any(|state| state.verdicts.iter().any(|verdict| verdict.charge.is_some())));
+        assert!(states.iter().any(|state| state.verdicts.iter().any(|verdict| verdict.accusation.is_some())));
         assert!(states.iter().any(|state| !state.orders.is_empty()));
         assert!(states.iter().all(|state| !state.needs.is_empty()));
     }

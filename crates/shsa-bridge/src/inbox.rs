@@ -1,7 +1,7 @@
 //! What has arrived and not yet been read: bounded for each topic, the newest wins, losses are counted.
 //!
 //! To wake a reader that sleeps takes longer than to read. Both sides may spare that: a reader that waits may drive the
-//! connection itself ([`Driver`]), and a thread that brings a message may read in the place of the reader ([`Deputy`]).
+//! connection itself ([`Driver`]), and a thread that brings a message may read in the place of the reader ([`DirectReader`]).
 
 use crate::{Clock, Message};
 use std::cmp::Reverse;
@@ -24,11 +24,11 @@ struct Shared {
     queues: Mutex<Queues>,
     arrival: Condvar,
     driver: OnceLock<Weak<dyn Driver>>,
-    deputy: OnceLock<Weak<dyn Deputy>>,
+    direct: OnceLock<Weak<dyn DirectReader>>,
 }
 
 /// What reads in the place of a reader that sleeps, in the thread that has brought a message.
-pub trait Deputy: Send + Sync {
+pub trait DirectReader: Send + Sync {
     /// Reads what waits. The answer is no when there is something left to do for the reader, who is woken then. Must not
     /// block for long: the thread is the middleware's.
     fn read(&self) -> bool;
@@ -97,8 +97,8 @@ impl Inbox {
             sleepers: 0,
             drivers: 0,
         };
-        let (driver, deputy) = (OnceLock::new(), OnceLock::new());
-        let shared = Shared { queues: Mutex::new(queues), arrival: Condvar::new(), driver, deputy };
+        let (driver, direct) = (OnceLock::new(), OnceLock::new());
+        let shared = Shared { queues: Mutex::new(queues), arrival: Condvar::new(), driver, direct };
         Inbox { shared: Arc::new(shared), clock }
     }
 
@@ -109,23 +109,25 @@ impl Inbox {
     }
 
     /// Whoever waits for messages drives this connection meanwhile; of several the first, the others see to themselves.
+    #[cfg_attr(not(feature = "mqtt"), allow(dead_code, reason = "only MQTT has a connection to drive"))]
     pub(crate) fn driven_by(&self, driver: &Arc<dyn Driver>) {
         let _first = self.shared.driver.set(Arc::downgrade(driver));
     }
 
     /// Where a bridge's threads may read, this does for a reader that sleeps; of several the first.
-    pub fn read_by(&self, deputy: Weak<dyn Deputy>) {
-        let _first = self.shared.deputy.set(deputy);
+    pub fn read_by(&self, direct: Weak<dyn DirectReader>) {
+        let _first = self.shared.direct.set(direct);
     }
 
     /// Appends a message as [`Inbox::push`], from a thread that may read in the place of a sleeping reader.
+    #[cfg_attr(not(feature = "zenoh"), allow(dead_code, reason = "only Zenoh lends its threads"))]
     pub(crate) fn hand(&self, message: Message) {
-        let deputy = self.shared.deputy.get().and_then(Weak::upgrade);
+        let direct = self.shared.direct.get().and_then(Weak::upgrade);
         let mut queues = self.lock();
         let is_asleep = queues.sleepers > 0 && queues.is_idle();
         queues.push(message);
         drop(queues);
-        if is_asleep && !deputy.is_some_and(|deputy| deputy.read()) {
+        if is_asleep && !direct.is_some_and(|direct| direct.read()) {
             self.shared.arrival.notify_one();
         }
     }
@@ -349,7 +351,7 @@ mod tests {
         has_read: Mutex<String>,
     }
 
-    impl Deputy for Reads {
+    impl DirectReader for Reads {
         fn read(&self) -> bool {
             if !self.refuses {
                 self.has_read.lock().unwrap().push_str(&read(&self.inbox));
@@ -362,8 +364,8 @@ mod tests {
     fn a_deputy_reads_while_the_reader_sleeps_and_wakes_it_where_it_does_not() {
         for refuses in [false, true] {
             let inbox = Inbox::new(2, Clock::manual());
-            let deputy = Arc::new(Reads { inbox: inbox.clone(), refuses, has_read: Mutex::default() });
-            let weak: Weak<dyn Deputy> = Arc::<Reads>::downgrade(&deputy);
+            let direct = Arc::new(Reads { inbox: inbox.clone(), refuses, has_read: Mutex::default() });
+            let weak: Weak<dyn DirectReader> = Arc::<Reads>::downgrade(&direct);
             inbox.read_by(weak);
             inbox.hand(message("a", 1.0));
             assert_eq!(read(&inbox), "a=1", "nobody sleeps");
@@ -374,7 +376,7 @@ mod tests {
             }
             inbox.hand(message("a", 2.0));
             inbox.hand(message("a", 3.0));
-            let mine = deputy.has_read.lock().unwrap().clone();
+            let mine = direct.has_read.lock().unwrap().clone();
             if !refuses {
                 assert_eq!(inbox.lock().sleepers, 1, "it is not woken");
                 inbox.wake();

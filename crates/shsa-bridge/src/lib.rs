@@ -10,6 +10,7 @@
 mod clock;
 mod error;
 mod inbox;
+mod own;
 mod provenance;
 mod question;
 pub mod cdr;
@@ -22,10 +23,15 @@ pub mod mqtt;
 pub mod zenoh;
 #[cfg(feature = "ros2")]
 pub mod ros2;
+#[cfg(feature = "memory")]
+mod address;
 
+#[cfg(feature = "memory")]
+pub use address::{Address, BusOptions};
 pub use clock::Clock;
 pub use error::BridgeError;
-pub use inbox::{Deputy, Inbox, Losses};
+pub use inbox::{DirectReader, Inbox, Losses};
+pub use own::OwnBus;
 pub use provenance::{Provenance, Quality};
 pub use question::{Question, Server, Taker};
 

@@ -100,29 +100,45 @@ pub fn moment(text: &str) -> Result<Span, String> {
     }
 }
 
+/// A kind of fault, made of its amount.
+#[derive(Clone, Copy, Debug)]
+pub enum Made {
+    /// Without an amount.
+    Alone(FaultKind),
+    /// With a number, or without.
+    Perhaps(fn(Option<f64>) -> FaultKind),
+    /// With a number.
+    Of(fn(f64) -> FaultKind),
+    /// With a span of time.
+    OfSpan(fn(Span) -> FaultKind),
+}
+
+/// The kinds of faults by their names.
+pub const KINDS: [(&str, Made); 9] = [
+    ("stuck", Made::Perhaps(FaultKind::Stuck)),
+    ("bias", Made::Of(FaultKind::Bias)),
+    ("drop", Made::Alone(FaultKind::Drop)),
+    ("noise", Made::Of(FaultKind::Noise)),
+    ("drift", Made::Of(FaultKind::Drift)),
+    ("spike", Made::Of(FaultKind::Spike)),
+    ("scale", Made::Of(FaultKind::Scale)),
+    ("delay", Made::OfSpan(FaultKind::Delay)),
+    ("spoof", Made::Of(FaultKind::Spoof)),
+];
+
 fn parse_kind(kind: &str, amount: Option<&str>) -> Result<FaultKind, String> {
-    let number = || {
-        let amount = amount.ok_or_else(|| format!("{kind} needs an amount, such as {kind}=2"))?;
-        amount.parse::<f64>().map_err(|_| format!("'{amount}' is no number"))
+    let number = |amount: &str| amount.parse::<f64>().map_err(|_| format!("'{amount}' is no number"));
+    let given = |such: &str| amount.ok_or_else(|| format!("{kind} needs an amount, such as {kind}={such}"));
+    let Some((_, made)) = KINDS.iter().find(|(known, _)| *known == kind) else {
+        let known = KINDS.map(|(known, _)| known).join(", ");
+        return Err(format!("unknown kind '{kind}'; known: {known}"));
     };
-    match kind {
-        "stuck" if amount.is_none() => Ok(FaultKind::Stuck(None)),
-        "stuck" => Ok(FaultKind::Stuck(Some(number()?))),
-        "bias" => Ok(FaultKind::Bias(number()?)),
-        "drop" if amount.is_none() => Ok(FaultKind::Drop),
-        "drop" => Err("drop takes no amount".to_owned()),
-        "noise" => Ok(FaultKind::Noise(number()?)),
-        "drift" => Ok(FaultKind::Drift(number()?)),
-        "spike" => Ok(FaultKind::Spike(number()?)),
-        "scale" => Ok(FaultKind::Scale(number()?)),
-        "spoof" => Ok(FaultKind::Spoof(number()?)),
-        "delay" => {
-            let amount = amount.ok_or("delay needs an amount, such as delay=600ms")?;
-            parse_span(amount).map(FaultKind::Delay)
-        }
-        _ => Err(format!(
-            "unknown kind '{kind}'; known: stuck, bias, drop, noise, drift, spike, scale, delay, spoof"
-        )),
+    match made {
+        Made::Alone(kind) if amount.is_none() => Ok(*kind),
+        Made::Alone(_) => Err(format!("{kind} takes no amount")),
+        Made::Perhaps(made) => Ok(made(amount.map(number).transpose()?)),
+        Made::Of(made) => Ok(made(number(given("2")?)?)),
+        Made::OfSpan(made) => Ok(made(parse_span(given("600ms")?)?)),
     }
 }
 

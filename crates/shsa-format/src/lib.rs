@@ -1,5 +1,7 @@
-//! Files: knowledge bases, recordings, faults to inject, orders, journals, states and stories.
+//! Files: knowledge bases, recordings, faults to inject, orders, journals, states and stories; and what a run tells, as JSON.
 
+pub mod comparisons;
+pub mod event;
 pub mod drive;
 pub mod drawing;
 pub mod fault;
@@ -9,4 +11,5 @@ pub mod order;
 pub mod recording;
 pub mod state;
 pub mod story;
+pub mod text;
 pub mod wiring;

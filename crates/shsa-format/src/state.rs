@@ -8,7 +8,7 @@ use crate::journal::Number;
 use crate::order::{OrderError, OrderForm};
 use serde::{Deserialize, Serialize};
 use shsa_core::diagnosis::{Record, Verdict};
-use shsa_core::engine::{Charge, Missing, Published, Remembered, Served, Snapshot, Subject, Trending};
+use shsa_core::engine::{Accusation, Missing, Published, Remembered, Served, Snapshot, Subject, Trending};
 use shsa_core::interval::Interval;
 use shsa_core::monitor::{Absence, Symptom, Tendency, TrendRecord};
 use shsa_core::time::{Time, Validity};
@@ -104,12 +104,12 @@ struct VerdictForm {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     said: Option<Bounds>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    charge: Option<ChargeForm>,
+    charge: Option<AccusationForm>,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ChargeForm {
+struct AccusationForm {
     since_ns: i64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     symptom: Option<String>,
@@ -242,7 +242,7 @@ impl StateForm {
 
 impl From<&Remembered> for VerdictForm {
     fn from(remembered: &Remembered) -> VerdictForm {
-        let Remembered { subject, record, charge } = remembered;
+        let Remembered { subject, record, accusation } = remembered;
         let (signal, relation) = match subject {
             Subject::Signal(name) => (Some(name.clone()), None),
             Subject::Relation(name) => (None, Some(name.clone())),
@@ -253,12 +253,12 @@ impl From<&Remembered> for VerdictForm {
             relation,
             verdict: record.verdict.map(|verdict| name_of(&verdict, &ACCUSING)),
             alone: record.alone,
-            convicted: record.convicted,
+            convicted: record.failed_by_detector,
             contradicted: record.contradicted,
             relapses: record.relapses,
             cleared_ns: record.cleared.map(|time| time.0),
             said: record.said.map(bounds),
-            charge: charge.as_ref().map(ChargeForm::from),
+            charge: accusation.as_ref().map(AccusationForm::from),
         }
     }
 }
@@ -275,20 +275,20 @@ impl VerdictForm {
         let record = Record {
             verdict,
             alone: self.alone,
-            convicted: self.convicted,
+            failed_by_detector: self.convicted,
             contradicted: self.contradicted,
             cleared: self.cleared_ns.map(Time),
             relapses: self.relapses,
             said: self.said.map(|said| interval(said.lo, said.hi)),
         };
-        let charge = self.charge.map(ChargeForm::charge).transpose()?;
-        Ok(Remembered { subject, record, charge })
+        let accusation = self.charge.map(AccusationForm::accusation).transpose()?;
+        Ok(Remembered { subject, record, accusation })
     }
 }
 
-impl From<&Charge> for ChargeForm {
-    fn from(charge: &Charge) -> ChargeForm {
-        ChargeForm {
+impl From<&Accusation> for AccusationForm {
+    fn from(charge: &Accusation) -> AccusationForm {
+        AccusationForm {
             since_ns: charge.since.0,
             symptom: charge.symptom.map(|symptom| symptom.name().to_owned()),
             cause: charge.cause.clone(),
@@ -298,10 +298,10 @@ impl From<&Charge> for ChargeForm {
     }
 }
 
-impl ChargeForm {
-    fn charge(self) -> Result<Charge, StateError> {
+impl AccusationForm {
+    fn accusation(self) -> Result<Accusation, StateError> {
         let known = Symptom::ALL.map(|symptom| (symptom.name(), symptom));
-        Ok(Charge {
+        Ok(Accusation {
             since: Time(self.since_ns),
             symptom: self.symptom.map(|symptom| named("`symptom`", &symptom, &known)).transpose()?,
             cause: self.cause,

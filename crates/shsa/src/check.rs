@@ -7,6 +7,7 @@ use serde_json::json;
 use shsa_core::engine::WatchBudget;
 use shsa_core::knowledge::{KnowledgeBase, Severity};
 use shsa_format::model::{self, Located, Report};
+use shsa_format::text::counted;
 use std::io::{IsTerminal, Write, stdout};
 use std::path::PathBuf;
 
@@ -81,18 +82,18 @@ fn size(knowledge: &KnowledgeBase) -> String {
     format!(
         "{}: {}, {}, {}, {}",
         show::paint(Paint::Green, "ok"),
-        show::counted(knowledge.variables().len(), "variable"),
-        show::counted(knowledge.relations().len(), "relation"),
-        show::counted(knowledge.signals().len(), "signal"),
-        show::counted(knowledge.needs().len(), "need"),
+        counted(knowledge.variables().len(), "variable"),
+        counted(knowledge.relations().len(), "relation"),
+        counted(knowledge.signals().len(), "signal"),
+        counted(knowledge.needs().len(), "need"),
     )
 }
 
 fn problems(report: &Report) -> String {
     let of = |severity| report.diagnostics.iter().filter(|found| found.severity == severity).count();
-    let told = show::counted(of(Severity::Error), "error");
+    let told = counted(of(Severity::Error), "error");
     match of(Severity::Warning) {
         0 => show::paint(Paint::Red, &told),
-        warnings => format!("{}, {}", show::paint(Paint::Red, &told), show::counted(warnings, "warning")),
+        warnings => format!("{}, {}", show::paint(Paint::Red, &told), counted(warnings, "warning")),
     }
 }

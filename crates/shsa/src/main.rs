@@ -1,7 +1,6 @@
 //! The command `shsa`: arguments, subcommands, exit statuses.
 
 mod analyze;
-mod bench;
 mod bus;
 mod calibrate;
 mod campaign;
@@ -11,16 +10,20 @@ mod contingency;
 mod convert;
 mod demo;
 mod explain;
+mod fmt;
+mod help;
+mod man;
 mod monitor;
-mod notes;
 mod outcome;
 mod page;
 mod parts;
+mod patch;
 mod plan;
 mod replay;
 mod requirements;
 mod run;
 mod scan;
+mod schema;
 mod service;
 mod show;
 mod story;
@@ -37,7 +40,7 @@ use std::process::ExitCode;
 /// From one knowledge base - variables, relations, signals, needs - it notices a signal that lies or falls silent,
 /// names it, and goes on providing what is needed from the others.
 #[derive(Parser)]
-#[command(version, after_help = STATUSES, max_term_width = 110)]
+#[command(version, after_help = STATUSES, max_term_width = 110, disable_help_subcommand = true)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -45,6 +48,7 @@ struct Arguments {
 
 const STATUSES: &str =
     "Exit status: 0 done; 1 the answer is no; 2 bad input or usage, nothing done; 3 done but degraded.
+Reference: shsa help model, formulas, recordings, events, json.
 Example: shsa demo rover --fast";
 
 #[derive(Subcommand)]
@@ -81,13 +85,21 @@ enum Command {
     Join(parts::JoinArguments),
     /// Take a part out of a knowledge base, with all that it needs to be understood.
     Part(parts::PartArguments),
-    /// Measure how fast this is, and how it grows.
-    Bench(bench::Arguments),
+    /// Lay a knowledge base out as all are, with the comments kept.
+    Fmt(fmt::Arguments),
+    /// Put a change of a knowledge base into its file, with the comments kept.
+    Patch(patch::Arguments),
+    /// Print the JSON Schema of models, for editors.
+    Schema(schema::Arguments),
     /// Compute a substitute for `shsa run`, which starts it: tasks on standard input, answers on standard output.
     #[command(hide = true)]
-    Substitute(run::isolation::worker::Arguments),
+    Substitute(run::SubstituteArguments),
     /// Print completions for a shell.
     Completions(complete::Arguments),
+    /// Write a manual page for each command.
+    Man(man::Arguments),
+    /// Print the help of a command, or a page of the reference: model, formulas, recordings, events, json.
+    Help(help::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -109,9 +121,13 @@ fn main() -> ExitCode {
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Join(arguments) => parts::join(&arguments),
         Command::Part(arguments) => parts::part(&arguments),
-        Command::Bench(arguments) => bench::run(&arguments),
-        Command::Substitute(arguments) => run::isolation::worker::run(&arguments),
+        Command::Substitute(arguments) => run::compute(&arguments),
+        Command::Fmt(arguments) => fmt::run(&arguments),
+        Command::Patch(arguments) => patch::run(&arguments),
+        Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => complete::run(&arguments),
+        Command::Man(arguments) => man::run(&arguments),
+        Command::Help(arguments) => help::run(&arguments),
     };
     Outcome::from_result(outcome).into()
 }

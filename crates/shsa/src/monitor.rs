@@ -16,7 +16,9 @@ use shsa_core::observation::Observation;
 use shsa_core::plan::Graph;
 use shsa_core::substitution::Way;
 use shsa_core::time::{Span, Time, Validity};
+use shsa_format::event;
 use shsa_format::recording::{self, ReadOptions, Recording, parse_span};
+use shsa_format::text::counted;
 use std::collections::BTreeMap;
 use std::io::{Write, stdout};
 use std::num::NonZeroUsize;
@@ -295,7 +297,7 @@ impl Method for Watching<'_> {
         self.monitor.pass(time, |_| {});
         self.settle(time);
         let mut errors = vec![0.0; self.monitor.ways().len()];
-        for pair in self.monitor.pairs() {
+        for pair in self.monitor.residuals() {
             let (disagreed, compared) = pair.window.counts();
             for way in [pair.way, pair.other] {
                 errors[way.0 as usize] += f64::from(disagreed) / f64::from(compared.max(1));
@@ -314,7 +316,7 @@ impl Method for Watching<'_> {
         let shown = |(signal, verdict): &(SignalId, Verdict)| {
             (
                 self.knowledge.signals()[*signal].name.clone(),
-                show::verdict(self.monitor.watch().absence(*signal), *verdict),
+                event::verdict(self.monitor.timeouts().absence(*signal), *verdict),
             )
         };
         Step {
@@ -373,7 +375,7 @@ impl<'a> Printer<'a> {
         }
         let mut output = stdout().lock();
         let variable = &self.knowledge.variables()[self.variable];
-        writeln!(output, "{} is known in {}:", variable.name, show::counted(ways.len(), "way"))?;
+        writeln!(output, "{} is known in {}:", variable.name, counted(ways.len(), "way"))?;
         for (number, way) in ways.iter().enumerate() {
             writeln!(output, "{number:>4}  {}", way.describe(self.knowledge))?;
         }
@@ -400,7 +402,7 @@ impl<'a> Printer<'a> {
             return Ok(());
         }
         let mut output = stdout().lock();
-        writeln!(output, "\n{}", show::counted(self.steps, "step"))?;
+        writeln!(output, "\n{}", counted(self.steps, "step"))?;
         for (&number, count) in &self.failures {
             let way = ways.get(number).map_or(String::new(), |way| way.describe(self.knowledge));
             writeln!(output, "way {number} ({way}) failed in {count} of them")?;

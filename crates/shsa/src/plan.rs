@@ -12,6 +12,7 @@ use shsa_core::plan::{
     self, Graph, Limits, Options, Part, Plan, Preparation, Requirements, StopReason, Take,
 };
 use shsa_core::substitution::{Substitution, Way};
+use shsa_format::text::counted;
 use std::io::{Write, stdout};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -248,7 +249,7 @@ fn to_text(
     plan: &Plan,
     excluded: impl Fn(SignalId) -> bool,
 ) -> String {
-    let decisions = show::counted(usize::try_from(plan.expanded).unwrap_or(usize::MAX), "decision");
+    let decisions = counted(usize::try_from(plan.expanded).unwrap_or(usize::MAX), "decision");
     if plan.substitutions.is_empty() {
         let variable = arguments.variable.as_deref().unwrap_or_default();
         return match plan.stop {
@@ -263,7 +264,7 @@ fn to_text(
         rows.push(vec![format!("{utility:.6}"), relations, names.signals.join(", "), names.formula]);
     }
     let table = show::table(&["utility", "relations", "from", "formula (in SI units)"], rows);
-    let count = show::counted(plan.substitutions.len(), "substitution");
+    let count = counted(plan.substitutions.len(), "substitution");
     format!("{table}\n\n{count} ({}, {decisions}{})", plan.stop, gap(plan))
 }
 

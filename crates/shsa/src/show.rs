@@ -1,12 +1,11 @@
 //! What is printed for people: loading a model with its problems told, colour, aligned tables, values in units.
 
 use crate::outcome::AlreadyTold;
-use shsa_core::diagnosis::Verdict;
 use shsa_core::knowledge::KnowledgeBase;
-use shsa_core::monitor::Absence;
 use shsa_core::unit::nearest;
 use shsa_format::model::live::{Live, Written};
 use shsa_format::model::{self, Report};
+use shsa_format::text;
 use std::fmt;
 use std::io::{IsTerminal, Write, stderr, stdout};
 use std::num::NonZeroUsize;
@@ -100,17 +99,6 @@ fn coloured(paint: Paint, text: &str, terminal: bool) -> String {
     format!("\x1b[{code}m{text}\x1b[0m")
 }
 
-/// The verdict about a signal in a word; what gives nothing is told before what is believed of it.
-pub(crate) fn verdict(absence: Option<Absence>, verdict: Verdict) -> &'static str {
-    match (absence, verdict) {
-        (Some(Absence::Silent), _) => "silent",
-        (Some(Absence::Invalid | Absence::OutOfRange), _) | (None, Verdict::Failed) => "failed",
-        (None, Verdict::Unknown) => "unknown",
-        (None, Verdict::Healthy) => "healthy",
-        (None, Verdict::Suspect) => "suspect",
-    }
-}
-
 /// A text about a signal in the colour of its verdict.
 pub(crate) fn paint_verdict(verdict: &str, text: &str) -> String {
     match verdict {
@@ -121,50 +109,10 @@ pub(crate) fn paint_verdict(verdict: &str, text: &str) -> String {
     }
 }
 
-/// Rows with aligned columns, two spaces between them, below a head; numbers are for the caller to format.
-pub(crate) fn table(head: &[&str], mut rows: Vec<Vec<String>>) -> String {
-    rows.insert(0, head.iter().map(|cell| paint(Paint::Bold, cell)).collect());
-    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |column: usize| {
-        rows.iter().filter_map(|row| row.get(column)).map(|cell| shown_width(cell)).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let line = |row: &Vec<String>| {
-        let padding = |cell: &str, width: usize| " ".repeat(width.saturating_sub(shown_width(cell)));
-        let cells: Vec<String> =
-            row.iter().zip(&widths).map(|(cell, &width)| format!("{cell}{}", padding(cell, width))).collect();
-        cells.join("  ").trim_end().to_owned()
-    };
-    rows.iter().map(line).collect::<Vec<_>>().join("\n")
-}
-
-/// Characters of a text on the screen: without those that set its colour.
-fn shown_width(text: &str) -> usize {
-    let mut in_colour = false;
-    let shown = |character: &char| {
-        let hidden = in_colour || *character == '\x1b';
-        in_colour = hidden && *character != 'm';
-        !hidden
-    };
-    text.chars().filter(shown).count()
-}
-
-/// `1 need`, `2 needs`.
-pub(crate) fn counted(count: usize, one: &str) -> String {
-    format!("{count} {one}{}", if count == 1 { "" } else { "s" })
-}
-
-/// A time to two or three digits; `unknown` when it is not a number.
-pub(crate) fn seconds(value: f64) -> String {
-    let (scaled, unit) = match value {
-        _ if value.is_nan() => return "unknown".to_owned(),
-        _ if value < 1e-6 => (value * 1e9, "ns"),
-        _ if value < 1e-3 => (value * 1e6, "us"),
-        _ if value < 1.0 => (value * 1e3, "ms"),
-        _ => (value, "s"),
-    };
-    let digits = usize::from(scaled < 9.95);
-    format!("{scaled:.digits$} {unit}")
+/// Rows with aligned columns below a head, which stands out on a terminal; numbers are for the caller to format.
+pub(crate) fn table(head: &[&str], rows: Vec<Vec<String>>) -> String {
+    let head: Vec<String> = head.iter().map(|cell| paint(Paint::Bold, cell)).collect();
+    text::table(&head, rows)
 }
 
 /// A text broken between words to the width of the terminal, each line indented; one line when there is none.
@@ -199,15 +147,4 @@ pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'
         None => String::new(),
     };
     anyhow::anyhow!("the model has no {what} '{name}'{help}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn times_are_written_for_people() {
-        let times = [3.04e-8, 9.99e-6, 1.5e-3, 0.123, 2.0, f64::NAN].map(seconds);
-        assert_eq!(times, ["30 ns", "10 us", "1.5 ms", "123 ms", "2.0 s", "unknown"]);
-    }
 }

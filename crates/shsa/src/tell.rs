@@ -1,32 +1,8 @@
-//! Decisions in words: as a JSON object and as lines on a terminal.
+//! Decisions in words, as lines on a terminal.
 
 use crate::show::{self, Paint};
-use serde_json::{Map, Value, json};
 use shsa_core::engine::{Event, EventKind};
-use shsa_core::knowledge::{KnowledgeBase, NeedId};
-use shsa_core::monitor::Symptom;
-
-/// What an event says, without its time; `known` is what its ids belong to.
-pub(crate) fn event_fields(known: &KnowledgeBase, event: &Event) -> Map<String, Value> {
-    let always = [
-        ("kind", json!(event.kind.name())),
-        ("signal", json!(event.signal.map(|signal| &known.signals()[signal].name))),
-        ("variable", json!(event.variable.map(|variable| &known.variables()[variable].name))),
-        ("symptom", json!(event.symptom.map(Symptom::name))),
-        ("because", json!(event.because)),
-        ("substitution", json!(event.substitution)),
-    ];
-    let several =
-        |id: &NeedId| known.needs_named(&known.variables()[known.needs()[*id].variable].name).len() > 1;
-    let need = event.need.filter(several).map(|need| ("need", json!(known.needs()[need].signal)));
-    let accused = [
-        ("relation", event.relation.map(|relation| json!(known.relations()[relation].name))),
-        ("cause", event.cause.map(|cause| json!(known.causes()[cause].name))),
-        ("probability", event.probability.map(|probability| json!(probability))),
-    ];
-    let accused = accused.into_iter().filter_map(|(key, value)| Some((key, value?)));
-    always.into_iter().chain(need).chain(accused).map(|(key, value)| (key.to_owned(), value)).collect()
-}
+use shsa_core::knowledge::KnowledgeBase;
 
 /// What an event says, under a time that is written already.
 pub(crate) fn event_text(time: &str, known: &KnowledgeBase, event: &Event) -> String {

@@ -1,12 +1,10 @@
 //! What a model declares and nobody compares, by name: warnings of several commands.
 
 use crate::analyze::{Names, watched_ways};
-use serde_json::{Value, json};
 use shsa_core::analysis::{Gap, Hidden, Obstacle, Options, Unwatched, Watch, unwatched};
 use shsa_core::diagnosis::Component;
-use shsa_core::engine::{Engine, WatchBudget};
+use shsa_core::engine::WatchBudget;
 use shsa_core::knowledge::KnowledgeBase;
-use shsa_core::monitor::{Coverage, WayIndex};
 
 /// What looking for it may cost at a start, in steps.
 const STEPS: u64 = 300_000;
@@ -58,72 +56,6 @@ fn left_out(names: &Names<'_>, watch: &Watch) -> Option<String> {
         told.push_str(&format!("; not told from others is one of {}", listed(&untold)));
     }
     Some(told)
-}
-
-/// A comparison, and how often it was made of how often it could have been.
-#[derive(Clone)]
-pub(crate) struct Compared {
-    variable: String,
-    one: String,
-    other: String,
-    coverage: Coverage,
-}
-
-impl Compared {
-    /// What is compared, in words.
-    pub(crate) fn name(&self) -> String {
-        let Compared { variable, one, other, .. } = self;
-        format!("{variable}: {one} and {other}")
-    }
-
-    pub(crate) fn json(&self) -> Value {
-        let Compared { variable, one, other, coverage } = self;
-        let Coverage { made, possible, .. } = coverage;
-        json!({ "variable": variable, "one": one, "other": other, "made": made, "possible": possible })
-    }
-
-    /// What is to be told of it: never made though there were values enough, or rarely.
-    pub(crate) fn warning(&self) -> Option<String> {
-        let coverage = &self.coverage;
-        let how = match (coverage.is_missing(), coverage.is_rare()) {
-            (true, _) if coverage.is_conditional => {
-                "were never compared: a condition never held while both spoke"
-            }
-            (true, _) => "were never compared: there is no moment about which both say something",
-            (_, true) => "were rarely compared",
-            _ => return None,
-        };
-        Some(format!("{} {how} ({} times of {})", self.name(), coverage.made, coverage.possible))
-    }
-}
-
-/// What has turned out in some runs of one model, all of them together.
-pub(crate) fn compared<'e>(engines: impl Iterator<Item = &'e Engine>) -> Vec<Compared> {
-    let mut all: Vec<Compared> = Vec::new();
-    for engine in engines {
-        for (at, coverage) in engine.monitor().coverage(engine.knowledge()).enumerate() {
-            let (variable, one, other) = described(engine, &coverage);
-            let new = Compared { variable, one, other, coverage };
-            match all.get_mut(at).filter(|known| known.name() == new.name()) {
-                Some(known) => {
-                    known.coverage.made += coverage.made;
-                    known.coverage.possible += coverage.possible;
-                }
-                None => all.push(new),
-            }
-        }
-    }
-    all
-}
-
-/// The variable and the two ways of a comparison.
-fn described(engine: &Engine, coverage: &Coverage) -> (String, String, String) {
-    let (monitor, knowledge) = (engine.monitor(), engine.knowledge());
-    let way = |index: WayIndex| {
-        monitor.way(index).map(|way| way.computation.way().describe(knowledge)).unwrap_or_default()
-    };
-    let variable = monitor.way(coverage.way).map(|way| knowledge.variables()[way.variable()].name.clone());
-    (variable.unwrap_or_default(), way(coverage.way), way(coverage.other))
 }
 
 /// The first of many lines.

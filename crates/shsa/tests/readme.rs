@@ -1,6 +1,22 @@
-//! The README's story is what the command prints.
+//! The README's commands run as they stand, and its story is what the command prints.
+#![cfg(test)]
 
-use std::process::Command;
+#[cfg(feature = "mqtt")]
+#[allow(dead_code, reason = "the bridges' tests use all of it")]
+#[path = "../../shsa-bridge/tests/broker/mod.rs"]
+mod broker;
+#[cfg(feature = "mqtt")]
+#[path = "../../shsa-bridge/tests/real/mod.rs"]
+mod real;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+fn readme() -> String {
+    std::fs::read_to_string(format!("{ROOT}/README.md")).expect("there is a README")
+}
 
 /// The lines of the README's console block of a command, without the command itself.
 fn shown<'a>(readme: &'a str, command: &str) -> Vec<&'a str> {
@@ -8,12 +24,130 @@ fn shown<'a>(readme: &'a str, command: &str) -> Vec<&'a str> {
     block.split_once("```").expect("the block ends").0.lines().collect()
 }
 
+/// Every command of the README, without what is said behind it.
+fn commands() -> Vec<String> {
+    let readme = readme();
+    let blocks = readme.split("```console\n").skip(1).filter_map(|rest| rest.split("```").next());
+    let lines = blocks.flat_map(str::lines).filter_map(|line| line.strip_prefix("$ "));
+    lines.map(|line| line.split("  #").next().unwrap_or_default().trim().to_owned()).collect()
+}
+
+/// A folder with what the commands read, as they also write; it goes with this value.
+struct Project(PathBuf);
+
+impl Project {
+    fn new(name: &str) -> Project {
+        let folder =
+            Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("readme-{name}-{}", std::process::id()));
+        for part in ["examples", "models", "stories"] {
+            copy(&Path::new(ROOT).join(part), &folder.join(part));
+        }
+        Project(folder)
+    }
+
+    fn run(&self, words: &[String]) -> Output {
+        let run = Command::new(env!("CARGO_BIN_EXE_shsa")).current_dir(&self.0).args(words).output();
+        run.expect("the command starts")
+    }
+}
+
+impl Drop for Project {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).expect("a folder");
+    for entry in std::fs::read_dir(from).expect("a folder of the project") {
+        let path = entry.expect("an entry").path();
+        let to = to.join(path.file_name().expect("a name"));
+        if path.is_dir() {
+            copy(&path, &to);
+        } else {
+            std::fs::copy(&path, &to).expect("a copy");
+        }
+    }
+}
+
+/// The words of a line as a shell takes them: single quotes hold blanks together.
+fn words(line: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    for (at, part) in line.split('\'').enumerate() {
+        match at % 2 {
+            0 => words.extend(part.split_whitespace().map(str::to_owned)),
+            _ => words.push(part.to_owned()),
+        }
+    }
+    words
+}
+
+/// Whether a command listens to a bus, the simulated one among them: these go on until they are stopped.
+fn is_live(words: &[String]) -> bool {
+    matches!(words.get(1).map(String::as_str), Some("scan" | "run" | "service"))
+}
+
+#[test]
+fn every_command_on_files_runs() {
+    let project = Project::new("files");
+    let mut count = 0;
+    for line in commands() {
+        let words = words(&line);
+        // `cargo` lines build, or run all tests, this one among them; `demo` without --fast plays in real time.
+        if words[0] != "shsa" || is_live(&words) {
+            assert!(words[0] == "shsa" || words[0] == "cargo", "{line}");
+            continue;
+        }
+        let run = project.run(&words[1..]);
+        let told = String::from_utf8_lossy(&run.stderr);
+        assert!(run.status.success(), "{line}: {:?}\n{told}", run.status);
+        count += 1;
+    }
+    assert!(count >= 9, "{count} commands");
+}
+
+/// The bus of every command is a broker of this test: no other is there. Nobody publishes, so needs are unmet (status 1).
+#[cfg(feature = "mqtt")]
+#[test]
+fn every_command_on_a_bus_runs() {
+    let project = Project::new("bus");
+    let broker = broker::Broker::start(&[]);
+    let address = format!("mqtt://127.0.0.1:{}", broker.port());
+    let mut count = 0;
+    for line in commands() {
+        let mut words = words(&line);
+        if words[0] != "shsa" || !is_live(&words) {
+            continue;
+        }
+        let bus = words.iter().position(|word| word == "--bus").map(|at| at + 1);
+        bus.into_iter().for_each(|at| words[at] = address.clone());
+        words.extend(["--for", "2s"].map(str::to_owned));
+        if words[1] == "run" {
+            words.extend(["--http", "127.0.0.1:0"].map(str::to_owned));
+        }
+        let run = project.run(&words[1..]);
+        let expected = if bus.is_some() && words[1] != "service" { 1 } else { 0 };
+        let told = String::from_utf8_lossy(&run.stderr);
+        assert_eq!(run.status.code(), Some(expected), "{line}\n{told}");
+        count += 1;
+    }
+    assert!(count >= 4, "{count} commands");
+}
+
+/// The demo of the README without its waiting: the run is the same.
+#[test]
+fn the_demo_runs() {
+    let readme = readme();
+    assert!(readme.contains("-- demo rover\n"), "the README shows the demo");
+    let run = Project::new("demo").run(&["demo", "rover", "--fast"].map(str::to_owned));
+    assert!(run.status.success());
+}
+
 #[test]
 fn the_story_in_the_readme_is_what_the_command_prints() {
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-    let readme = std::fs::read_to_string(format!("{root}/README.md")).expect("there is a README");
+    let readme = readme();
     let story = "stories/02-fallback-by-value.yaml";
-    let run = Command::new(env!("CARGO_BIN_EXE_shsa")).current_dir(root).args(["story", story]).output();
+    let run = Command::new(env!("CARGO_BIN_EXE_shsa")).current_dir(ROOT).args(["story", story]).output();
     let run = run.expect("the command starts");
     let printed = String::from_utf8(run.stdout).expect("it prints text");
     let mut printed = printed.lines();

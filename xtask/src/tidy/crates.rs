@@ -2,16 +2,17 @@
 
 use crate::workspace::{File, Package};
 
-/// Which crates of the workspace a crate may rest on: `shsa -> {estimate, format, bridge, web} -> core`.
+/// Which crates of the workspace a crate may rest on: `shsa -> {lab, runtime} -> {format, bridge} -> core`.
 ///
 /// A new crate or a new arrow is a change of this table, so that it is seen.
-const ARROWS: [(&str, &[&str]); 8] = [
+const ARROWS: [(&str, &[&str]); 9] = [
     ("shsa-core", &[]),
-    ("shsa-estimate", &["shsa-core"]),
     ("shsa-format", &["shsa-core"]),
     ("shsa-bridge", &["shsa-core"]),
-    ("shsa-web", &["shsa-core"]),
-    ("shsa", &["shsa-core", "shsa-estimate", "shsa-format", "shsa-bridge", "shsa-web"]),
+    ("shsa-lab", &["shsa-core", "shsa-format"]),
+    ("shsa-runtime", &["shsa-core", "shsa-format", "shsa-bridge"]),
+    ("shsa", &["shsa-core", "shsa-format", "shsa-bridge", "shsa-lab", "shsa-runtime"]),
+    ("shsa-bench", &["shsa-core", "shsa-format", "shsa-bridge", "shsa-lab", "shsa-runtime"]),
     ("shsa-fuzz", &["shsa-core", "shsa-format", "shsa-bridge"]),
     ("xtask", &[]),
 ];

@@ -5,6 +5,7 @@
 mod types;
 mod plan;
 mod reader;
+#[cfg_attr(not(feature = "ros2"), allow(dead_code, reason = "only ROS 2 carries what it writes"))]
 mod writer;
 pub mod call;
 #[cfg(feature = "ros2")]

@@ -2,7 +2,7 @@
 
 use super::basis::Basis;
 use super::budget::Budget;
-use crate::engine::{Testimony, Witnesses, afford, isolate, witnesses};
+use crate::engine::{FaultSignature, Witnesses, afford, isolate, witnesses};
 use crate::knowledge::{IdVec, KnowledgeBase, RelationSet, Shape, SignalSet, VariableId};
 use crate::monitor::compared;
 use crate::plan::Graph;
@@ -55,21 +55,22 @@ pub struct Comparison {
 #[derive(Clone, Debug, Default)]
 pub struct Comparisons {
     ways: Vec<Way>,
-    testimony: Vec<Testimony>,
+    fault_signature: Vec<FaultSignature>,
     pairs: Vec<Comparison>,
 }
 
 impl Comparisons {
     /// Pairs these ways as the monitor does. Complexity: O(p log p) for p pairs of ways of one variable.
     pub(super) fn new(knowledge: &KnowledgeBase, ways: Vec<Way>) -> Comparisons {
-        let testimony: Vec<Testimony> = ways.iter().map(|way| Testimony::of(knowledge, way)).collect();
-        let rests_on = testimony.iter().map(Testimony::rests_on);
+        let fault_signature: Vec<FaultSignature> =
+            ways.iter().map(|way| FaultSignature::of(knowledge, way)).collect();
+        let rests_on = fault_signature.iter().map(FaultSignature::rests_on);
         let borrowed: Vec<(&Way, &SignalSet)> = ways.iter().zip(rests_on).collect();
         let pairs = compared(knowledge, &borrowed)
             .into_iter()
             .map(|(one, other)| Comparison { one, other })
             .collect();
-        Comparisons { ways, testimony, pairs }
+        Comparisons { ways, fault_signature, pairs }
     }
 
     /// The ways that are watched, by variable, best utility first.
@@ -110,12 +111,12 @@ impl Comparisons {
     }
 
     /// What each comparison says on its two sides.
-    pub(super) fn testimony(&self) -> impl Iterator<Item = (&Testimony, &Testimony)> {
+    pub(super) fn fault_signature(&self) -> impl Iterator<Item = (&FaultSignature, &FaultSignature)> {
         self.pairs.iter().filter_map(|&comparison| self.of(comparison))
     }
 
-    fn of(&self, Comparison { one, other }: Comparison) -> Option<(&Testimony, &Testimony)> {
-        Some((self.testimony.get(one)?, self.testimony.get(other)?))
+    fn of(&self, Comparison { one, other }: Comparison) -> Option<(&FaultSignature, &FaultSignature)> {
+        Some((self.fault_signature.get(one)?, self.fault_signature.get(other)?))
     }
 }
 

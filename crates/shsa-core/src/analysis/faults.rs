@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 /// What the comparisons say about a fault of each signal and relation.
 ///
 /// One fault at a time: all comparisons that show it disagree, and what explains them by a single component is suspect
-/// ([`explain`](crate::diagnosis::explain::explain); structural isolability as in Krysander and Frisk 2008,
+/// ([`explain`](crate::diagnosis::candidates::explain); structural isolability as in Krysander and Frisk 2008,
 /// doi:10.1109/TSMCA.2008.2001048).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Faults {
@@ -20,7 +20,7 @@ impl Faults {
     /// Complexity: O(comparisons times what they rest on).
     pub(super) fn new(knowledge: &KnowledgeBase, comparisons: &Comparisons) -> Faults {
         let mut findings = Findings::new(knowledge);
-        comparisons.testimony().for_each(|(one, other)| findings.compare(one, other));
+        comparisons.fault_signature().for_each(|(one, other)| findings.compare(one, other));
         findings.share(knowledge);
         Faults { findings }
     }

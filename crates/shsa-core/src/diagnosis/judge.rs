@@ -11,10 +11,10 @@ mod evidence;
 mod orders;
 mod recovery;
 
-use super::explain::{Comparison, Component, Part, explain, probabilities};
+use super::candidates::{Comparison, Component, Part, explain, probabilities};
 use crate::interval::Interval;
 use crate::knowledge::{CauseId, IdVec, KnowledgeBase, Lineage, RelationId, SignalId, SignalSet};
-use crate::monitor::{Inheritance, Monitor, Pair, Relationship, WatchedWay};
+use crate::monitor::{Inheritance, Monitor, Residual, ResidualState, WatchedWay};
 use crate::time::{Span, Time};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::sync::Arc;
@@ -106,7 +106,7 @@ const RELAPSE_PROBATIONS: i64 = 4;
 const MOST_RELAPSES: u32 = 6;
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Standing {
+struct ComponentState {
     /// Suspect or failed.
     verdict: Option<Verdict>,
     /// Whether it was the only one accused: it explains disagreements as a failed signal does.
@@ -122,7 +122,7 @@ struct Standing {
     accused: Option<Time>,
     cause: Option<CauseId>,
     /// Its own readings have shown the fault: no comparison is needed to accuse it.
-    convicted: bool,
+    failed_by_detector: bool,
     /// Comparisons have spoken against it while its readings were where they could be: only comparisons clear it.
     contradicted: bool,
     /// Since when nothing speaks against it.
@@ -130,7 +130,7 @@ struct Standing {
     /// Nothing has spoken against it for its probation, and nothing for it: it may serve where nothing else is left.
     unproven: bool,
     /// The operator vouches for it.
-    vouched: bool,
+    cleared_by_operator: bool,
 }
 
 /// Decides on signals and relations from the pairs of a monitor.
@@ -141,7 +141,7 @@ pub struct Judge {
     /// What stands for each signal and all that it is derived from.
     origins: IdVec<SignalId, SignalSet>,
     /// Of everything that was ever accused.
-    standings: BTreeMap<Component, Standing>,
+    standings: BTreeMap<Component, ComponentState>,
     /// The comparisons that have spoken against what is accused, by their two ways.
     grounds: BTreeMap<Component, BTreeSet<Ground>>,
     /// What nothing may rest on, by order.
@@ -149,7 +149,7 @@ pub struct Judge {
     /// What has failed by its verdict or is forbidden: comparisons with it say nothing about others.
     discounted: BTreeSet<Component>,
     /// Signals whose own readings have shown a fault since the last review, ascending.
-    convicted: BTreeSet<Component>,
+    failed_by_detector: BTreeSet<Component>,
     /// When to look again without a change of evidence.
     next_review: Option<Time>,
 }
@@ -168,7 +168,7 @@ impl Judge {
             grounds: BTreeMap::new(),
             forbidden: BTreeSet::new(),
             discounted: BTreeSet::new(),
-            convicted: BTreeSet::new(),
+            failed_by_detector: BTreeSet::new(),
             next_review: None,
         }
     }
@@ -186,14 +186,14 @@ impl Judge {
     ) -> Vec<(Component, bool)> {
         self.next_review = old.next_review;
         let mut dropped = Vec::new();
-        for (&component, standing) in &old.standings {
+        for (&component, state_of) in &old.standings {
             let id = match component {
                 Component::Signal(id) => id,
                 Component::Relation(id) => {
                     let Some(same) = lineage.relation(id).map(Component::Relation) else { continue };
-                    match monitor.pairs().iter().any(|pair| rests_on(monitor, pair, same)) {
-                        true => self.put(same, *standing),
-                        false if standing.verdict.is_some() => dropped.push((same, false)),
+                    match monitor.residuals().iter().any(|pair| rests_on(monitor, pair, same)) {
+                        true => self.put(same, *state_of),
+                        false if state_of.verdict.is_some() => dropped.push((same, false)),
                         false => {}
                     }
                     continue;
@@ -203,17 +203,17 @@ impl Judge {
             let Some(namesake) = lineage.namesake(id) else { continue };
             match lineage.signal(id) {
                 Some(signal)
-                    if standing.verdict.is_none()
-                        || standing.convicted
+                    if state_of.verdict.is_none()
+                        || state_of.failed_by_detector
                         || inheritance.compared.contains(signal) =>
                 {
-                    self.put(Component::Signal(signal), *standing);
-                    if standing.convicted && !inheritance.is_whole {
+                    self.put(Component::Signal(signal), *state_of);
+                    if state_of.failed_by_detector && !inheritance.is_whole {
                         // What contradicted it may be gone.
                         self.next_review = Some(Time::MIN);
                     }
                 }
-                same if standing.verdict.is_some() => {
+                same if state_of.verdict.is_some() => {
                     dropped.push((Component::Signal(namesake), same.is_none()));
                 }
                 _ => {}
@@ -256,7 +256,7 @@ impl Judge {
         let is_tolerable = |origin: SignalId| {
             let component = Component::Signal(origin);
             self.may_use(component)
-                || self.standing(component).unproven && !self.forbidden.contains(&component)
+                || self.state_of(component).unproven && !self.forbidden.contains(&component)
         };
         self.trusts_all() || self.origins[signal].iter().all(is_tolerable)
     }
@@ -282,8 +282,9 @@ impl Judge {
     /// that nothing speaks against any more.
     #[must_use]
     pub fn distrusted_relations(&self, tolerant: bool) -> Vec<RelationId> {
-        let is_accused = |standing: &Standing| standing.verdict.is_some() && !(tolerant && standing.unproven);
-        let accused = self.standings.iter().filter(|(_, standing)| is_accused(standing));
+        let is_accused =
+            |state_of: &ComponentState| state_of.verdict.is_some() && !(tolerant && state_of.unproven);
+        let accused = self.standings.iter().filter(|(_, state_of)| is_accused(state_of));
         let all: BTreeSet<Component> =
             accused.map(|(component, _)| *component).chain(self.forbidden.iter().copied()).collect();
         let relation = |component| match component {
@@ -302,19 +303,19 @@ impl Judge {
     /// Since when all evidence has spoken for a signal that is suspect or failed.
     #[must_use]
     pub fn clean_since(&self, signal: SignalId) -> Option<Time> {
-        self.standing(Component::Signal(signal)).clean_since
+        self.state_of(Component::Signal(signal)).clean_since
     }
 
-    fn standing(&self, component: Component) -> Standing {
+    fn state_of(&self, component: Component) -> ComponentState {
         self.standings.get(&component).copied().unwrap_or_default()
     }
 
-    fn put(&mut self, component: Component, standing: Standing) {
-        self.standings.insert(component, standing);
-        if standing.verdict.is_none() {
+    fn put(&mut self, component: Component, state_of: ComponentState) {
+        self.standings.insert(component, state_of);
+        if state_of.verdict.is_none() {
             self.grounds.remove(&component);
         }
-        match standing.verdict == Some(Verdict::Failed) || self.forbidden.contains(&component) {
+        match state_of.verdict == Some(Verdict::Failed) || self.forbidden.contains(&component) {
             true => self.discounted.insert(component),
             false => self.discounted.remove(&component),
         };
@@ -322,13 +323,13 @@ impl Judge {
 
     /// Suspect or failed.
     fn accusation(&self, component: Component) -> Option<Verdict> {
-        self.standings.get(&component).and_then(|standing| standing.verdict)
+        self.standings.get(&component).and_then(|state_of| state_of.verdict)
     }
 
     /// How long all evidence must speak for a signal before it is trusted again; each relapse doubles it.
     #[must_use]
     pub fn probation_of(&self, signal: SignalId) -> Span {
-        self.probation(self.standing(Component::Signal(signal)).relapses)
+        self.probation(self.state_of(Component::Signal(signal)).relapses)
     }
 
     /// What is thought of a signal now.
@@ -336,41 +337,46 @@ impl Judge {
     pub fn verdict(&self, signal: SignalId, monitor: &Monitor, now: Time) -> Verdict {
         let witnessed = || {
             monitor.pairs_of(signal).any(|pair| {
-                pair.relationship(now) == Relationship::Agree
+                pair.relationship(now) == ResidualState::Agree
                     && self.bears_witness(monitor, pair, Component::Signal(signal))
             })
         };
         match self.accusation(Component::Signal(signal)) {
-            Some(_) if self.standing(Component::Signal(signal)).unproven => Verdict::Unknown,
+            Some(_) if self.state_of(Component::Signal(signal)).unproven => Verdict::Unknown,
             Some(verdict) => verdict,
-            None if self.standing(Component::Signal(signal)).vouched || witnessed() => Verdict::Healthy,
+            None if self.state_of(Component::Signal(signal)).cleared_by_operator || witnessed() => {
+                Verdict::Healthy
+            }
             None => Verdict::Unknown,
         }
     }
 
     /// A signal's own readings show that it is faulty, so that what it is compared with is not to blame. It is trusted again
     /// after its readings and every comparison with it have spoken for it for the probation time. Whether that is news.
-    pub fn convict(&mut self, signal: SignalId, now: Time) -> bool {
+    pub fn fail_by_detector(&mut self, signal: SignalId, now: Time) -> bool {
         let component = Component::Signal(signal);
-        let before = self.standing(component);
+        let before = self.state_of(component);
         if before.verdict == Some(Verdict::Failed) {
-            self.put(component, Standing { clean_since: None, quiet_since: None, unproven: false, ..before });
+            self.put(
+                component,
+                ComponentState { clean_since: None, quiet_since: None, unproven: false, ..before },
+            );
             return before.unproven;
         }
         let relapses = self.relapses(component, now);
         let verdict = Some(Verdict::Failed);
-        let convicted = Standing {
+        let failed_by_detector = ComponentState {
             verdict,
             alone: true,
             relapses,
             cleared: before.cleared,
             accused: Some(now),
-            convicted: true,
+            failed_by_detector: true,
             contradicted: before.verdict.is_some(),
-            ..Standing::default()
+            ..ComponentState::default()
         };
-        self.put(component, convicted);
-        self.convicted.insert(component);
+        self.put(component, failed_by_detector);
+        self.failed_by_detector.insert(component);
         true
     }
 
@@ -385,7 +391,7 @@ impl Judge {
     }
 
     fn accuse(&mut self, monitor: &Monitor, now: Time, decisions: &mut Vec<Decision>) {
-        let conflicts: Vec<&Pair> = self.open_pairs(monitor, now, Relationship::Conflict).collect();
+        let conflicts: Vec<&Residual> = self.open_pairs(monitor, now, ResidualState::Conflict).collect();
         if conflicts.is_empty() {
             return;
         }
@@ -393,9 +399,9 @@ impl Judge {
         let comparisons = self.comparisons(monitor, now, &conflicts, &beliefs);
         let parts = explain(&comparisons, |component| beliefs.of(component));
         let mut disputed = conflicts.clone();
-        disputed.extend(self.open_pairs(monitor, now, Relationship::Undecided));
+        disputed.extend(self.open_pairs(monitor, now, ResidualState::Undecided));
         // Of faults that grow, the witness with the least tolerance tells first: the others only just agree yet.
-        let agreements = self.open_pairs(monitor, now, Relationship::Agree);
+        let agreements = self.open_pairs(monitor, now, ResidualState::Agree);
         let undecided = disputed.len();
         disputed.extend(agreements.filter(|pair| pair.is_close()));
         let only_just = disputed.len() > undecided;
@@ -432,7 +438,7 @@ impl Judge {
     }
 
     /// Remembers which comparisons speak against something.
-    fn ground(&mut self, monitor: &Monitor, component: Component, conflicts: &[&Pair]) {
+    fn ground(&mut self, monitor: &Monitor, component: Component, conflicts: &[&Residual]) {
         let against = conflicts.iter().filter(|pair| rests_on(monitor, pair, component));
         let grounds: BTreeSet<Ground> =
             against.map(|pair| (pair.way, pair.other)).take(MOST_GROUNDS).collect();
@@ -443,7 +449,7 @@ impl Judge {
         &mut self,
         (monitor, now): (&Monitor, Time),
         case: &Case<'_>,
-        conflicts: &[&Pair],
+        conflicts: &[&Residual],
         decisions: &mut Vec<Decision>,
     ) {
         let is_open = |component: &Component| {
@@ -473,18 +479,18 @@ impl Judge {
         dispute: &Dispute,
     ) -> bool {
         let &Dispute { onset, since, gradual, shows } = dispute;
-        let latency = |pair: &Pair| if gradual { pair.latency() } else { pair.window.latency() };
-        let is_open = |pair: &&Pair| {
+        let latency = |pair: &Residual| if gradual { pair.latency() } else { pair.window.latency() };
+        let is_open = |pair: &&Residual| {
             let may_decide = match pair.relationship(now) {
-                Relationship::Undecided => true,
-                Relationship::Agree => {
+                ResidualState::Undecided => true,
+                ResidualState::Agree => {
                     (gradual && pair.is_building()) || pair.is_close() || !pair.window.confirmed_since(onset)
                 }
-                Relationship::Conflict | Relationship::Unknown => false,
+                ResidualState::Conflict | ResidualState::Unknown => false,
             };
             may_decide && rests_on_any(monitor, pair, accused) && !self.is_explained(monitor, pair, None)
         };
-        let open = || monitor.pairs().iter().filter(is_open);
+        let open = || monitor.residuals().iter().filter(is_open);
         let Some(latency) = open().map(latency).max() else { return true };
         let deadline = since + latency.times(2).min(Span(shows.0 - shows.0 / 4));
         if now >= deadline {
@@ -506,12 +512,12 @@ impl Judge {
         decisions: &mut Vec<Decision>,
     ) {
         let verdict = if choice.is_none() { Verdict::Failed } else { Verdict::Suspect };
-        let before = self.standing(component);
+        let before = self.state_of(component);
         if before.verdict >= Some(verdict) {
             return;
         }
         let relapses = self.relapses(component, now);
-        let standing = Standing {
+        let state_of = ComponentState {
             verdict: Some(verdict),
             alone: choice.is_none_or(|choice| choice.len() == 1),
             clean_since: None,
@@ -520,9 +526,9 @@ impl Judge {
             cleared: before.cleared,
             accused: Some(now),
             cause: case.cause_of(component),
-            ..Standing::default()
+            ..ComponentState::default()
         };
-        self.put(component, standing);
+        self.put(component, state_of);
         self.ground(monitor, component, case.conflicts);
         let blame = Blame { relapses, ..case.blame(component) };
         decisions.push(match choice {
@@ -533,7 +539,7 @@ impl Judge {
 
     /// How often in a row something has been accused soon after it was trusted again, when it is accused now.
     fn relapses(&self, component: Component, now: Time) -> u32 {
-        let before = self.standing(component);
+        let before = self.state_of(component);
         let soon = |cleared: Time| now - cleared <= self.probation(before.relapses).times(RELAPSE_PROBATIONS);
         match (before.verdict, before.cleared) {
             (Some(_), _) => before.relapses,
@@ -548,14 +554,15 @@ impl Judge {
     }
 
     /// Whether something disagrees with something else than what was accused alone.
-    fn disagrees_otherwise(&self, monitor: &Monitor, component: Component, conflicts: &[&Pair]) -> bool {
-        let is_open =
-            |pair: &&Pair| rests_on(monitor, pair, component) && !self.is_claimed(monitor, pair, component);
+    fn disagrees_otherwise(&self, monitor: &Monitor, component: Component, conflicts: &[&Residual]) -> bool {
+        let is_open = |pair: &&Residual| {
+            rests_on(monitor, pair, component) && !self.is_claimed(monitor, pair, component)
+        };
         conflicts.iter().any(is_open)
     }
 
     /// Whether something else that was accused alone is in a pair.
-    fn is_claimed(&self, monitor: &Monitor, pair: &Pair, component: Component) -> bool {
+    fn is_claimed(&self, monitor: &Monitor, pair: &Residual, component: Component) -> bool {
         let mut alone = self.standings.iter().filter(|(other, it)| it.alone && **other != component);
         alone.any(|(other, _)| rests_on(monitor, pair, *other))
     }
@@ -566,7 +573,7 @@ struct Case<'p> {
     beliefs: &'p Beliefs,
     comparisons: &'p [Comparison],
     /// All pairs in conflict, of other parts as well.
-    conflicts: &'p [&'p Pair],
+    conflicts: &'p [&'p Residual],
     part: &'p Part,
     /// The signals and relations of each candidate, best first.
     candidates: Vec<BTreeSet<Component>>,
@@ -583,7 +590,7 @@ struct Case<'p> {
 impl<'p> Case<'p> {
     fn new(
         beliefs: &'p Beliefs,
-        (comparisons, conflicts): (&'p [Comparison], &'p [&'p Pair]),
+        (comparisons, conflicts): (&'p [Comparison], &'p [&'p Residual]),
         part: &'p Part,
         rivals: &[Part],
     ) -> Case<'p> {
@@ -657,7 +664,7 @@ impl<'p> Case<'p> {
 
 /// Whether what a signal says has ever changed: of what never does it means nothing that it stands still.
 fn has_moved(monitor: &Monitor, component: Component) -> bool {
-    matches!(component, Component::Signal(signal) if monitor.stillness(signal).has_moved())
+    matches!(component, Component::Signal(signal) if monitor.frozen(signal).has_moved())
 }
 
 /// What a signal says now, when it is a number.

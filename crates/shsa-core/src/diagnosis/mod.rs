@@ -1,7 +1,7 @@
 //! Who lies: disagreements as conflicts, hitting sets as explanations, their probabilities; verdicts over time.
 
-pub mod explain;
+pub mod candidates;
 mod judge;
 
-pub use explain::Component;
+pub use candidates::Component;
 pub use judge::{Blame, Decision, Judge, JudgeOptions, Proof, Record, Verdict, rests_on};

@@ -4,7 +4,7 @@ use super::{Engine, NeedStatus};
 use crate::diagnosis::{Component, Verdict};
 use crate::interval::Interval;
 use crate::knowledge::{KnowledgeBase, NeedId, SignalId, SignalSet, VariableId};
-use crate::monitor::{Absence, Pair, Relationship, Tendency, WatchedWay, WayIndex};
+use crate::monitor::{Absence, Residual, ResidualState, Tendency, WatchedWay, WayIndex};
 use crate::substitution::Way;
 use crate::time::{Span, Time};
 use alloc::vec::Vec;
@@ -50,7 +50,7 @@ pub struct Comparison {
     /// The signals that the two rest on.
     pub signals: SignalSet,
     /// What the recent comparisons say.
-    pub relationship: Relationship,
+    pub relationship: ResidualState,
     /// How many of the recent comparisons disagree, and how many there are.
     pub counts: (u32, u32),
     /// What the comparisons say together where they agree one by one, and how much more, SI, the way that rests on the
@@ -73,13 +73,13 @@ impl Comparison {
     /// Whether it speaks against the signal: the two disagree, and no other signal that has failed explains it.
     #[must_use]
     pub fn is_conflict(&self) -> bool {
-        self.relationship == Relationship::Conflict && self.explained_by.is_empty()
+        self.relationship == ResidualState::Conflict && self.explained_by.is_empty()
     }
 
     /// Whether it speaks for the signal.
     #[must_use]
     pub fn is_support(&self) -> bool {
-        self.relationship == Relationship::Agree && self.bears_witness && self.explained_by.is_empty()
+        self.relationship == ResidualState::Agree && self.bears_witness && self.explained_by.is_empty()
     }
 }
 
@@ -157,14 +157,14 @@ impl Engine {
     }
 
     fn comparisons(&self, signal: SignalId, at: Time) -> Vec<Comparison> {
-        let pairs = self.monitor.pairs().iter().enumerate();
+        let pairs = self.monitor.residuals().iter().enumerate();
         pairs
             .filter(|(_, pair)| pair.signals.contains(signal))
             .filter_map(|(number, pair)| self.comparison(number, pair, signal, at))
             .collect()
     }
 
-    fn comparison(&self, number: usize, pair: &Pair, signal: SignalId, at: Time) -> Option<Comparison> {
+    fn comparison(&self, number: usize, pair: &Residual, signal: SignalId, at: Time) -> Option<Comparison> {
         let (slow, fast) = (self.monitor.way(pair.way)?, self.monitor.way(pair.other)?);
         let is_slow = slow.rests_on.contains(signal);
         let disagreed = pair.disagreement.map(|last| match is_slow {
@@ -181,7 +181,7 @@ impl Engine {
         let failed = |other: &SignalId| *other != signal && self.judge.is_discounted(*other);
         let relationship = pair.relationship(at);
         let counts = pair.window.counts();
-        let disagrees = counts.0 > 0 && relationship != Relationship::Unknown;
+        let disagrees = counts.0 > 0 && relationship != ResidualState::Unknown;
         let is_together = pair.window.relationship(at) != relationship;
         let ahead = if is_slow { pair.trend.mean() } else { -pair.trend.mean() };
         Some(Comparison {
@@ -208,7 +208,7 @@ impl Engine {
     }
 
     fn mute(&self, signal: SignalId) -> Option<Mute> {
-        match (self.monitor.watch().has_spoken(signal), self.absence(signal)) {
+        match (self.monitor.timeouts().has_spoken(signal), self.absence(signal)) {
             (false, _) => Some(Mute::Never),
             (true, absence) => absence.map(Mute::Absent),
         }
@@ -221,7 +221,7 @@ impl Engine {
             comparison.is_conflict() && !comparison.signals.contains(rival)
         };
         let (supported, others): (Vec<_>, Vec<_>) = others.into_iter().partition(Comparison::is_support);
-        let is_unheard = |comparison: &Comparison| comparison.relationship == Relationship::Unknown;
+        let is_unheard = |comparison: &Comparison| comparison.relationship == ResidualState::Unknown;
         Rival {
             signal: rival,
             verdict: self.judge.verdict(rival, &self.monitor, at),

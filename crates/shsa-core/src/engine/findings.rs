@@ -1,6 +1,6 @@
 //! What comparisons tell of the fault of each signal and relation: whether it shows, and what it is taken for.
 
-use super::testimony::Testimony;
+use super::fault_signature::FaultSignature;
 use crate::diagnosis::Component;
 use crate::knowledge::{IdVec, KnowledgeBase, NEGLIGIBLE, RelationId, RelationSet, SignalId, SignalSet};
 
@@ -66,7 +66,7 @@ impl Findings {
     }
 
     /// Takes in a comparison of two ways that is made. Complexity: O(what the ways rest on).
-    pub fn compare(&mut self, one: &Testimony, other: &Testimony) {
+    pub fn compare(&mut self, one: &FaultSignature, other: &FaultSignature) {
         let (signals, relations) = (one.signals(other), one.relations(other));
         one.shows(other).iter().for_each(|shown| self.signals[shown].narrow(&signals, &relations));
         one.shows_relations(other)

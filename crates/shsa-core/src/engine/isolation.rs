@@ -8,9 +8,9 @@
 //! not, so only numbers with a single independent signal are looked behind, one at a time, and only ways that tell more
 //! apart than all comparisons so far are added.
 
+use super::fault_signature::FaultSignature;
 use super::findings::Findings;
-use super::testimony::Testimony;
-use super::watched::{WatchBudget, Witnesses, afford, can_be_watched, stands, witnesses};
+use super::residual_selection::{WatchBudget, Witnesses, afford, can_be_watched, stands, witnesses};
 use crate::knowledge::{
     IdVec, KnowledgeBase, RelationId, RelationSet, Shape, SignalId, SignalSet, VariableId,
 };
@@ -104,12 +104,13 @@ pub fn isolate(
 fn taken_in(knowledge: &KnowledgeBase, watched: &BTreeMap<VariableId, &mut Witnesses>) -> Findings {
     let ways: Vec<&Way> =
         watched.values().flat_map(|witnesses| witnesses.ways.iter().take(MOST_COMPARED)).collect();
-    let testimony: Vec<Testimony> = ways.iter().map(|way| Testimony::of(knowledge, way)).collect();
-    let rests_on = testimony.iter().map(Testimony::rests_on);
+    let fault_signature: Vec<FaultSignature> =
+        ways.iter().map(|way| FaultSignature::of(knowledge, way)).collect();
+    let rests_on = fault_signature.iter().map(FaultSignature::rests_on);
     let borrowed: Vec<(&Way, &SignalSet)> = ways.into_iter().zip(rests_on).collect();
     let mut findings = Findings::new(knowledge);
     for (one, other) in compared(knowledge, &borrowed) {
-        if let (Some(one), Some(other)) = (testimony.get(one), testimony.get(other)) {
+        if let (Some(one), Some(other)) = (fault_signature.get(one), fault_signature.get(other)) {
             findings.compare(one, other);
         }
     }
@@ -182,12 +183,12 @@ fn only_signal(knowledge: &KnowledgeBase, variable: VariableId) -> Option<Signal
 /// A way that may be added, or is watched.
 struct Candidate {
     way: Way,
-    testimony: Testimony,
+    fault_signature: FaultSignature,
 }
 
 impl Candidate {
     fn new(knowledge: &KnowledgeBase, way: Way) -> Candidate {
-        Candidate { testimony: Testimony::of(knowledge, &way), way }
+        Candidate { fault_signature: FaultSignature::of(knowledge, &way), way }
     }
 
     fn sink(&self) -> VariableId {
@@ -195,12 +196,12 @@ impl Candidate {
     }
 
     fn is_compared(&self, knowledge: &KnowledgeBase, other: &Candidate) -> bool {
-        let own = (&self.way, self.testimony.rests_on());
-        are_compared(knowledge, own, (&other.way, other.testimony.rests_on()))
+        let own = (&self.way, self.fault_signature.rests_on());
+        are_compared(knowledge, own, (&other.way, other.fault_signature.rests_on()))
     }
 
     fn rests_on(&self, measured: &Measured) -> bool {
-        self.testimony.rests_on().contains(measured.signal)
+        self.fault_signature.rests_on().contains(measured.signal)
     }
 }
 
@@ -259,7 +260,7 @@ impl Isolation<'_> {
                     continue;
                 };
                 for other in beside.iter().filter(|other| candidate.is_compared(self.knowledge, other)) {
-                    self.findings.compare(&candidate.testimony, &other.testimony);
+                    self.findings.compare(&candidate.fault_signature, &other.fault_signature);
                 }
                 witnesses.add(candidate.way.clone());
                 beside.push(candidate);
@@ -331,7 +332,9 @@ impl Isolation<'_> {
         let found = found.map(|way| Candidate::new(knowledge, way));
         // Of ways over the same signals and relations, one says what all do.
         found
-            .filter(|it| seen.insert((it.testimony.rests_on().clone(), it.way.substitution.relations())))
+            .filter(|it| {
+                seen.insert((it.fault_signature.rests_on().clone(), it.way.substitution.relations()))
+            })
             .collect()
     }
 
@@ -380,8 +383,8 @@ impl Isolation<'_> {
         for other in others {
             self.looked += 1;
             if self.looked <= MOST_LOOKED && one.is_compared(self.knowledge, other) {
-                shown.signals.extend(&one.testimony.shows(&other.testimony));
-                shown.relations.extend(&one.testimony.shows_relations(&other.testimony));
+                shown.signals.extend(&one.fault_signature.shows(&other.fault_signature));
+                shown.relations.extend(&one.fault_signature.shows_relations(&other.fault_signature));
             }
         }
         shown.signals.intersect(&blamed.signals);

@@ -1,6 +1,6 @@
 //! What goes into the engine and what comes out of it.
 
-use super::order::Order;
+use super::operator::Order;
 use super::snapshot::Snapshot;
 use crate::computation::Task;
 use crate::interval::Interval;
@@ -49,7 +49,7 @@ pub enum Input {
 pub enum Report {
     /// It computes this source from now on, which is still the present one. Tasks come by [`Output::Task`].
     Ready {
-        /// The number of the source, as [`Engine::commission`](super::Engine::commission) gives it.
+        /// The number of the source, as [`Engine::delegation`](super::Engine::delegation) gives it.
         era: u64,
     },
     /// It has done a task. Late ones are left unread.

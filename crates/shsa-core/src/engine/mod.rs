@@ -4,17 +4,16 @@
 //! [`Ticks`] that have fallen due before each input. Observations of one moment of reception are taken
 //! together: what they mean comes out with the first input of a later moment, or with a tick of the same one.
 
-mod order;
+mod operator;
 mod snapshot;
 mod message;
-mod explain;
-mod testimony;
-mod choice;
+mod reason;
+mod fault_signature;
 mod findings;
-mod watched;
+mod residual_selection;
 mod isolation;
 mod ways;
-mod standby;
+mod ready_sources;
 mod provider;
 mod orders;
 mod reload;
@@ -23,16 +22,16 @@ mod evidence;
 mod ticks;
 
 pub use evidence::{Comparison, Evidence, Mute, Rival, Side};
-pub use explain::{difference as difference_text, interval as interval_text, span as span_text};
+pub use fault_signature::FaultSignature;
 pub use findings::{Findings, Told};
 pub use isolation::{isolate, to_watch};
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality, Report};
-pub use order::{Order, Refusal, Subject};
-pub use provider::{Commission, NeedStatus};
-pub use snapshot::{Charge, Missing, Published, Remembered, Served, Snapshot, Trending};
-pub use testimony::Testimony;
+pub use operator::{Order, Refusal, Subject};
+pub use provider::{Delegation, NeedStatus};
+pub use reason::{difference as difference_text, interval as interval_text, span as span_text};
+pub use residual_selection::{WatchBudget, Witnesses, afford, can_be_watched, witnesses};
+pub use snapshot::{Accusation, Missing, Published, Remembered, Served, Snapshot, Trending};
 pub use ticks::Ticks;
-pub use watched::{WatchBudget, Witnesses, afford, can_be_watched, witnesses};
 
 use crate::computation::Task;
 use crate::diagnosis::{Component, Decision, Judge, JudgeOptions, Verdict};
@@ -45,7 +44,7 @@ use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::String;
 use alloc::vec::Vec;
 use provider::{Provider, Situation};
-use standby::Standby;
+use ready_sources::ReadySources;
 use ways::Lost;
 
 /// Settings of the engine; the defaults are sound.
@@ -76,7 +75,7 @@ pub enum Ties {
 pub struct Engine {
     knowledge: KnowledgeBase,
     graph: plan::Graph,
-    standby: Standby,
+    ready_sources: ReadySources,
     monitor: Monitor,
     judge: Judge,
     providers: IdVec<NeedId, Provider>,
@@ -92,7 +91,7 @@ pub struct Engine {
     /// Signals that were accused before a restart and have given no value since: their first one is news to the judge.
     unheard: Vec<SignalId>,
     /// The accusations that stand, as they were told.
-    charges: BTreeMap<Component, Charge>,
+    accusations: BTreeMap<Component, Accusation>,
     options: Options,
 }
 
@@ -100,13 +99,13 @@ impl Engine {
     /// Sets everything up; what is allocated for observations is allocated here.
     #[must_use]
     pub fn new(knowledge: KnowledgeBase, options: Options) -> Engine {
-        Engine::with_standby(knowledge, options, Standby::new)
+        Engine::with_standby(knowledge, options, ReadySources::new)
     }
 
     fn with_standby(
         knowledge: KnowledgeBase,
         options: Options,
-        plan_ahead: impl FnOnce(&KnowledgeBase, &plan::Graph) -> Standby,
+        plan_ahead: impl FnOnce(&KnowledgeBase, &plan::Graph) -> ReadySources,
     ) -> Engine {
         let mut judge = options.judge;
         let probations = knowledge.needs().iter().map(|need| need.switching.probation);
@@ -116,14 +115,14 @@ impl Engine {
         let monitor = Monitor::new(&knowledge, ways, options.monitor);
         let probation = judge.probation;
         let judge = Judge::new(&knowledge, judge);
-        let standby = plan_ahead(&knowledge, &graph);
+        let ready_sources = plan_ahead(&knowledge, &graph);
         let providers = IdVec::filled(knowledge.needs().len(), |need| {
-            Provider::new(&knowledge, &graph, &standby, &monitor, need, options.ties == Ties::Proven)
+            Provider::new(&knowledge, &graph, &ready_sources, &monitor, need, options.ties == Ties::Proven)
         });
         Engine {
             knowledge,
             graph,
-            standby,
+            ready_sources,
             monitor,
             judge,
             providers,
@@ -134,7 +133,7 @@ impl Engine {
             returning: Vec::new(),
             probation,
             unheard: Vec::new(),
-            charges: BTreeMap::new(),
+            accusations: BTreeMap::new(),
             options,
         }
     }
@@ -176,7 +175,7 @@ impl Engine {
     /// When a timeout may run out.
     #[inline]
     fn deadlines(&self, now: Time) -> impl Iterator<Item = Time> + '_ {
-        let stages = self.monitor.watch().next_deadline().into_iter().chain(self.judge.next_review());
+        let stages = self.monitor.timeouts().next_deadline().into_iter().chain(self.judge.next_review());
         let returns = self.returning.iter().map(|(_, since)| *since + self.probation);
         let needs = self.providers.iter().filter_map(move |provider| provider.next_deadline(now));
         // What was due until now has been done: a driver that obeys never waits in vain.
@@ -204,7 +203,7 @@ impl Engine {
     /// Why a signal gives no usable value now; `None` when it does.
     #[must_use]
     pub fn absence(&self, signal: SignalId) -> Option<Absence> {
-        self.monitor.watch().absence(signal)
+        self.monitor.timeouts().absence(signal)
     }
 
     /// What a signal's own readings show to be wrong with it now.
@@ -215,8 +214,8 @@ impl Engine {
 
     /// What a signal is accused of now, as it was told.
     #[must_use]
-    pub fn charge(&self, signal: SignalId) -> Option<&Charge> {
-        self.charges.get(&Component::Signal(self.knowledge.witness(signal)))
+    pub fn accusation(&self, signal: SignalId) -> Option<&Accusation> {
+        self.accusations.get(&Component::Signal(self.knowledge.witness(signal)))
     }
 
     /// How a need is served now.
@@ -227,8 +226,8 @@ impl Engine {
 
     /// What somebody else could compute for a need: `None` while nothing serves it, or a signal does by itself.
     #[must_use]
-    pub fn commission(&self, need: NeedId) -> Option<Commission<'_>> {
-        self.providers.find(need)?.commission()
+    pub fn delegation(&self, need: NeedId) -> Option<Delegation<'_>> {
+        self.providers.find(need)?.delegation()
     }
 
     /// What the source of a need has seen before a moment, oldest first, for who begins to compute it.
@@ -321,11 +320,12 @@ impl Engine {
         let findings = self.monitor.detectors().findings();
         for Finding { signal, fault } in findings {
             let Some(fault) = fault else { continue };
-            let absence = self.monitor.watch().absence(*signal);
+            let absence = self.monitor.timeouts().absence(*signal);
             let is_told = matches!(absence, Some(Absence::Invalid | Absence::OutOfRange));
-            if self.judge.convict(*signal, now) {
-                let event = explain::fault(&self.knowledge, *signal, fault, now);
-                self.charges.insert(Component::Signal(*signal), explain::charge(&self.knowledge, &event));
+            if self.judge.fail_by_detector(*signal, now) {
+                let event = reason::fault(&self.knowledge, *signal, fault, now);
+                self.accusations
+                    .insert(Component::Signal(*signal), reason::accusation(&self.knowledge, &event));
                 self.outputs.extend((!is_told).then_some(Output::Event(event)));
             }
         }
@@ -355,7 +355,7 @@ impl Engine {
                     changed = true
                 }
                 Some(absence) => {
-                    let event = explain::absence(&self.knowledge, &self.monitor, &change, absence, now);
+                    let event = reason::absence(&self.knowledge, &self.monitor, &change, absence, now);
                     self.outputs.push_back(Output::Event(event));
                     changed = true;
                 }
@@ -372,7 +372,7 @@ impl Engine {
         self.returning.retain(|(signal, _)| !returned.contains(signal));
         // Of a signal that is not trusted, the judge tells when it is again.
         for &signal in returned.iter().filter(|signal| self.judge.trusts(**signal)) {
-            let event = explain::returned(&self.knowledge, signal, self.probation, now);
+            let event = reason::returned(&self.knowledge, signal, self.probation, now);
             self.outputs.push_back(Output::Event(event));
         }
         !returned.is_empty()
@@ -380,8 +380,8 @@ impl Engine {
 
     fn review(&mut self, now: Time) -> bool {
         let decisions = self.judge.review(&self.monitor, now);
-        let Engine { knowledge, monitor, judge, charges, outputs, .. } = self;
-        let scene = explain::Scene { knowledge, monitor, judge, now };
+        let Engine { knowledge, monitor, judge, accusations, outputs, .. } = self;
+        let scene = reason::Scene { knowledge, monitor, judge, now };
         for decision in &decisions {
             // Of what is suspect already, and of relations, the needs that it serves tell.
             if let Decision::Unproven(component, _) | Decision::Contradicted(component) = decision
@@ -389,13 +389,13 @@ impl Engine {
             {
                 continue;
             }
-            let event = explain::decision(&scene, decision);
+            let event = reason::decision(&scene, decision);
             match decision {
                 Decision::Failed(blame) | Decision::Suspected(blame, _) => {
-                    charges.insert(blame.component, explain::charge(knowledge, &event));
+                    accusations.insert(blame.component, reason::accusation(knowledge, &event));
                 }
-                Decision::Cleared(component) => _ = charges.remove(component),
-                Decision::Recovered(signal, ..) => _ = charges.remove(&Component::Signal(*signal)),
+                Decision::Cleared(component) => _ = accusations.remove(component),
+                Decision::Recovered(signal, ..) => _ = accusations.remove(&Component::Signal(*signal)),
                 Decision::Unproven(..) | Decision::Contradicted(_) => {}
             }
             outputs.push_back(Output::Event(event));
@@ -412,7 +412,7 @@ impl Engine {
     /// `proven` leaves out those, too, that have only just come back.
     fn lost(&self, proven: bool, trusts: impl Fn(SignalId) -> bool) -> Lost {
         let present = |signal: SignalId| {
-            self.monitor.watch().absence(signal).is_none()
+            self.monitor.timeouts().absence(signal).is_none()
                 && !(proven && self.returning.iter().any(|(returning, _)| *returning == signal))
         };
         let usable = |signal: SignalId| {
@@ -449,11 +449,11 @@ impl Engine {
             relations: self.judge.refuted_relations(),
             ..self.lost(false, |signal| self.judge.may_be_right(signal))
         };
-        let Engine { knowledge, graph, standby, monitor, judge, providers, outputs, .. } = self;
+        let Engine { knowledge, graph, ready_sources, monitor, judge, providers, outputs, .. } = self;
         (
             providers,
             outputs,
-            Situation { knowledge, graph, standby, monitor, judge, lost, doubted, now, order },
+            Situation { knowledge, graph, ready_sources, monitor, judge, lost, doubted, now, order },
         )
     }
 

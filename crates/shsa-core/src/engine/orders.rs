@@ -1,9 +1,9 @@
-//! Operators' orders: what nothing may rest on, what must serve a need, who is vouched for.
+//! Operators' orders are carried out: what nothing may rest on, what must serve a need, who is cleared.
 
 use super::message::Output;
-use super::order::{Order, Refusal, Subject, already, find_need};
+use super::operator::{Order, Refusal, Subject, already, find_need};
 use super::ways::{Lost, ways};
-use super::{Engine, explain};
+use super::{Engine, reason};
 use crate::diagnosis::{Component, rests_on};
 use crate::knowledge::NeedId;
 use crate::plan::Requirements;
@@ -134,7 +134,7 @@ impl Engine {
         let found = ways(knowledge, graph, need_described.variable, &unnamed, &Requirements::default());
         let mut found = found.into_iter();
         let Some(source) = found.find(|source| source.way.describe(knowledge) == text) else {
-            let all = self.standby.sources(knowledge, graph, need, &Lost::default());
+            let all = self.ready_sources.sources(knowledge, graph, need, &Lost::default());
             let all: Vec<String> = all.iter().map(|source| source.way.describe(knowledge)).collect();
             let what = format!("source of {} that could run now:", need_described.signal);
             return Err(Refusal::unknown(&what, text, all.iter().map(String::as_str)));
@@ -151,9 +151,9 @@ impl Engine {
     fn clear(&mut self, subject: &Subject, now: Time) -> Result<(), Refusal> {
         let component = subject.find(&self.knowledge)?;
         let Component::Cause(cause) = component else {
-            return match self.vouch(component) {
+            return match self.clear_by_operator(component) {
                 true => {
-                    let event = explain::vouched(&self.knowledge, component, None, now);
+                    let event = reason::cleared_by_operator(&self.knowledge, component, None, now);
                     self.outputs.push_back(Output::Event(event));
                     Ok(())
                 }
@@ -163,9 +163,9 @@ impl Engine {
         let sharing = self.knowledge.causes()[cause].signals.clone();
         let mut is_any = false;
         for signal in sharing.into_iter().map(Component::Signal) {
-            if self.vouch(signal) {
+            if self.clear_by_operator(signal) {
                 is_any = true;
-                let event = explain::vouched(&self.knowledge, signal, Some(cause), now);
+                let event = reason::cleared_by_operator(&self.knowledge, signal, Some(cause), now);
                 self.outputs.push_back(Output::Event(event));
             }
         }
@@ -175,8 +175,8 @@ impl Engine {
         }
     }
 
-    /// Drops what speaks against a component; whether anything did. Nobody can vouch for what gives no value.
-    fn vouch(&mut self, component: Component) -> bool {
+    /// Drops what speaks against a component; whether anything did. An operator cannot clear what gives no value.
+    fn clear_by_operator(&mut self, component: Component) -> bool {
         let signal = match component {
             Component::Signal(signal) => Some(signal),
             Component::Relation(_) | Component::Cause(_) => None,
@@ -186,11 +186,11 @@ impl Engine {
         }
         let count = self.returning.len();
         self.returning.retain(|(returning, _)| Some(*returning) != signal);
-        if !self.judge.vouch(component) && self.returning.len() == count {
+        if !self.judge.clear_by_operator(component) && self.returning.len() == count {
             return false;
         }
-        self.charges.remove(&component);
-        let pairs = self.monitor.pairs().iter().enumerate();
+        self.accusations.remove(&component);
+        let pairs = self.monitor.residuals().iter().enumerate();
         let about = pairs.filter(|(_, pair)| rests_on(&self.monitor, pair, component));
         let about: Vec<usize> = about.map(|(place, _)| place).collect();
         self.monitor.forget_pairs(&about);
@@ -230,7 +230,7 @@ impl Engine {
 
     /// Tells of what cannot be done.
     pub(super) fn refuse(&mut self, about: Option<Component>, because: String, now: Time) {
-        let event = explain::refused(&self.knowledge, about, because, now);
+        let event = reason::refused(&self.knowledge, about, because, now);
         self.outputs.push_back(Output::Event(event));
     }
 }

@@ -14,13 +14,13 @@ mod episode;
 mod refusal;
 mod unsure;
 
-pub use delegate::Commission;
+pub use delegate::Delegation;
 pub(super) use inherit::Succession;
 pub(super) use resume::Resumption;
 
-use super::explain;
 use super::message::{Event, EventKind, Output, Publication, PublishedValue, Quality};
-use super::standby::Standby;
+use super::ready_sources::ReadySources;
+use super::reason;
 use super::ways::{Lost, Source};
 use crate::alignment::{Port, Sample};
 use crate::circle;
@@ -96,7 +96,7 @@ enum Better {
 pub(super) struct Situation<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     pub(super) graph: &'a Graph,
-    pub(super) standby: &'a Standby,
+    pub(super) ready_sources: &'a ReadySources,
     pub(super) monitor: &'a Monitor,
     pub(super) judge: &'a Judge,
     /// What may not be used: the first of these losses that lets a need be served counts. What only the last one lets serve
@@ -193,7 +193,7 @@ impl Provider {
     pub(super) fn new(
         knowledge: &KnowledgeBase,
         graph: &Graph,
-        standby: &Standby,
+        ready_sources: &ReadySources,
         monitor: &Monitor,
         id: NeedId,
         prefers_proven: bool,
@@ -207,7 +207,7 @@ impl Provider {
             max_width: need.max_width.unwrap_or(f64::INFINITY),
             when_unsure: need.when_unsure,
             is_vector: knowledge.variables()[need.variable].shape == Shape::Vector,
-            sources: standby.sources(knowledge, graph, id, &Lost::default()),
+            sources: ready_sources.sources(knowledge, graph, id, &Lost::default()),
             ranked: Vec::new(),
             prefers_proven,
             preferred: None,
@@ -239,7 +239,7 @@ impl Provider {
             longest_gap: Span::ZERO,
             widest: 0.0,
         };
-        provider.note_refused(knowledge, graph, standby, &Lost::default());
+        provider.note_refused(knowledge, graph, ready_sources, &Lost::default());
         provider.rank(knowledge, monitor, None);
         provider.start_best(knowledge, monitor.ports());
         provider.preferred = provider.active.as_ref().map(|service| service.way().clone());
@@ -284,9 +284,9 @@ impl Provider {
 
     /// Looks again for what may serve the need.
     fn find_sources(&mut self, situation: &Situation<'_>) {
-        let Situation { knowledge, graph, standby, monitor, now, .. } = situation;
+        let Situation { knowledge, graph, ready_sources, monitor, now, .. } = situation;
         let [proven, returning, unproven] = &situation.lost;
-        let find = |lost| standby.sources(knowledge, graph, self.need, lost);
+        let find = |lost| ready_sources.sources(knowledge, graph, self.need, lost);
         let mut tried = [proven, returning, unproven].into_iter().map(|lost| (lost, find(lost)));
         let found = tried.find(|(_, sources)| !sources.is_empty());
         let (lost, sources) = found.unwrap_or_else(|| (returning, Arc::default()));
@@ -296,7 +296,7 @@ impl Provider {
         self.is_alone = false;
         let active = self.active.as_ref().map(Service::way);
         if self.forced.is_none() && !self.sources.iter().any(|source| Some(&source.way) == active) {
-            self.note_refused(knowledge, graph, standby, lost);
+            self.note_refused(knowledge, graph, ready_sources, lost);
         }
         self.rank(knowledge, monitor, Some(*now));
     }
@@ -653,8 +653,8 @@ impl Provider {
         if age <= self.max_age || self.unserved {
             return None;
         }
-        let limits = format!("limits: age {}, width {}", explain::span(self.max_age), self.max_width);
-        let age = explain::span(age);
+        let limits = format!("limits: age {}, width {}", reason::span(self.max_age), self.max_width);
+        let age = reason::span(age);
         let because = match &self.forced {
             Some(way) => format!(
                 "no value for {age} from {}, which alone may serve it by order of the operator: what it gives is too \

@@ -7,8 +7,8 @@
 
 use super::message::Output;
 use super::provider::Succession;
-use super::snapshot::Charge;
-use super::{Engine, explain};
+use super::snapshot::Accusation;
+use super::{Engine, reason};
 use crate::diagnosis::Component;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, NeedId, SignalId};
 use crate::time::Time;
@@ -31,9 +31,9 @@ impl Engine {
         let now = self.now.unwrap_or(at);
         let lineage = Lineage::new(&self.knowledge, &knowledge);
         let knowledge = knowledge.succeeding(self.knowledge.version());
-        let standby = core::mem::take(&mut self.standby);
+        let ready_sources = core::mem::take(&mut self.ready_sources);
         let new = Engine::with_standby(knowledge, self.options, |knowledge, graph| {
-            standby.carried_over(&self.graph, &lineage, knowledge, graph)
+            ready_sources.carried_over(&self.graph, &lineage, knowledge, graph)
         });
         let old = core::mem::replace(self, new);
         self.inherit(old, &lineage, now);
@@ -50,10 +50,10 @@ impl Engine {
         let inheritance = self.monitor.inherit(old.monitor, lineage, now);
         let dropped = self.judge.inherit(&old.judge, &self.monitor, lineage, &inheritance);
         for (component, is_described_anew) in dropped {
-            let event = explain::judged_anew(&self.knowledge, component, is_described_anew, now);
+            let event = reason::judged_anew(&self.knowledge, component, is_described_anew, now);
             self.outputs.push_back(Output::Event(event));
         }
-        self.inherit_charges(old.charges, lineage);
+        self.inherit_charges(old.accusations, lineage);
         self.keep_orders(&orders, now);
         let (providers, outputs, situation) = self.situation(now, None);
         let change = Succession { old: &old.knowledge, lineage, inheritance: &inheritance, situation };
@@ -70,13 +70,13 @@ impl Engine {
         }
     }
     /// Accusations stand as long as their verdicts do.
-    fn inherit_charges(&mut self, old: BTreeMap<Component, Charge>, lineage: &Lineage) {
+    fn inherit_charges(&mut self, old: BTreeMap<Component, Accusation>, lineage: &Lineage) {
         let same = |component: Component| match component {
             Component::Signal(signal) => lineage.signal(signal).map(Component::Signal),
             Component::Relation(relation) => lineage.relation(relation).map(Component::Relation),
             Component::Cause(_) => None,
         };
-        let charges = old.into_iter().filter_map(|(it, charge)| Some((same(it)?, charge)));
-        self.charges = charges.filter(|(component, _)| self.judge.accuses(*component)).collect();
+        let accusations = old.into_iter().filter_map(|(it, accusation)| Some((same(it)?, accusation)));
+        self.accusations = accusations.filter(|(component, _)| self.judge.accuses(*component)).collect();
     }
 }

@@ -5,14 +5,14 @@
 
 use super::Engine;
 use super::message::Output;
-use super::order::{Subject, find_need};
+use super::operator::{Subject, find_need};
 use super::provider::Resumption;
 use super::snapshot::{Missing, Published, Remembered, Served, Snapshot, Trending};
 use crate::alignment::Sample;
 use crate::diagnosis::{Component, Record};
 use crate::interval::Interval;
 use crate::knowledge::{NeedId, SignalId};
-use crate::monitor::{Absence, Pair, TrendRecord, WatchedWay, WayIndex};
+use crate::monitor::{Absence, Residual, TrendRecord, WatchedWay, WayIndex};
 use crate::time::Time;
 use alloc::collections::BTreeMap;
 use alloc::format;
@@ -27,9 +27,9 @@ impl Engine {
         let verdicts =
             self.judge.records().filter(|(_, record)| is_worth(record)).map(|(component, mut record)| {
                 // What the readings before the jump allow is forgotten.
-                record.contradicted |= record.convicted && !self.is_home(component);
-                let charge = self.charges.get(&component).cloned();
-                Remembered { subject: subject(component), record, charge }
+                record.contradicted |= record.failed_by_detector && !self.is_home(component);
+                let accusation = self.accusations.get(&component).cloned();
+                Remembered { subject: subject(component), record, accusation }
             });
         let missing = self.knowledge.signals().enumerate().filter_map(|(id, signal)| {
             let absence = self.absence(id);
@@ -40,7 +40,7 @@ impl Engine {
             time: self.now.unwrap_or_default(),
             verdicts: verdicts.collect(),
             absences: missing.collect(),
-            trends: self.monitor.pairs().iter().filter_map(|pair| self.trending(pair)).collect(),
+            trends: self.monitor.residuals().iter().filter_map(|pair| self.trending(pair)).collect(),
             orders: self.standing_orders(),
             needs: self.providers.ids().map(|need| self.served(need)).collect(),
         }
@@ -50,7 +50,7 @@ impl Engine {
         !matches!(component, Component::Signal(signal) if !self.monitor.ports()[signal].is_home())
     }
 
-    fn trending(&self, pair: &Pair) -> Option<Trending> {
+    fn trending(&self, pair: &Residual) -> Option<Trending> {
         let record = pair.trend.to_record()?;
         let (way, other) = (self.monitor.way(pair.way)?, self.monitor.way(pair.other)?);
         let words = |way: &WatchedWay| way.computation.way().describe(&self.knowledge);
@@ -110,14 +110,14 @@ impl Engine {
     }
 
     fn recall(&mut self, remembered: &Remembered, now: Time) {
-        let Remembered { subject, record, charge } = remembered;
+        let Remembered { subject, record, accusation } = remembered;
         match subject.find(&self.knowledge) {
             Ok(component @ (Component::Signal(_) | Component::Relation(_))) => {
                 let cleared = record.cleared.map(|at| at.min(now));
                 self.judge.recall(component, Record { cleared, ..*record });
                 if record.verdict.is_some() {
                     self.unheard.extend(signal_of(component));
-                    self.charges.extend(charge.clone().map(|charge| (component, charge)));
+                    self.accusations.extend(accusation.clone().map(|accusation| (component, accusation)));
                 }
             }
             Ok(Component::Cause(_)) => {}

@@ -1,6 +1,6 @@
 //! What must outlast the process: names, so that a changed knowledge base can go on with what is still the same.
 
-use super::order::{Order, Subject};
+use super::operator::{Order, Subject};
 use crate::diagnosis::Record;
 use crate::interval::Interval;
 use crate::monitor::{Absence, Symptom, TrendRecord};
@@ -35,12 +35,12 @@ pub struct Remembered {
     /// The verdict with what decides how it ends.
     pub record: Record,
     /// The accusation as it was told, while it stands.
-    pub charge: Option<Charge>,
+    pub accusation: Option<Accusation>,
 }
 
 /// An accusation that stands.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Charge {
+pub struct Accusation {
     /// When it was told.
     pub since: Time,
     /// How the signal misbehaves, as far as it shows.

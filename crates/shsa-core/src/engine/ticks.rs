@@ -1,6 +1,6 @@
 //! Which ticks an engine is given between two inputs: the one rule that recorded and live runs share.
 
-use super::Engine;
+use super::{Engine, Input};
 use crate::time::{Span, Time};
 
 /// The ticks that fall due until a moment, in their order.
@@ -13,16 +13,11 @@ use crate::time::{Span, Time};
 /// use shsa_core::knowledge::KnowledgeBase;
 /// use shsa_core::time::Time;
 ///
-/// fn give(engine: &mut Engine, input: Input) {
-///     let mut ticks = Ticks::before(input.time());
-///     while let Some(due) = ticks.next(engine) {
-///         engine.handle(Input::Tick(due));
-///     }
+/// let mut engine = Engine::new(KnowledgeBase::default(), Options::default());
+/// for input in [1.0, 2.0].map(|seconds| Input::Tick(Time::from_seconds(seconds))) {
+///     engine.pass(Ticks::before(input.time()));
 ///     engine.handle(input);
 /// }
-///
-/// let mut engine = Engine::new(KnowledgeBase::default(), Options::default());
-/// give(&mut engine, Input::Tick(Time::from_seconds(1.0)));
 /// assert_eq!(engine.poll(), None);
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -45,11 +40,21 @@ impl Ticks {
         Ticks { end: now + Span(1), last: None }
     }
 
-    /// The next one, if any; never the same moment twice, so that asking ends.
+    /// The next one, if any; never the same moment twice, so that asking ends. For drivers that do more with each than
+    /// [`Engine::pass`] does, such as writing it to a journal.
     #[must_use]
     pub fn next(&mut self, engine: &Engine) -> Option<Time> {
         let due = engine.next_deadline().filter(|due| *due < self.end && self.last != Some(*due))?;
         self.last = Some(due);
         Some(due)
+    }
+}
+
+impl Engine {
+    /// Lets time pass: gives itself all these ticks.
+    pub fn pass(&mut self, mut ticks: Ticks) {
+        while let Some(due) = ticks.next(self) {
+            self.handle(Input::Tick(due));
+        }
     }
 }

@@ -75,8 +75,13 @@ pub(super) const FUNCTIONS: [(&str, Builtin, usize, usize, &str); 32] = [
 
 const MANY: usize = 1_000;
 
+/// The functions of the language: each with its name and how it is written.
+pub fn functions() -> impl Iterator<Item = (&'static str, &'static str)> {
+    FUNCTIONS.into_iter().map(|(name, .., usage)| (name, usage))
+}
+
 /// Words with a meaning besides the functions.
-pub(super) const WORDS: [&str; 7] = ["pi", "dt", "true", "false", "and", "or", "not"];
+pub const WORDS: [&str; 7] = ["pi", "dt", "true", "false", "and", "or", "not"];
 
 /// Whether a variable, constant or function of a model cannot have this name, because it has a meaning in formulas.
 #[must_use]

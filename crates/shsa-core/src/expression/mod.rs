@@ -52,7 +52,7 @@ mod evaluate;
 
 use alloc::vec::Vec;
 
-pub use builtin::is_reserved;
+pub use builtin::{WORDS, functions, is_reserved};
 pub use check::{Checked, CheckedEquation, check, check_equation, check_function};
 pub use evaluate::{Outcome, State, Value};
 pub use formula::{Formula, MAX_LEVELS, MAX_NODES, Shape};

@@ -106,25 +106,29 @@ const PRODUCT: u8 = 5;
 const SIGN: u8 = 6;
 const POWER: u8 = 7;
 
-/// The operator's binding power, when the token is one.
+/// The operator with its binding power, when the token is one.
 fn infix(token: &Token) -> Option<(Infix, u8)> {
-    let found = match token {
-        Token::Name(name) if name == "or" => (Infix::Or, OR),
-        Token::Name(name) if name == "and" => (Infix::And, AND),
-        Token::Symbol("<") => (Infix::Less, COMPARISON),
-        Token::Symbol("<=") => (Infix::AtMost, COMPARISON),
-        Token::Symbol(">") => (Infix::Greater, COMPARISON),
-        Token::Symbol(">=") => (Infix::AtLeast, COMPARISON),
-        Token::Symbol("==") => (Infix::Equal, COMPARISON),
-        Token::Symbol("!=") => (Infix::Unequal, COMPARISON),
-        Token::Symbol("+") => (Infix::Add, SUM),
-        Token::Symbol("-") => (Infix::Subtract, SUM),
-        Token::Symbol("*" | "·") => (Infix::Multiply, PRODUCT),
-        Token::Symbol("/") => (Infix::Divide, PRODUCT),
-        Token::Symbol("^") => (Infix::Power, POWER),
-        _ => return None,
+    let written = match token {
+        Token::Symbol("·") => "*",
+        Token::Symbol(symbol) => symbol,
+        Token::Name(name) => name.as_str(),
+        Token::Number(..) | Token::End => return None,
     };
-    Some(found)
+    let found = Infix::ALL.into_iter().find(|infix| infix.symbol() == written)?;
+    Some((found, power(found)))
+}
+
+const fn power(infix: Infix) -> u8 {
+    match infix {
+        Infix::Or => OR,
+        Infix::And => AND,
+        Infix::Less | Infix::AtMost | Infix::Greater | Infix::AtLeast | Infix::Equal | Infix::Unequal => {
+            COMPARISON
+        }
+        Infix::Add | Infix::Subtract => SUM,
+        Infix::Multiply | Infix::Divide => PRODUCT,
+        Infix::Power => POWER,
+    }
 }
 
 struct Parser<'a> {
@@ -251,7 +255,7 @@ impl<'a> Parser<'a> {
 
     fn prefixed(&mut self, depth: usize) -> Result<Expr, Problem> {
         let start = self.span.start;
-        if matches!(&self.token, Token::Name(name) if name == "not") {
+        if matches!(&self.token, Token::Name(name) if name == Prefix::Not.symbol()) {
             self.advance()?;
             let of = self.expression(COMPARISON, depth + 1)?;
             return self.node(Node::Prefix(Prefix::Not, Box::new(of)), start);

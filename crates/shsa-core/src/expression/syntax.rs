@@ -96,6 +96,37 @@ impl Infix {
             Infix::Or => "or",
         }
     }
+
+    /// All that formulas are read with.
+    pub const ALL: [Infix; 13] = [
+        Infix::Or,
+        Infix::And,
+        Infix::Less,
+        Infix::AtMost,
+        Infix::Greater,
+        Infix::AtLeast,
+        Infix::Equal,
+        Infix::Unequal,
+        Infix::Add,
+        Infix::Subtract,
+        Infix::Multiply,
+        Infix::Divide,
+        Infix::Power,
+    ];
+}
+
+impl Prefix {
+    /// How it is written.
+    #[must_use]
+    pub const fn symbol(self) -> &'static str {
+        match self {
+            Prefix::Minus => "-",
+            Prefix::Not => "not",
+        }
+    }
+
+    /// All that formulas are read with.
+    pub const ALL: [Prefix; 2] = [Prefix::Minus, Prefix::Not];
 }
 
 /// Two formulas that are equal: `lhs = rhs`.

@@ -28,6 +28,14 @@ pub use truth::Truth;
 ///
 /// The bounds are never not-a-number: what has no value is the empty interval. An infinite bound means
 /// "unbounded": infinities themselves are no members.
+///
+/// ```
+/// use shsa_core::interval::Interval;
+///
+/// let (wheel, gnss) = (Interval::new(13.9, 14.3), Interval::new(14.2, 14.8));
+/// assert!(wheel.overlaps(gnss) && !wheel.overlaps(gnss + Interval::new(3.0, 3.0)));
+/// assert_eq!(wheel.hull(gnss), Interval::new(13.9, 14.8));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     lo: f64,

@@ -27,7 +27,7 @@ pub use id_set::{IdSet, RelationSet, SignalSet};
 pub use ids::{CauseId, Id, IdVec, NeedId, RelationId, SignalId, VariableId};
 pub use lineage::Lineage;
 pub use parts::{Contradiction, join, part};
-pub use properties::{NEGLIGIBLE, Properties};
+pub use properties::{ACCURACY, COST, INTEGRITY, NEGLIGIBLE, PRIOR, PROPERTIES, Properties};
 pub use utility::{Aggregate, Element, Fact, Figure, Inputs, OwnUtility, Rating, Utility, UtilityProblem};
 
 use crate::circle;
@@ -49,6 +49,11 @@ pub enum Shape {
     Scalar,
     /// A list of numbers whose length the observations decide.
     Vector,
+}
+
+impl Shape {
+    /// All, with their names in models.
+    pub const NAMES: [(&'static str, Shape); 2] = [("scalar", Shape::Scalar), ("vector", Shape::Vector)];
 }
 
 /// A physical quantity.
@@ -294,6 +299,9 @@ impl WhenUnsure {
         }
     }
 }
+
+/// Where substitutes of a need are computed, as models name it, and whether that is in processes of their own.
+pub const ISOLATIONS: [(&str, bool); 2] = [("engine", false), ("process", true)];
 
 /// Integrity levels with their numbers in the property `integrity`, the highest last.
 pub const INTEGRITY_LEVELS: [(&str, f64); 4] = [("A", 1.0), ("B", 2.0), ("C", 3.0), ("D", 4.0)];

@@ -5,6 +5,18 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::ops::Index;
 
+/// The property that tells how exact a variable or signal is: a share.
+pub const ACCURACY: &str = "accuracy";
+/// The property that tells what a relation costs; 1 where it is not given.
+pub const COST: &str = "cost";
+/// The property that tells the integrity level of a signal or relation.
+pub const INTEGRITY: &str = "integrity";
+/// The property that tells how probable a fault of a signal or relation is.
+pub const PRIOR: &str = "prior";
+
+/// The properties that mean something without a utility of the model's own.
+pub const PROPERTIES: [&str; 4] = [ACCURACY, COST, INTEGRITY, PRIOR];
+
 /// A lower probability of a fault counts as none.
 pub const NEGLIGIBLE: f64 = 1e-6;
 
@@ -36,7 +48,7 @@ impl Properties {
     /// The declared probability of a fault; `None` where none is declared.
     #[must_use]
     pub fn prior(&self) -> Option<f64> {
-        self.get("prior").copied()
+        self.get(PRIOR).copied()
     }
 
     /// Sets the number of a name; gives the one that it had.

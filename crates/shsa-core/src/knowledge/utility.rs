@@ -5,7 +5,7 @@
 //! lies in the aggregate's range, which [`Utility::check`] proves with intervals: only then are the searches right.
 
 use super::ids::{RelationId, SignalId, VariableId};
-use super::{KnowledgeBase, Properties, Signal};
+use super::{ACCURACY, COST, KnowledgeBase, Properties, Signal};
 use crate::expression::{Number, Program, Value};
 use crate::interval::Interval;
 use crate::time::{Time, Validity};
@@ -165,10 +165,10 @@ impl Figure {
 
 impl Fact {
     /// Facts of relations by their names in formulas.
-    pub(super) const OF_RELATIONS: [(&'static str, Fact); 3] =
+    pub const OF_RELATIONS: [(&'static str, Fact); 3] =
         [("inputs", Fact::Inputs), ("unprovided", Fact::Unprovided), ("input_accuracy", Fact::InputAccuracy)];
     /// Facts of signals by their names in formulas.
-    pub(super) const OF_SIGNALS: [(&'static str, Fact); 2] = [("rate", Fact::Rate), ("delay", Fact::Delay)];
+    pub const OF_SIGNALS: [(&'static str, Fact); 2] = [("rate", Fact::Rate), ("delay", Fact::Delay)];
 }
 
 /// What a utility may know about a relation that is used for one output, beside its properties.
@@ -259,7 +259,7 @@ impl Utility {
     #[must_use]
     pub fn properties_of(&self, properties: &Properties) -> Vec<f64> {
         match self {
-            Utility::Norm => Vec::from([property(properties, "cost", Some(1.0))]),
+            Utility::Norm => Vec::from([property(properties, COST, Some(1.0))]),
             Utility::Own(own) => {
                 let read = own.relation.iter().flat_map(Rating::properties);
                 read.map(|(name, otherwise)| property(properties, name, otherwise)).collect()
@@ -285,7 +285,7 @@ impl Utility {
     pub(crate) fn sort_signals(&self, knowledge: &KnowledgeBase, signals: &mut [SignalId]) {
         let accuracy = |signal: &SignalId| {
             let properties = &knowledge.signals()[*signal].properties;
-            properties.get("accuracy").copied().unwrap_or(f64::NEG_INFINITY)
+            properties.get(ACCURACY).copied().unwrap_or(f64::NEG_INFINITY)
         };
         signals.sort_by(|a, b| accuracy(b).total_cmp(&accuracy(a)));
         if !self.rates_signals() {
@@ -403,7 +403,7 @@ impl Utility {
         };
         let own = match self {
             Utility::Norm => {
-                let cost = property(&relation.properties, "cost", Some(1.0));
+                let cost = property(&relation.properties, COST, Some(1.0));
                 let message = || format!("the cost {cost} of relation `{}` is below 1", relation.name);
                 return if cost >= 1.0 { None } else { wrong(message(), "a cost is at least 1") };
             }
@@ -491,8 +491,8 @@ fn described(value: Interval) -> String {
 
 /// What the accuracy of an input may count, whichever of its signals are available.
 fn accuracies(knowledge: &KnowledgeBase, variable: VariableId) -> Interval {
-    let of_signal = |&signal: &SignalId| knowledge.signals()[signal].properties.get("accuracy").copied();
-    match knowledge.variables()[variable].properties.get("accuracy") {
+    let of_signal = |&signal: &SignalId| knowledge.signals()[signal].properties.get(ACCURACY).copied();
+    match knowledge.variables()[variable].properties.get(ACCURACY) {
         Some(&own) => Interval::point(own),
         None => {
             let signals = knowledge.carriers(variable).iter().filter_map(of_signal);
@@ -508,7 +508,7 @@ fn inaccurate(knowledge: &KnowledgeBase, element: Element) -> Option<UtilityProb
         Element::Signal(id) => (&knowledge.signals()[id].name, &knowledge.signals()[id].properties),
         Element::Relation(_) => return None,
     };
-    let accuracy = properties.get("accuracy").copied()?;
+    let accuracy = properties.get(ACCURACY).copied()?;
     (!(0.0..=1.0).contains(&accuracy)).then(|| {
         let message = format!("the accuracy {accuracy} of `{name}` is outside 0 to 1");
         UtilityProblem { element, message, help: String::from("an accuracy is a share") }

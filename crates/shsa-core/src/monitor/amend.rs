@@ -42,6 +42,6 @@ impl Monitor {
 
     /// A signal was absent before the start: it counts as that until it speaks, and its absence is no news.
     pub fn expect_absent(&mut self, signal: SignalId, absence: Absence) {
-        self.watch.expect_absent(signal, absence);
+        self.timeouts.expect_absent(signal, absence);
     }
 }

@@ -1,9 +1,9 @@
 //! Sets the monitor up: which ways are compared with which, and how often.
 
+use super::consensus::Consensus;
 use super::index::Index;
-use super::panel::Panel;
 use super::{
-    Detectors, Monitor, Noise, Options, Pair, Stillness, Trend, Watch, WatchedWay, WayIndex, Window,
+    Detectors, Frozen, Monitor, Noise, Options, Residual, Timeouts, Trend, WatchedWay, WayIndex, Window,
 };
 use crate::alignment::{Clocks, History, Port, Reach};
 use crate::computation::Computation;
@@ -55,11 +55,11 @@ impl Monitor {
             ports,
             clocks: Clocks::new(knowledge),
             detectors: Detectors::new(knowledge, options.debounce),
-            watch: Watch::new(knowledge),
-            stillness: IdVec::filled(knowledge.signals().len(), |_| Stillness::default()),
+            timeouts: Timeouts::new(knowledge),
+            frozen: IdVec::filled(knowledge.signals().len(), |_| Frozen::default()),
             ways,
             pairs: Vec::new(),
-            panel: Panel::new(&[], &[], options.memory),
+            consensus: Consensus::new(&[], &[], options.memory),
             index: Index::new((0, 0), &[], &[]),
             completes,
             joins,
@@ -70,7 +70,7 @@ impl Monitor {
             fresh: Vec::with_capacity(4 * count),
         };
         monitor.add_pairs(knowledge, options);
-        monitor.panel = Panel::new(&monitor.ways, &monitor.pairs, options.memory);
+        monitor.consensus = Consensus::new(&monitor.ways, &monitor.pairs, options.memory);
         let counts = (knowledge.signals().len(), knowledge.variables().len());
         monitor.index = Index::new(counts, &monitor.ways, &monitor.pairs);
         monitor
@@ -298,7 +298,7 @@ fn pair(
     slow: (usize, &WatchedWay),
     fast: (usize, &WatchedWay),
     options: Options,
-) -> Pair {
+) -> Residual {
     let timing = slow.1.computation.timing();
     let other = fast.1.computation.timing();
     let mut signals = slow.1.rests_on.clone();
@@ -306,7 +306,7 @@ fn pair(
     // What the faster one is waited for.
     let wait = if fast.1.reach.max_rate > 0.0 { Span::ZERO } else { other.period.unwrap_or(Span::ZERO) };
     let lag = timing.tells_all_after().max(other.tells_all_after()) + wait;
-    Pair {
+    Residual {
         way: way_index(slow.0),
         other: way_index(fast.0),
         signals,

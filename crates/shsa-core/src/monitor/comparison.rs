@@ -3,10 +3,10 @@
 //! Where the faster way does not tell yet what was at that moment, the comparison waits for it. So two ways are compared at
 //! moments about which both say something, and what nothing bounds is not extrapolated.
 
+use super::consensus::Consensus;
 use super::index::Index;
-use super::panel::Panel;
 use super::trend::Measured;
-use super::{Fresh, Pair, WatchedWay, WayIndex};
+use super::{Fresh, Residual, WatchedWay, WayIndex};
 use crate::alignment::{Known, Sample};
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
@@ -14,8 +14,8 @@ use alloc::vec::Vec;
 /// The comparisons of one moment of reception.
 pub(super) struct Round<'m> {
     pub(super) ways: &'m [WatchedWay],
-    pub(super) pairs: &'m mut [Pair],
-    pub(super) panel: &'m mut Panel,
+    pub(super) pairs: &'m mut [Residual],
+    pub(super) consensus: &'m mut Consensus,
     pub(super) index: &'m mut Index,
     /// For each way, the pairs that wait for an output of it.
     pub(super) awaited: &'m mut [Vec<u32>],
@@ -56,7 +56,7 @@ impl Round<'_> {
                     Known::Never => continue,
                 },
             };
-            self.panel.hear(number as usize, &known);
+            self.consensus.hear(number as usize, &known);
             if !is_of_moment {
                 // Means are dear, and may be heard again when all others have spoken.
                 pair.known = Some((validity, known));
@@ -69,9 +69,9 @@ impl Round<'_> {
             }
         }
         if waits {
-            self.panel.postpone(way, self.now);
+            self.consensus.postpone(way, self.now);
         } else {
-            self.panel.settle(way, measured, self.now);
+            self.consensus.settle(way, measured, self.now);
         }
     }
 
@@ -147,16 +147,16 @@ impl Round<'_> {
                 Some(other.measure(value, sample.value))
             };
             if let Some(known) = remembered.map(|(_, known)| known).or_else(again) {
-                self.panel.hear(number as usize, &known);
+                self.consensus.hear(number as usize, &known);
             }
         }
-        self.panel.rate_heard(way, measured, self.now);
+        self.consensus.rate_heard(way, measured, self.now);
     }
 }
 
 /// What is known beside an output, around its best guess where statistics go by that.
 #[inline]
-fn guessed(pair: &Pair, other: &WatchedWay, known: Measured, moment: Validity) -> Measured {
+fn guessed(pair: &Residual, other: &WatchedWay, known: Measured, moment: Validity) -> Measured {
     if pair.trend.goes_by_noise() { known.with_guess(other.guess(moment)) } else { known }
 }
 

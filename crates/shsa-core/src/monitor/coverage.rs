@@ -1,6 +1,6 @@
 //! How often two ways were compared, of how often their signals came.
 
-use super::{Monitor, Pair, WayIndex};
+use super::{Monitor, Residual, WayIndex};
 use crate::knowledge::KnowledgeBase;
 use crate::substitution::Way;
 
@@ -48,7 +48,7 @@ impl Monitor {
         self.pairs.iter().map(|pair| self.coverage_of(knowledge, pair))
     }
 
-    fn coverage_of(&self, knowledge: &KnowledgeBase, pair: &Pair) -> Coverage {
+    fn coverage_of(&self, knowledge: &KnowledgeBase, pair: &Residual) -> Coverage {
         let ways = || [pair.way, pair.other].into_iter().filter_map(|way| self.way(way));
         let is_conditional = |way: &Way| {
             let mut steps = way.substitution.steps.iter();
@@ -64,7 +64,7 @@ impl Monitor {
     }
 
     /// How many values came of the signal of both ways that came least often.
-    pub(super) fn chances(&self, pair: &Pair) -> u64 {
+    pub(super) fn chances(&self, pair: &Residual) -> u64 {
         let ways = [pair.way, pair.other].into_iter().filter_map(|way| self.way(way));
         let inputs = ways.flat_map(|way| way.computation.way().inputs());
         inputs.map(|signal| self.ports[signal].counts().accepted).min().unwrap_or(0)

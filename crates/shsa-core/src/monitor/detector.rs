@@ -4,7 +4,7 @@
 //! A single bad reading makes no fault (single ones that come again and again do, where they jump), and for as long as a signal may be silent it may say nothing possible, too. One moment of reception counts once, bad when any of its readings is, so that the
 //! order within a moment does not matter. A fault is over when a whole window shows no symptom any more.
 
-use super::pair::Debounce;
+use super::residual::Debounce;
 use super::symptom::Symptom;
 use crate::alignment::{Acceptance, Defect, Jump, Misdated, Port, Reception};
 use crate::interval::Interval;

@@ -1,6 +1,6 @@
 //! Where to look among ways and pairs: what speaks about a signal or a variable, and what may speak against one.
 
-use super::{Pair, WatchedWay, WayIndex};
+use super::{Residual, WatchedWay, WayIndex};
 use crate::knowledge::{IdVec, SignalId, VariableId};
 use alloc::vec::Vec;
 
@@ -17,7 +17,11 @@ pub(super) struct Index {
 
 impl Index {
     /// For so many signals and variables, with room for every pair, so that nothing is allocated later. O(signals + variables + what pairs rest on).
-    pub(super) fn new((signals, variables): (usize, usize), ways: &[WatchedWay], pairs: &[Pair]) -> Index {
+    pub(super) fn new(
+        (signals, variables): (usize, usize),
+        ways: &[WatchedWay],
+        pairs: &[Residual],
+    ) -> Index {
         let mut of_signal = IdVec::filled(signals, |_: SignalId| Vec::new());
         for (at, pair) in pairs.iter().enumerate() {
             pair.signals.iter().for_each(|signal| of_signal[signal].push(number(at)));
@@ -32,7 +36,7 @@ impl Index {
     }
 
     /// Looks at all pairs again.
-    pub(super) fn renew(&mut self, pairs: &[Pair]) {
+    pub(super) fn renew(&mut self, pairs: &[Residual]) {
         self.restless.clear();
         let restless = pairs.iter().enumerate().filter(|(_, pair)| pair.is_restless());
         self.restless.extend(restless.map(|(at, _)| number(at)));

@@ -1,7 +1,7 @@
 //! A monitor goes on from the one before a change of the knowledge base: what is the same keeps what it knows.
 
 use super::comparison::insert;
-use super::{Monitor, Pair, WatchedWay, WayIndex};
+use super::{Monitor, Residual, WatchedWay, WayIndex};
 use crate::knowledge::{Id, Lineage, SignalSet};
 use crate::time::Time;
 use alloc::collections::BTreeMap;
@@ -32,18 +32,18 @@ impl Monitor {
     ///
     /// Call it between two moments: nothing may wait to be compared.
     pub fn inherit(&mut self, old: Monitor, lineage: &Lineage, now: Time) -> Inheritance {
-        self.watch.inherit(&old.watch, lineage, now);
+        self.timeouts.inherit(&old.timeouts, lineage, now);
         self.detectors.inherit(&old.detectors, lineage);
         self.clocks.inherit(&old.clocks, lineage);
         for (index, port) in old.ports.into_iter().enumerate() {
             let before = Id::from_index(index);
             if let Some(signal) = lineage.signal(before) {
-                self.stillness[signal] = old.stillness[before];
+                self.frozen[signal] = old.frozen[before];
                 self.ports[signal].inherit(port);
             }
         }
         let ways = self.inherit_ways(old.ways, lineage);
-        self.panel.inherit(&old.panel, &ways, now);
+        self.consensus.inherit(&old.consensus, &ways, now);
         self.waiting = self.ways.iter().filter(|way| !way.late.is_empty()).count();
         let mut inheritance = Inheritance { ways, compared: SignalSet::new(), is_whole: true };
         self.inherit_pairs(&old.pairs, &mut inheritance);
@@ -69,7 +69,7 @@ impl Monitor {
         old.into_iter().map(&mut inherit).collect()
     }
 
-    fn inherit_pairs(&mut self, old: &[Pair], inheritance: &mut Inheritance) {
+    fn inherit_pairs(&mut self, old: &[Residual], inheritance: &mut Inheritance) {
         let chances: Vec<u64> = self.pairs.iter().map(|pair| self.chances(pair)).collect();
         self.pairs.iter_mut().zip(chances).for_each(|(pair, chances)| pair.before = chances);
         let places: BTreeMap<_, usize> =

@@ -12,12 +12,12 @@
 
 mod symptom;
 mod trend;
-mod stillness;
-mod pair;
+mod frozen;
+mod residual;
 mod detector;
-mod watch;
-mod record;
-mod panel;
+mod timeouts;
+mod reliability;
+mod consensus;
 mod way;
 mod index;
 mod comparison;
@@ -30,13 +30,13 @@ mod coverage;
 pub use build::{ALL_PAIRS, PARTNERS, are_compared, compared, rests_on, sized_by};
 pub use coverage::Coverage;
 pub use detector::{Detectors, Evidence, Fault, Finding};
+pub use frozen::Frozen;
 pub use inherit::Inheritance;
-pub use pair::{Debounce, Disagreement, Pair, Relationship, WayIndex, Window};
-pub use record::{Figures, Memory, Record};
-pub use stillness::Stillness;
+pub use reliability::{Figures, Memory, Reliability};
+pub use residual::{Debounce, Disagreement, Residual, ResidualState, WayIndex, Window};
 pub use symptom::Symptom;
+pub use timeouts::{Absence, Change, Timeouts};
 pub use trend::{Measured, Noise, Note, Tendency, Trend, TrendOptions, TrendRecord};
-pub use watch::{Absence, Change, Watch};
 pub use way::WatchedWay;
 
 use crate::alignment::{Acceptance, Clocks, Misdated, Port, Sample};
@@ -47,8 +47,8 @@ use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
 use comparison::Round;
+use consensus::Consensus;
 use index::Index;
-use panel::Panel;
 
 /// Settings of the comparisons; the defaults are sound.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -67,12 +67,12 @@ pub struct Monitor {
     ports: IdVec<SignalId, Port>,
     clocks: Clocks,
     detectors: Detectors,
-    watch: Watch,
-    stillness: IdVec<SignalId, Stillness>,
+    timeouts: Timeouts,
+    frozen: IdVec<SignalId, Frozen>,
     ways: Vec<WatchedWay>,
-    pairs: Vec<Pair>,
+    pairs: Vec<Residual>,
     /// How each way has done.
-    panel: Panel,
+    consensus: Consensus,
     index: Index,
     /// Ways that a signal completes.
     completes: IdVec<SignalId, Vec<WayIndex>>,
@@ -113,11 +113,11 @@ impl Monitor {
             Acceptance::OutOfRange(_) => Some(Absence::OutOfRange),
             _ => None,
         };
-        let change = self.watch.hear(signal, wrong, now);
+        let change = self.timeouts.hear(signal, wrong, now);
         let kept = reception.acceptance.is_kept();
         if kept {
             if let Some(newest) = port.newest() {
-                self.stillness[signal].record(newest.value, now);
+                self.frozen[signal].record(newest.value, now);
             }
             for &way in &self.completes[signal] {
                 self.pending.push((way, reception.validity));
@@ -141,12 +141,12 @@ impl Monitor {
         let signal = observation.signal;
         let reception = self.ports[signal].drop_misdated(description, observation, misdated, now);
         self.detectors.observe(signal, &reception, now);
-        Observed { kept: false, change: self.watch.hear(signal, None, now) }
+        Observed { kept: false, change: self.timeouts.hear(signal, None, now) }
     }
 
     /// Looks for signals that have become silent.
     pub fn pass(&mut self, now: Time, report: impl FnMut(Change)) {
-        self.watch.pass(now, report);
+        self.timeouts.pass(now, report);
     }
 
     /// Whether observations wait to be taken together.
@@ -158,10 +158,10 @@ impl Monitor {
     /// Compares what the observations of this moment complete. Returns whether a relationship has changed.
     pub fn settle(&mut self, now: Time) -> bool {
         self.detectors.settle(&mut self.ports, now);
-        self.panel.begin(now);
+        self.consensus.begin(now);
         self.evaluate();
-        let Monitor { fresh, ways, pairs, panel, index, awaited, .. } = self;
-        let mut round = Round { ways, pairs, panel, index, awaited, now, changed: false };
+        let Monitor { fresh, ways, pairs, consensus, index, awaited, .. } = self;
+        let mut round = Round { ways, pairs, consensus, index, awaited, now, changed: false };
         fresh.iter().for_each(|fresh| round.compare(fresh));
         fresh.iter().for_each(|fresh| round.catch_up(fresh.way));
         round.changed
@@ -229,11 +229,11 @@ impl Monitor {
     /// How a signal misbehaves that comparisons speak against: what most of those in conflict look like, of those that
     /// `counts`.
     #[must_use]
-    pub fn symptom(&self, signal: SignalId, now: Time, counts: impl Fn(&Pair) -> bool) -> Symptom {
-        let against = |pair: &&Pair| pair.relationship(now) == Relationship::Conflict && counts(pair);
+    pub fn symptom(&self, signal: SignalId, now: Time, counts: impl Fn(&Residual) -> bool) -> Symptom {
+        let against = |pair: &&Residual| pair.relationship(now) == ResidualState::Conflict && counts(pair);
         let conflicts = || self.pairs_of(signal).filter(against);
         let Some(onset) = conflicts().map(|pair| pair.onset(now)).min() else { return Symptom::Inconsistent };
-        if self.stillness[signal].is_still_since(onset, now) {
+        if self.frozen[signal].is_still_since(onset, now) {
             return Symptom::Frozen;
         }
         let count = |tendency| conflicts().filter(|pair| pair.trend.character() == tendency).count();
@@ -250,12 +250,12 @@ impl Monitor {
     /// How much later than its time stamps say a signal tells things, by the comparisons in conflict that it explains.
     #[must_use]
     pub fn skew(&self, signal: SignalId, now: Time) -> Option<Span> {
-        let skew = |pair: &Pair| {
+        let skew = |pair: &Residual| {
             let late = pair.trend.skew()?;
             let is_own = self.way(pair.way)?.rests_on.contains(signal);
             Some(if is_own { late } else { Span::ZERO - late })
         };
-        let against = self.pairs_of(signal).filter(|pair| pair.relationship(now) == Relationship::Conflict);
+        let against = self.pairs_of(signal).filter(|pair| pair.relationship(now) == ResidualState::Conflict);
         against.into_iter().find_map(skew)
     }
 
@@ -274,7 +274,7 @@ impl Monitor {
     /// How a way has done, as far as it was watched: its running agreement, error and availability.
     #[must_use]
     pub fn figures(&self, way: WayIndex, now: Time) -> Figures {
-        self.panel.figures(way, now)
+        self.consensus.figures(way, now)
     }
 
     /// The index of a way, when it is watched. O(log n) in all ways, and linear in those of the same variable.
@@ -282,23 +282,23 @@ impl Monitor {
     pub fn find(&self, way: &Way) -> Option<WayIndex> {
         let is_it =
             |index: &WayIndex| self.way(*index).is_some_and(|watched| watched.computation.way() == way);
-        self.panel.knowing(way.substitution.sink).find(is_it)
+        self.consensus.knowing(way.substitution.sink).find(is_it)
     }
 
     /// All pairs under watch.
     #[must_use]
-    pub fn pairs(&self) -> &[Pair] {
+    pub fn residuals(&self) -> &[Residual] {
         &self.pairs
     }
 
     /// The pairs that rest on a signal, in their order: those in which it is compared. O(of these).
-    pub fn pairs_of(&self, signal: SignalId) -> impl Iterator<Item = &Pair> {
+    pub fn pairs_of(&self, signal: SignalId) -> impl Iterator<Item = &Residual> {
         self.index.of_signal(signal).iter().filter_map(|&at| self.pairs.get(at as usize))
     }
 
     /// The pairs in which something has disagreed of late, in their order: all that are undecided or in conflict, or may
     /// become so without another disagreement. O(of these).
-    pub fn restless(&self) -> impl Iterator<Item = &Pair> {
+    pub fn restless(&self) -> impl Iterator<Item = &Residual> {
         self.index.restless().iter().filter_map(|&at| self.pairs.get(at as usize))
     }
 
@@ -316,8 +316,8 @@ impl Monitor {
 
     /// Since when a signal says the same.
     #[must_use]
-    pub fn stillness(&self, signal: SignalId) -> Stillness {
-        self.stillness[signal]
+    pub fn frozen(&self, signal: SignalId) -> Frozen {
+        self.frozen[signal]
     }
 
     /// What is wrong with the readings of each signal in themselves.
@@ -328,8 +328,8 @@ impl Monitor {
 
     /// Who is silent.
     #[must_use]
-    pub fn watch(&self) -> &Watch {
-        &self.watch
+    pub fn timeouts(&self) -> &Timeouts {
+        &self.timeouts
     }
 
     /// How many ways contradict and support a value of a variable right now, without debouncing; ways that rest

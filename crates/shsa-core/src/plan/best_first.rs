@@ -3,18 +3,18 @@
 //! A* over partial substitutions (Hart, Nilsson, Raphael 1968, doi:10.1109/TSSC.1968.300136). The variables that
 //! a partial substitution needs are decided breadth first, so each substitution is built in exactly one way; the
 //! bound is what the decided relations weigh plus what the undecided places must weigh at least
-//! ([`Scope`] says why). On trees the bound is exact, and the first answer is read off it. On graphs
+//! ([`Subproblem`] says why). On trees the bound is exact, and the first answer is read off it. On graphs
 //! with shared variables the best substitution is NP-hard to find (it is the delete relaxation of planning:
 //! Bylander 1994, doi:10.1016/0004-3702(94)90081-7), hence the limits.
 
+use super::decisions::Decisions;
 use super::frontier::{Frontier, StateId};
 use super::graph::{Graph, Options, View};
 use super::greedy;
 use super::limits::{Limits, StopReason};
 use super::requirements::{Paths, Requirements};
-use super::scope::{ChoiceId, Place, Rules, Scope};
 use super::scratch::{Held, Scratch};
-use super::trail::Trail;
+use super::subproblem::{ChoiceId, Place, Rules, Subproblem};
 use super::utility::Weight;
 use crate::knowledge::{KnowledgeBase, RelationId, VariableId};
 use crate::substitution::Substitution;
@@ -51,13 +51,13 @@ pub struct BestFirst<'a> {
 /// Where the search stands.
 #[derive(Debug)]
 pub(super) struct Open {
-    trail: Trail,
+    decisions: Decisions,
     frontier: Frontier,
     expanded: u64,
     pruned: u64,
     /// Sets of relations that were given and could appear again with other outputs.
     given: BTreeSet<Vec<RelationId>>,
-    /// The states that the trail stands on, from depth 1 on.
+    /// The states that the decisions led through, from depth 1 on.
     line: Vec<StateId>,
     path: Vec<StateId>,
 }
@@ -88,12 +88,12 @@ impl<'a> BestFirst<'a> {
         options: &Options,
         limits: Limits,
     ) -> BestFirst<'a> {
-        let Scratch { marks, scope, .. } = scratch.get_mut();
+        let Scratch { marks, subproblem, .. } = scratch.get_mut();
         marks.fit(graph.variables(), graph.relations());
         let rules =
             Rules { substitute_provided: options.substitute_provided, without_empty: options.without_empty };
-        scope.find(&View::new(graph, options), root, rules, marks);
-        let stop = BestFirst::refusal(graph, scope);
+        subproblem.find(&View::new(graph, options), root, rules, marks);
+        let stop = BestFirst::refusal(graph, subproblem);
         BestFirst {
             graph,
             root,
@@ -133,14 +133,14 @@ impl<'a> BestFirst<'a> {
         options: Options,
     ) -> BestFirst<'a> {
         if requirements.limits_paths() {
-            let paths = Paths::new(knowledge, requirements.clone(), options, self.scope());
+            let paths = Paths::new(knowledge, requirements.clone(), options, self.subproblem());
             self.paths = Some(Box::new(paths));
         }
         self
     }
 
-    fn scope(&self) -> &Scope {
-        &self.scratch.get().scope
+    fn subproblem(&self) -> &Subproblem {
+        &self.scratch.get().subproblem
     }
 
     /// Where an answer can be put.
@@ -157,7 +157,7 @@ impl<'a> BestFirst<'a> {
     /// [`BestFirst::any`].
     #[must_use]
     pub fn reach(&self) -> usize {
-        self.scope().count()
+        self.subproblem().count()
     }
 
     /// How many partial and complete substitutions were dropped as they cannot meet the requirements.
@@ -168,7 +168,7 @@ impl<'a> BestFirst<'a> {
 
     /// A search of its own over the same scope, from the beginning.
     pub(super) fn begin(&self) -> Open {
-        Open::new(self.scope())
+        Open::new(self.subproblem())
     }
 
     /// Deals out what is open.
@@ -189,14 +189,14 @@ impl<'a> BestFirst<'a> {
 
     /// What a search stands at, once everything is decided.
     pub(super) fn substitution(&self, open: &Open) -> Substitution {
-        self.graph.substitution(self.root, open.trail.steps(self.scope()))
+        self.graph.substitution(self.root, open.decisions.steps(self.subproblem()))
     }
 
-    fn refusal(graph: &Graph, scope: &Scope) -> Option<StopReason> {
+    fn refusal(graph: &Graph, subproblem: &Subproblem) -> Option<StopReason> {
         if !graph.is_monotone() {
             return Some(StopReason::NotMonotone);
         }
-        scope.root().is_none().then_some(StopReason::Complete)
+        subproblem.root().is_none().then_some(StopReason::Complete)
     }
 
     /// Why the last call of `next` gave nothing; [`StopReason::Found`] while there may be more.
@@ -215,8 +215,8 @@ impl<'a> BestFirst<'a> {
     #[must_use]
     pub fn bound(&self) -> f64 {
         let scale = self.graph.scale();
-        let hope = || self.scope().root().map(|root| self.scope().hope(root));
-        let open = || self.open.as_ref().map_or_else(hope, |open| open.frontier.open_bound());
+        let lower_bound = || self.subproblem().root().map(|root| self.subproblem().lower_bound(root));
+        let open = || self.open.as_ref().map_or_else(lower_bound, |open| open.frontier.open_bound());
         match self.stop {
             Some(StopReason::Complete) => scale.worst(),
             Some(StopReason::NotMonotone) => scale.best(),
@@ -236,26 +236,26 @@ impl<'a> BestFirst<'a> {
         if self.stop == Some(StopReason::NotMonotone) {
             return None;
         }
-        let scope = self.scope();
-        let choices = greedy::choices(scope);
-        let mut trail = Trail::new(scope);
-        while let Some(choice) = trail.next().and_then(|place| choices[place]) {
-            trail.take(scope, choice);
+        let subproblem = self.subproblem();
+        let choices = greedy::choices(subproblem);
+        let mut decisions = Decisions::new(subproblem);
+        while let Some(choice) = decisions.next().and_then(|place| choices[place]) {
+            decisions.take(subproblem, choice);
         }
-        let complete = scope.root().is_some() && trail.next().is_none() && self.may_meet(&trail);
-        complete.then(|| self.answer(&trail))
+        let complete = subproblem.root().is_some() && decisions.next().is_none() && self.may_meet(&decisions);
+        complete.then(|| self.answer(&decisions))
     }
 
-    fn answer(&self, trail: &Trail) -> (Substitution, f64) {
-        let substitution = self.graph.substitution(self.root, trail.steps(self.scope()));
-        (substitution, self.graph.scale().utility(trail.bound()))
+    fn answer(&self, decisions: &Decisions) -> (Substitution, f64) {
+        let substitution = self.graph.substitution(self.root, decisions.steps(self.subproblem()));
+        (substitution, self.graph.scale().utility(decisions.bound()))
     }
 
     /// The best substitution of a scope that tells it at once; its utility.
     fn read_off(&mut self, answer: &mut Substitution) -> Option<f64> {
-        let Scratch { scope, reading, .. } = self.scratch.get_mut();
-        let weight = scope.hope(scope.root()?);
-        let decisions = scope.read_off(self.graph, reading, answer);
+        let Scratch { subproblem, reading, .. } = self.scratch.get_mut();
+        let weight = subproblem.lower_bound(subproblem.root()?);
+        let decisions = subproblem.read_off(self.graph, reading, answer);
         if decisions > self.limits.expansions {
             self.stop = Some(StopReason::LimitExpansions);
             return None;
@@ -268,13 +268,13 @@ impl<'a> BestFirst<'a> {
 
     /// The next best substitution, by search.
     fn search(&mut self) -> Option<(Substitution, f64)> {
-        let mut open = self.open.take().unwrap_or_else(|| Box::new(Open::new(self.scope())));
+        let mut open = self.open.take().unwrap_or_else(|| Box::new(Open::new(self.subproblem())));
         let mut found = None;
         while self.stop.is_none() && found.is_none() {
             self.stop = open.limit(self.limits, self.kept);
             if self.stop.is_none() {
                 match self.advance(&mut open) {
-                    Progress::Answer => found = Some(self.answer(&open.trail)),
+                    Progress::Answer => found = Some(self.answer(&open.decisions)),
                     Progress::Decision => {}
                     Progress::End => self.stop = Some(StopReason::Complete),
                 }
@@ -287,28 +287,28 @@ impl<'a> BestFirst<'a> {
     /// Takes the first open state: opens those after it, or stands at an answer.
     pub(super) fn advance(&self, open: &mut Open) -> Progress {
         let Some(state) = open.frontier.pop() else { return Progress::End };
-        let scope = self.scope();
-        open.expanded += open.go_to(scope, state);
-        if !self.may_meet(&open.trail) {
+        let subproblem = self.subproblem();
+        open.expanded += open.go_to(subproblem, state);
+        if !self.may_meet(&open.decisions) {
             open.pruned += 1;
             return Progress::Decision;
         }
-        match open.trail.next() {
+        match open.decisions.next() {
             Some(place) => {
                 open.expanded += 1;
-                open.expand(scope, state, place);
+                open.expand(subproblem, state, place);
                 Progress::Decision
             }
-            None if open.is_new(scope) => Progress::Answer,
+            None if open.is_new(subproblem) => Progress::Answer,
             None => Progress::Decision,
         }
     }
 
-    /// Whether something that follows from where the trail stands may meet the requirements.
-    fn may_meet(&self, trail: &Trail) -> bool {
+    /// Whether something that follows from the decisions made may meet the requirements.
+    fn may_meet(&self, decisions: &Decisions) -> bool {
         let Some(paths) = &self.paths else { return true };
-        let steps = trail.steps(self.scope());
-        match trail.next() {
+        let steps = decisions.steps(self.subproblem());
+        match decisions.next() {
             Some(_) => paths.allow(self.root, &steps),
             None => paths.admit(&self.graph.substitution(self.root, steps)),
         }
@@ -318,7 +318,7 @@ impl<'a> BestFirst<'a> {
 /// What taking an open state came to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Progress {
-    /// The trail stands at a substitution.
+    /// The decisions made give a substitution.
     Answer,
     /// Something was decided, or dropped.
     Decision,
@@ -327,11 +327,11 @@ pub(super) enum Progress {
 }
 
 impl Open {
-    fn new(scope: &Scope) -> Open {
-        let trail = Trail::new(scope);
-        let frontier = Frontier::new(trail.bound());
+    fn new(subproblem: &Subproblem) -> Open {
+        let decisions = Decisions::new(subproblem);
+        let frontier = Frontier::new(decisions.bound());
         Open {
-            trail,
+            decisions,
             frontier,
             expanded: 0,
             pruned: 0,
@@ -363,7 +363,7 @@ impl Open {
 
     /// The weight of what it stands at, and the decisions that lead there.
     pub(super) fn standing(&self) -> (Weight, Vec<ChoiceId>) {
-        (self.trail.bound(), self.trail.decisions())
+        (self.decisions.bound(), self.decisions.decisions())
     }
 
     /// The limit that is reached while something is open.
@@ -375,19 +375,19 @@ impl Open {
         (self.frontier.len() + kept >= limits.states).then_some(StopReason::LimitStates)
     }
 
-    /// Whether the substitution that the trail stands at was not given before, with other outputs.
-    fn is_new(&mut self, scope: &Scope) -> bool {
-        self.trail.ambiguous_relations(scope).is_none_or(|relations| self.given.insert(relations))
+    /// Whether the substitution of the decisions made was not given before, with other outputs.
+    fn is_new(&mut self, subproblem: &Subproblem) -> bool {
+        self.decisions.ambiguous_relations(subproblem).is_none_or(|relations| self.given.insert(relations))
     }
 
-    /// Moves the trail to a state, over the last state that both have in common; how many decisions more than one are
+    /// Takes back and makes decisions until they lead to a state, over the last state that both have in common; how many decisions more than one are
     /// taken for it.
-    fn go_to(&mut self, scope: &Scope, target: StateId) -> u64 {
+    fn go_to(&mut self, subproblem: &Subproblem, target: StateId) -> u64 {
         let mut state = target;
         loop {
             let depth = self.frontier.depth(state);
             if depth == 0 || self.line.get(depth - 1) == Some(&state) {
-                self.back_to(scope, depth);
+                self.back_to(subproblem, depth);
                 break;
             }
             self.path.push(state);
@@ -395,25 +395,25 @@ impl Open {
         }
         let again = self.path.len().saturating_sub(1) as u64;
         while let Some(state) = self.path.pop() {
-            self.trail.take(scope, self.frontier.last(state).0);
+            self.decisions.take(subproblem, self.frontier.last(state).0);
             self.line.push(state);
         }
         again
     }
 
-    fn back_to(&mut self, scope: &Scope, depth: usize) {
+    fn back_to(&mut self, subproblem: &Subproblem, depth: usize) {
         while self.line.len() > depth {
-            self.trail.back(scope);
+            self.decisions.back(subproblem);
             self.line.pop();
         }
     }
 
     /// Opens a state for each way of deciding the next place.
-    fn expand(&mut self, scope: &Scope, state: StateId, place: Place) {
-        self.trail.look_up_from(scope, place);
-        for choice in scope.choices(place).rev() {
-            if !self.trail.closes_cycle(scope, choice) {
-                let bound = self.trail.bound_after(scope, place, choice);
+    fn expand(&mut self, subproblem: &Subproblem, state: StateId, place: Place) {
+        self.decisions.look_up_from(subproblem, place);
+        for choice in subproblem.choices(place).rev() {
+            if !self.decisions.closes_cycle(subproblem, choice) {
+                let bound = self.decisions.bound_after(subproblem, place, choice);
                 if !bound.is_impossible() {
                     self.frontier.push(state, choice, bound);
                 }
@@ -430,7 +430,7 @@ impl BestFirst<'_> {
         if self.stop.is_some() {
             return None;
         }
-        let utility = if self.found == 0 && self.scope().is_exact() && self.paths.is_none() {
+        let utility = if self.found == 0 && self.subproblem().is_exact() && self.paths.is_none() {
             self.read_off(answer)
         } else {
             if self.found == 1 && self.open.is_none() && self.paths.is_none() {

@@ -4,7 +4,7 @@ use super::Plan;
 use super::graph::Options;
 use super::limits::{Limits, StopReason, states};
 use super::utility::{Scale, Weight};
-use crate::knowledge::{Inputs, KnowledgeBase, RelationId, VariableId};
+use crate::knowledge::{ACCURACY, Inputs, KnowledgeBase, RelationId, VariableId};
 use crate::substitution::Substitution;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
@@ -118,8 +118,8 @@ impl Search<'_> {
     }
 
     fn accuracy(&self, variable: VariableId) -> Option<f64> {
-        let own = self.knowledge.variables()[variable].properties.get("accuracy").copied();
-        let of_signal = |signal| self.knowledge.signals()[signal].properties.get("accuracy").copied();
+        let own = self.knowledge.variables()[variable].properties.get(ACCURACY).copied();
+        let of_signal = |signal| self.knowledge.signals()[signal].properties.get(ACCURACY).copied();
         own.or_else(|| self.usable(variable).filter_map(of_signal).reduce(f64::max))
     }
 

@@ -4,7 +4,7 @@
 //! whose decisions come first in file order. Those of the current bound are a stack that is walked depth first,
 //! which is exactly that order; the heavier ones wait in a heap.
 
-use super::scope::ChoiceId;
+use super::subproblem::ChoiceId;
 use super::utility::Weight;
 use crate::knowledge::{Id, IdVec};
 use alloc::collections::BinaryHeap;

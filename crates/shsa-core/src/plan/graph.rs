@@ -7,7 +7,9 @@ mod appraisal;
 pub use appraisal::Appraisal;
 
 use super::utility::{Scale, Weight};
-use crate::knowledge::{Id, IdVec, Inputs, KnowledgeBase, RelationId, SignalId, Utility, VariableId};
+use crate::knowledge::{
+    ACCURACY, Id, IdVec, Inputs, KnowledgeBase, RelationId, SignalId, Utility, VariableId,
+};
 use crate::substitution::{Step, Substitution};
 use alloc::vec::Vec;
 use core::marker::PhantomData;
@@ -193,13 +195,13 @@ impl Graph {
             let carrier = |&signal: &SignalId| Carrier {
                 signal,
                 available: knowledge.is_available(signal),
-                accuracy: knowledge.signals()[signal].properties.get("accuracy").copied(),
+                accuracy: knowledge.signals()[signal].properties.get(ACCURACY).copied(),
                 weight: scale.signal(self.utility.of_signal(&knowledge.signals()[signal])),
             };
             self.carriers.push(knowledge.carriers(id).iter().map(carrier));
             let mut facts = VariableFacts {
                 constant: variable.constant.is_some(),
-                own_accuracy: variable.properties.get("accuracy").copied(),
+                own_accuracy: variable.properties.get(ACCURACY).copied(),
                 status: Status { provided: false, accuracy: None, weight: Weight::ZERO },
             };
             facts.status = status(&facts, self.carriers.row(id), &[]);

@@ -1,6 +1,6 @@
 //! A substitution that is quickly found, for when a limit stops the exact search before its first answer.
 
-use super::scope::{ChoiceId, Place, Scope};
+use super::subproblem::{ChoiceId, Place, Subproblem};
 use super::utility::Weight;
 use crate::knowledge::IdVec;
 use alloc::collections::BinaryHeap;
@@ -11,13 +11,13 @@ use core::cmp::Reverse;
 ///
 /// Knuth's generalisation of Dijkstra's algorithm (1977, doi:10.1016/0020-0190(77)90002-3). Complexity:
 /// O(s log s) for s inputs of the scope.
-pub(super) fn choices(scope: &Scope) -> IdVec<Place, Option<ChoiceId>> {
-    let users = scope.users();
-    let outputs = scope.outputs();
-    let mut chosen = IdVec::filled(scope.len(), |_| None);
-    let mut missing = IdVec::filled(scope.count(), |choice| scope.inputs(choice).len());
+pub(super) fn choices(subproblem: &Subproblem) -> IdVec<Place, Option<ChoiceId>> {
+    let users = subproblem.users();
+    let outputs = subproblem.outputs();
+    let mut chosen = IdVec::filled(subproblem.len(), |_| None);
+    let mut missing = IdVec::filled(subproblem.count(), |choice| subproblem.inputs(choice).len());
     let mut weights: IdVec<ChoiceId, Weight> =
-        IdVec::filled(scope.count(), |choice| scope.choice(choice).weight);
+        IdVec::filled(subproblem.count(), |choice| subproblem.choice(choice).weight);
     let ready = missing.ids().filter(|&choice| missing[choice] == 0);
     let mut queue: BinaryHeap<_> = ready.map(|choice| Reverse((weights[choice], choice))).collect();
     while let Some(Reverse((weight, choice))) = queue.pop() {
@@ -27,7 +27,7 @@ pub(super) fn choices(scope: &Scope) -> IdVec<Place, Option<ChoiceId>> {
         }
         chosen[place] = Some(choice);
         for &user in users.row(place) {
-            weights[user] = scope.scale().join(weights[user], weight);
+            weights[user] = subproblem.scale().join(weights[user], weight);
             missing[user] -= 1;
             if missing[user] == 0 {
                 queue.push(Reverse((weights[user], user)));

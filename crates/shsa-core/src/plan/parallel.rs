@@ -10,7 +10,7 @@ use super::Plan;
 use super::best_first::{BestFirst, Open, Progress};
 use super::graph::{Graph, Options};
 use super::limits::{Limits, StopReason};
-use super::scope::ChoiceId;
+use super::subproblem::ChoiceId;
 use super::utility::Weight;
 use crate::knowledge::{RelationId, VariableId};
 use crate::substitution::Substitution;

@@ -7,11 +7,11 @@
 //! is beyond the requirement is dropped with everything that would follow from it.
 
 use super::graph::Options;
-use super::scope::{ChoiceId, Place, Scope};
+use super::subproblem::{ChoiceId, Place, Subproblem};
 use crate::expression::{Binary, Formula, Operation, Symbol, Unary};
 use crate::knowledge::{
-    INTEGRITY_LEVELS, Id, KnowledgeBase, Need, Properties, RelationId, SignalId, SignalSet, VariableId,
-    integrity_level,
+    INTEGRITY, INTEGRITY_LEVELS, Id, KnowledgeBase, Need, Properties, RelationId, SignalId, SignalSet,
+    VariableId, integrity_level,
 };
 use crate::substitution::{Step, Substitution, Way};
 use crate::time::Span;
@@ -326,9 +326,6 @@ const SLACK: f64 = 1e-9;
 /// How many choices of signals of a substitution are looked at for one that meets the requirements.
 const MOST_CHOICES: usize = 256;
 
-/// The property of signals and relations that holds their integrity level.
-const INTEGRITY: &str = "integrity";
-
 fn rate(knowledge: &KnowledgeBase, signal: SignalId) -> f64 {
     knowledge.signals()[signal].rate_hz.unwrap_or(0.0)
 }
@@ -471,24 +468,24 @@ impl<'a> Paths<'a> {
         knowledge: &'a KnowledgeBase,
         requirements: Requirements,
         options: Options,
-        scope: &Scope,
+        subproblem: &Subproblem,
     ) -> Paths<'a> {
         let mut paths = Paths { knowledge, options, requirements, least: BTreeMap::new() };
-        paths.least.extend(scope.places().map(|place| (scope.variable(place), Cost::NONE)));
+        paths.least.extend(subproblem.places().map(|place| (subproblem.variable(place), Cost::NONE)));
         // From below, so that the bounds are true after every round; of a tree one is enough.
         for _ in 0..ROUNDS {
-            for place in scope.places().rev() {
-                let costs = scope.choices(place).map(|choice| paths.cost(scope, place, choice));
+            for place in subproblem.places().rev() {
+                let costs = subproblem.choices(place).map(|choice| paths.cost(subproblem, place, choice));
                 let least = costs.fold(Cost::MAX, Cost::least);
-                paths.least.insert(scope.variable(place), least);
+                paths.least.insert(subproblem.variable(place), least);
             }
         }
         paths
     }
 
-    fn cost(&self, scope: &Scope, place: Place, choice: ChoiceId) -> Cost {
-        let output = scope.variable(place);
-        match scope.choice(choice).relation {
+    fn cost(&self, subproblem: &Subproblem, place: Place, choice: ChoiceId) -> Cost {
+        let output = subproblem.variable(place);
+        match subproblem.choice(choice).relation {
             Some(relation) => {
                 Cost::of_step(self.knowledge, Step { relation, output }, |input| self.least(input))
             }

@@ -1,6 +1,6 @@
 //! Working memory that searches hand on to each other.
 
-use super::scope::{Marks, Reading, Scope};
+use super::subproblem::{Marks, Reading, Subproblem};
 use alloc::boxed::Box;
 
 /// What a search needs while it runs, kept for the next one: of any graph, for any variable.
@@ -10,7 +10,7 @@ use alloc::boxed::Box;
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     pub(super) marks: Marks,
-    pub(super) scope: Scope,
+    pub(super) subproblem: Subproblem,
     pub(super) reading: Reading,
 }
 

@@ -16,8 +16,8 @@ use core::ops::Range;
 
 use crate::interval::Interval;
 pub use dimension::Dimension;
-pub use table::nearest;
 pub(crate) use table::{is_unit_char, is_unit_name};
+pub use table::{known, nearest, prefixes};
 
 /// The longest text of a unit in bytes.
 const MAX_TEXT: usize = 200;

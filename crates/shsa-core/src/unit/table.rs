@@ -135,6 +135,17 @@ const PREFIXES: [(&str, f64, f64); 14] = [
     ("p", 1.0, 1e12),
 ];
 
+/// The names of each unit, and whether it takes a prefix.
+pub fn known() -> impl Iterator<Item = (&'static [&'static str], bool)> {
+    ROWS.iter().map(|row| (row.names, row.prefixed))
+}
+
+/// The prefixes with how much they are: a number to multiply with, one to divide by.
+#[must_use]
+pub const fn prefixes() -> [(&'static str, f64, f64); 14] {
+    PREFIXES
+}
+
 /// The size of a unit by its name, with or without a prefix; a whole name goes before a prefixed one (`min`).
 pub(super) fn look_up(name: &str) -> Option<Size> {
     let whole = ROWS.iter().find(|row| row.names.contains(&name));

@@ -2,7 +2,7 @@
 
 use crate::plan_support::{KINDS, Random, knowledge, random};
 use shsa_core::analysis::{Analysis, Candidate, Limited, Options, Tolerance, analyze};
-use shsa_core::diagnosis::explain::{Comparison, Component, explain};
+use shsa_core::diagnosis::candidates::{Comparison, Component, explain};
 use shsa_core::engine::{self, Engine, WatchBudget};
 use shsa_core::knowledge::{
     Id, IdVec, KnowledgeBase, Need, Properties, Relation, Signal, SignalId, SignalSet, Switching, ValueError,
@@ -146,7 +146,7 @@ fn losses_are_survived_as_trying_all_of_them_says() {
 fn check_comparisons(knowledge: &KnowledgeBase) -> usize {
     let analysis = analyze(knowledge, Options { only_runnable: true, ..WITHOUT_ADDITIONS });
     let engine = Engine::new(knowledge.clone(), engine::Options::default());
-    let pairs = engine.monitor().pairs().iter();
+    let pairs = engine.monitor().residuals().iter();
     let mut watched: Vec<SignalSet> = pairs.map(|pair| pair.signals.clone()).collect();
     // Where stamps are uncertain, each of two ways is compared at the moments of the other.
     watched.dedup();

@@ -49,19 +49,19 @@ impl Stage {
             self.engine.handle(Input::Tick(due));
             self.listen();
         }
-        self.commission();
+        self.delegation();
     }
 
     /// Whoever is needed is there at once.
-    fn commission(&mut self) {
+    fn delegation(&mut self) {
         let Some(delegates) = &mut self.delegates else { return };
         for need in self.engine.knowledge().needs().ids() {
-            let Some(commission) = self.engine.commission(need) else { continue };
+            let Some(delegation) = self.engine.delegation(need) else { continue };
             let known = delegates.at_work.get(&need.index()).map(|(era, ..)| *era);
-            if known == Some(commission.era) {
+            if known == Some(delegation.era) {
                 continue;
             }
-            let (era, way) = (commission.era, commission.way.clone());
+            let (era, way) = (delegation.era, delegation.way.clone());
             let computation =
                 Computation::new(self.engine.knowledge(), way, Computation::fastest_input).unwrap();
             delegates.at_work.insert(need.index(), (era, computation, false));

@@ -200,7 +200,8 @@ fn what_is_looked_behind_is_watched() {
         let analysis = analyze(&knowledge, OPTIONS);
         let options = shsa_core::engine::Options { watch: OPTIONS.watch, ..Default::default() };
         let engine = Engine::new(knowledge.clone(), options);
-        let compared: Vec<&SignalSet> = engine.monitor().pairs().iter().map(|pair| &pair.signals).collect();
+        let compared: Vec<&SignalSet> =
+            engine.monitor().residuals().iter().map(|pair| &pair.signals).collect();
         let comparisons = &analysis.comparisons;
         let counted: Vec<SignalSet> = comparisons.pairs().iter().map(|&it| comparisons.signals(it)).collect();
         assert_eq!(counted.iter().collect::<Vec<_>>(), compared, "seed {seed}");

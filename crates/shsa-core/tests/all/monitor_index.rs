@@ -4,21 +4,21 @@ use crate::models::System;
 use proptest::prelude::*;
 use shsa_core::engine::{Engine, Input, Options};
 use shsa_core::knowledge::Id;
-use shsa_core::monitor::{Monitor, Pair, Relationship};
+use shsa_core::monitor::{Monitor, Residual, ResidualState};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 
 fn check(monitor: &Monitor, now: Time, signals: usize) {
-    let is_open = |pair: &&Pair| {
-        matches!(pair.relationship(now), Relationship::Undecided | Relationship::Conflict)
+    let is_open = |pair: &&Residual| {
+        matches!(pair.relationship(now), ResidualState::Undecided | ResidualState::Conflict)
             || pair.is_building()
     };
-    let key = |pair: &Pair| (pair.way, pair.other);
-    let open: Vec<_> = monitor.pairs().iter().filter(is_open).map(key).collect();
+    let key = |pair: &Residual| (pair.way, pair.other);
+    let open: Vec<_> = monitor.residuals().iter().filter(is_open).map(key).collect();
     let found: Vec<_> = monitor.restless().filter(is_open).map(key).collect();
     assert_eq!(open, found);
     for signal in (0..signals).map(Id::from_index) {
-        let of = monitor.pairs().iter().filter(|pair| pair.signals.contains(signal));
+        let of = monitor.residuals().iter().filter(|pair| pair.signals.contains(signal));
         assert!(of.map(key).eq(monitor.pairs_of(signal).map(key)));
     }
 }

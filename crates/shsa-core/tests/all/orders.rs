@@ -111,7 +111,11 @@ impl Stage<'_> {
         let after = engine.snapshot();
         assert_eq!(after.orders, snapshot.orders);
         let verdicts = |snapshot: &shsa_core::engine::Snapshot| -> Vec<_> {
-            snapshot.verdicts.iter().map(|it| (it.subject.clone(), it.record, it.charge.clone())).collect()
+            snapshot
+                .verdicts
+                .iter()
+                .map(|it| (it.subject.clone(), it.record, it.accusation.clone()))
+                .collect()
         };
         assert_eq!(verdicts(&after), verdicts(&snapshot));
         for (before, after) in snapshot.needs.iter().zip(&after.needs) {
@@ -214,11 +218,11 @@ fn wheel(system: &System) -> SignalId {
 fn a_restart_is_no_evidence_for_health() {
     let (system, engine) = car(3, 4.0);
     assert_eq!(engine.verdict(wheel(&system)), Verdict::Failed);
-    let charge = engine.charge(wheel(&system)).unwrap().clone();
+    let accusation = engine.accusation(wheel(&system)).unwrap().clone();
     let mut restored = Engine::new(system.knowledge.clone(), Options::default());
     restored.restore(&engine.snapshot(), Time::from_seconds(60.0));
     assert_eq!(restored.verdict(wheel(&system)), Verdict::Failed);
-    assert_eq!(restored.charge(wheel(&system)), Some(&charge));
+    assert_eq!(restored.accusation(wheel(&system)), Some(&accusation));
     // It says nothing, and the others prove nothing about it.
     for input in system.inputs(60, 30) {
         if !matches!(&input, Input::Observation(it) if it.signal == wheel(&system)) {

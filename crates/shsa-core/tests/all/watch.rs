@@ -92,7 +92,7 @@ fn two_hundred_ways_stay_within_the_budget() {
     let (engine, found) =
         (engine(&knowledge, WatchBudget::default()), analysis(&knowledge, WatchBudget::default()));
     assert_eq!(engine.monitor().ways().len(), 32);
-    assert!(engine.monitor().pairs().len() <= 32 * 31 / 2);
+    assert!(engine.monitor().residuals().len() <= 32 * 31 / 2);
     let watch = &found.watched[0];
     assert_eq!((found.watched.len(), watch.ways, watch.possible, watch.exact), (1, 32, 200, true));
     // Two signals a way: 32 ways reach 64 of the 80, and each of them alone is told from the others.
@@ -149,7 +149,7 @@ fn the_choice_is_made_anew_with_a_changed_model() {
     assert_eq!(engine.monitor().ways().len(), 3);
     engine.reload(built(&draft(&["x"], &[], &many)), Time(1));
     // No sensor is left out; each is compared with twelve others.
-    assert_eq!((engine.monitor().ways().len(), engine.monitor().pairs().len()), (50, 300));
+    assert_eq!((engine.monitor().ways().len(), engine.monitor().residuals().len()), (50, 300));
 }
 
 #[test]
@@ -160,7 +160,7 @@ fn the_same_field_is_one_witness_whatever_it_is_called() {
     let engine = engine(&knowledge, WatchBudget::default());
     let pairs: Vec<Vec<&str>> = engine
         .monitor()
-        .pairs()
+        .residuals()
         .iter()
         .map(|pair| pair.signals.iter().map(|id| knowledge.signals()[id].name.as_str()).collect())
         .collect();
@@ -173,7 +173,7 @@ fn the_same_field_is_one_witness_whatever_it_is_called() {
     assert_eq!((analysis.is_substitutable(id("knots")), knots.survives), (true, Some(1)));
     // Without the other source nothing is left to compare with.
     let (alone, _) = noted(&["v", "k"], &["k = 1.94 * v"], &signals[..2]);
-    assert!(self::engine(&alone, WatchBudget::default()).monitor().pairs().is_empty());
+    assert!(self::engine(&alone, WatchBudget::default()).monitor().residuals().is_empty());
     let analysis = self::analysis(&alone, WatchBudget::default());
     assert_eq!(analysis.unhealed().len(), 2);
 }
@@ -183,7 +183,7 @@ fn two_of_the_same_variable_and_source_are_watched_once() {
     let (knowledge, notes) = noted(&["v"], &[], &["a: v < t#x", "b: v < t#x!changed", "c: v < t#y"]);
     assert_eq!(notes.len(), 1);
     let engine = engine(&knowledge, WatchBudget::default());
-    assert_eq!((engine.monitor().ways().len(), engine.monitor().pairs().len()), (2, 1));
+    assert_eq!((engine.monitor().ways().len(), engine.monitor().residuals().len()), (2, 1));
 }
 
 #[test]
@@ -210,7 +210,7 @@ fn other_fields_filters_and_names_are_other_witnesses() {
     ] {
         let (knowledge, notes) = noted(&["v"], &[], &signals);
         assert_eq!(notes, [""; 0], "{signals:?}");
-        assert_eq!(engine(&knowledge, WatchBudget::default()).monitor().pairs().len(), 1);
+        assert_eq!(engine(&knowledge, WatchBudget::default()).monitor().residuals().len(), 1);
     }
 }
 

@@ -5,15 +5,20 @@
 
 mod cursor;
 mod json;
+pub mod keys;
+mod known;
 pub(crate) mod lines;
 pub(crate) mod reader;
 mod report;
 pub(crate) mod shape;
 pub(crate) mod tree;
+pub mod schema;
 pub mod thesis;
 pub mod write;
 
 pub mod live;
+pub mod layout;
+pub mod patch;
 
 pub use report::{Located, Report};
 
@@ -70,6 +75,33 @@ pub struct Source {
 /// Reads and checks a model in any form; `name` is what the report calls the file.
 ///
 /// Never fails: what is wrong stands in the report. Time: linear in the text but for sorting and names.
+///
+/// ```
+/// use shsa_core::engine::{Engine, Input, Options, Output, Ticks};
+/// use shsa_core::observation::{Observation, RawValue};
+/// use shsa_core::time::Time;
+/// use shsa_format::model::load;
+///
+/// let loaded = load("
+/// shsa: 1
+/// variables: { speed: { unit: m/s } }
+/// signals: { wheel: { variable: speed, rate: 10 Hz, value_error: 0.1 } }
+/// needs: { speed: { signal: healed_speed, max_age: 1 s } }
+/// ", "car.yaml");
+/// assert!(loaded.report.ok(), "{}", loaded.report.render(false));
+///
+/// let mut engine = Engine::new(loaded.knowledge, Options::default());
+/// let (wheel, now) = (engine.knowledge().signal("wheel").unwrap(), Time::from_seconds(1.0));
+/// engine.pass(Ticks::before(now));
+/// let value = RawValue::Number(5.0);
+/// engine.handle(Input::Observation(Observation { signal: wheel, stamp: now, received: now, value }));
+/// engine.pass(Ticks::up_to(now));
+/// let outputs: Vec<Output> = std::iter::from_fn(|| engine.poll()).collect();
+/// assert!(outputs.iter().any(|output| matches!(output, Output::Publication(_))));
+///
+/// let wrong = load("shsa: 1\nsignals: { wheel: { variable: sped } }\n", "car.yaml");
+/// assert!(!wrong.report.ok());
+/// ```
 #[must_use]
 pub fn load(text: &str, name: &str) -> Loaded {
     let mut reader = Reader::default();

@@ -62,10 +62,22 @@ impl Reader {
         keys: &[&str],
         example: &str,
     ) -> Fields<'n> {
+        self.fields_of(node, what, keys.iter().copied(), example)
+    }
+
+    /// As [`Reader::fields`], with the keys of a table.
+    pub(crate) fn fields_of<'n, 'k>(
+        &mut self,
+        node: &'n Node,
+        what: &str,
+        keys: impl Iterator<Item = &'k str> + Clone,
+        example: &str,
+    ) -> Fields<'n> {
         let entries = self.entries(node, what, example);
-        for (name, _) in entries.iter().filter(|(name, _)| !keys.contains(&name.text.as_str())) {
-            let known = format!("known keys here: {}", keys.join(", "));
-            let help = match nearest(&name.text, keys.iter().copied()) {
+        let is_known = |name: &Text| keys.clone().any(|key| key == name.text);
+        for (name, _) in entries.iter().filter(|(name, _)| !is_known(name)) {
+            let known = format!("known keys here: {}", keys.clone().collect::<Vec<_>>().join(", "));
+            let help = match nearest(&name.text, keys.clone()) {
                 Some(near) => format!("did you mean `{near}`? {known}"),
                 None => known,
             };
@@ -86,7 +98,7 @@ impl Reader {
     }
 
     /// One value, or a list of the lowest and the highest.
-    pub(crate) fn bounds(&mut self, node: &Node, what: &str, example: &str) -> Option<Bounds> {
+    pub(crate) fn bounds(&mut self, node: &Node, what: &str, example: impl Display) -> Option<Bounds> {
         match &node.value {
             Value::Scalar(text) => Some(Bounds::One(text.clone())),
             _ => self.pair(node, what, example).map(|(lo, hi)| Bounds::Two(lo, hi)),
@@ -94,7 +106,7 @@ impl Reader {
     }
 
     /// A list of the lowest and the highest value.
-    pub(crate) fn pair(&mut self, node: &Node, what: &str, example: &str) -> Option<(Text, Text)> {
+    pub(crate) fn pair(&mut self, node: &Node, what: &str, example: impl Display) -> Option<(Text, Text)> {
         if let Value::List(items) = &node.value
             && let [Node { value: Value::Scalar(lo), .. }, Node { value: Value::Scalar(hi), .. }] =
                 items.as_slice()
@@ -152,10 +164,5 @@ impl Keys<'_, '_> {
 
     pub(crate) fn span(&mut self, key: &str) -> Option<Text> {
         self.text(key, "a time", "300 ms")
-    }
-
-    pub(crate) fn names(&mut self, key: &str, what: &str) -> Option<Vec<Text>> {
-        let node = self.fields.get(key)?;
-        Some(self.reader.names(node, what, format_args!("{key}: [speed, dmin]")))
     }
 }

@@ -6,55 +6,16 @@ use shsa_core::knowledge::{
 };
 
 use super::json::{Entry, Json};
+use super::keys::{NEED, RELATION, SECTIONS, SIGNAL, UTILITY, VARIABLE};
+use super::known::Known;
 use super::problem;
-use super::reader::{Fields, Keys, Reader};
+use super::reader::{Fields, Reader};
 use super::tree::{Node, Value};
 
 /// The version of the model's shape that is read here.
 const VERSION: &str = "1";
 
-const MODEL: [&str; 8] =
-    ["shsa", "variables", "constants", "functions", "relations", "signals", "needs", "utility"];
-const VARIABLE: [&str; 6] = ["unit", "shape", "range", "max_rate", "wraps", "properties"];
-const RELATION: [&str; 8] = ["equation", "for", "when", "error", "output", "outputs", "inputs", "properties"];
-const SIGNAL: [&str; 19] = [
-    "variable",
-    "source",
-    "unit",
-    "scale",
-    "offset",
-    "rate",
-    "value_error",
-    "noise",
-    "time_error",
-    "delay",
-    "mean_over",
-    "timeout",
-    "range",
-    "max_rate",
-    "max_delay",
-    "frozen_after",
-    "derived_from",
-    "shares",
-    "properties",
-];
-const NEED: [&str; 11] = [
-    "signal",
-    "max_age",
-    "max_width",
-    "integrity",
-    "min_rate",
-    "when_unsure",
-    "hold",
-    "probation",
-    "blend",
-    "hysteresis",
-    "isolation",
-];
-
 const NEED_EXAMPLE: &str = "dmin: { max_age: 300 ms }";
-
-const UTILITY: [&str; 5] = ["aggregate", "relation", "signal", "way", "defaults"];
 
 /// A model whose pieces are read from its tree, or from the text where the tree has none.
 pub(crate) struct Model<'r, 'n, 'j> {
@@ -71,7 +32,8 @@ pub(crate) fn draft(reader: &mut Reader, root: &Node) -> Draft {
 impl<'r, 'n, 'j> Model<'r, 'n, 'j> {
     /// Of a tree; `json` is the text that holds what is unread. Problems of the shape go to the reader.
     pub(crate) fn new(reader: &'r mut Reader, root: &'n Node, json: Option<&'r mut Json<'j>>) -> Self {
-        let fields = reader.fields(root, "a model: a mapping", &MODEL, "shsa: 1");
+        let known = SECTIONS.map(|section| section.name);
+        let fields = reader.fields(root, "a model: a mapping", &known, "shsa: 1");
         version(reader, root, &fields);
         Model { reader, fields, json }
     }
@@ -170,19 +132,16 @@ fn version(reader: &mut Reader, root: &Node, fields: &Fields) {
 }
 
 fn variable(reader: &mut Reader, (name, node): &(Text, Node)) -> VariableDraft {
-    let fields = reader.fields(node, "a variable's keys", &VARIABLE, "speed: { unit: m/s, range: [-3, 3] }");
-    let mut keys = Keys { reader, fields };
+    let example = "speed: { unit: m/s, range: [-3, 3] }";
+    let mut keys = Known::of(reader, node, &VARIABLE, "a variable's keys", example);
     VariableDraft {
         name: name.clone(),
-        unit: keys.text("unit", "a unit", "m/s"),
-        shape: keys.text("shape", "`scalar` or `vector`", "vector"),
-        max_rate: keys.text("max_rate", "a rate of change", "12 m/s^2"),
-        wraps: keys.text("wraps", "a turn", "360 deg"),
-        range: keys
-            .fields
-            .get("range")
-            .and_then(|node| keys.reader.pair(node, "the lowest and the highest value", "range: [-3, 3]")),
-        properties: keys.reader.properties(keys.fields.get("properties")),
+        unit: keys.text("unit"),
+        shape: keys.text("shape"),
+        max_rate: keys.text("max_rate"),
+        wraps: keys.text("wraps"),
+        range: keys.pair("range"),
+        properties: keys.numbers("properties"),
     }
 }
 
@@ -201,30 +160,28 @@ fn relation(reader: &mut Reader, (name, node): &(Text, Node)) -> Option<Relation
             properties,
         });
     }
-    let fields = reader.fields(node, "an equation or a relation's keys", &RELATION, example);
+    let mut keys = Known::of(reader, node, &RELATION, "an equation or a relation's keys", example);
     if matches!(node.value, Value::List(_)) {
         return None;
     }
-    let mut keys = Keys { reader, fields };
     let body = body(&mut keys, name)?;
-    let error = keys.fields.get("error");
     Some(RelationDraft {
         name: name.clone(),
         body,
-        directions: keys.names("for", "the variables to solve for"),
-        condition: keys.text("when", "a condition", "abs(speed) > 0.2"),
-        error: error.and_then(|node| keys.reader.bounds(node, "an error or its bounds", "error: 0.1")),
-        properties: keys.reader.properties(keys.fields.get("properties")),
+        directions: keys.names("for"),
+        condition: keys.text("when"),
+        error: keys.bounds("error"),
+        properties: keys.numbers("properties"),
     })
 }
 
-fn body(keys: &mut Keys, name: &Text) -> Option<BodyDraft> {
-    let equation = keys.text("equation", "an equation", "dmin = min(distances)");
-    let outputs = match (keys.names("outputs", "the outputs"), keys.names("output", "the output")) {
+fn body(keys: &mut Known, name: &Text) -> Option<BodyDraft> {
+    let equation = keys.text("equation");
+    let outputs = match (keys.names("outputs"), keys.names("output")) {
         (Some(all), Some(one)) => [all, one].concat(),
         (all, one) => all.or(one).unwrap_or_default(),
     };
-    let inputs = keys.names("inputs", "the inputs");
+    let inputs = keys.names("inputs");
     let structure = inputs.is_some() || !outputs.is_empty();
     match equation {
         Some(equation) => {
@@ -248,39 +205,29 @@ fn body(keys: &mut Keys, name: &Text) -> Option<BodyDraft> {
 }
 
 fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
-    let fields =
-        reader.fields(node, "a signal's keys", &SIGNAL, "/scan: { variable: distances, rate: 10 Hz }");
-    let mut keys = Keys { reader, fields };
-    let value_error = keys.fields.get("value_error");
-    let time_error = keys.fields.get("time_error");
+    let example = "/scan: { variable: distances, rate: 10 Hz }";
+    let mut keys = Known::of(reader, node, &SIGNAL, "a signal's keys", example);
     SignalDraft {
         name: name.clone(),
-        variable: keys.text("variable", "a variable", "speed"),
-        source: keys.text("source", "a place", "scan#ranges"),
-        unit: keys.text("unit", "a unit", "m"),
-        scale: keys.text("scale", "a number", "0.01"),
-        offset: keys.text("offset", "a number or a quantity", "-40 degC"),
-        rate: keys.text("rate", "a frequency", "10 Hz"),
-        value_error: value_error.and_then(|node| {
-            keys.reader.bounds(node, "an error or its lowest and highest value", "value_error: [-0.1, 0.2]")
-        }),
-        time_error: time_error.and_then(|node| {
-            keys.reader.bounds(node, "a time or the lowest and the highest", "time_error: [-100 ms, 0 ms]")
-        }),
-        noise: keys.text("noise", "a standard deviation", "0.1"),
-        delay: keys.span("delay"),
-        mean_over: keys.span("mean_over"),
-        timeout: keys.span("timeout"),
-        range: keys
-            .fields
-            .get("range")
-            .and_then(|node| keys.reader.pair(node, "the lowest and the highest reading", "range: [0, 5 V]")),
-        max_rate: keys.text("max_rate", "a rate of change", "12 m/s^2"),
-        max_delay: keys.span("max_delay"),
-        frozen_after: keys.span("frozen_after"),
-        derived_from: keys.names("derived_from", "names of signals").unwrap_or_default(),
-        shares: keys.fields.get("shares").map(|node| shares(keys.reader, node)).unwrap_or_default(),
-        properties: keys.reader.properties(keys.fields.get("properties")),
+        variable: keys.text("variable"),
+        source: keys.text("source"),
+        unit: keys.text("unit"),
+        scale: keys.text("scale"),
+        offset: keys.text("offset"),
+        rate: keys.text("rate"),
+        value_error: keys.bounds("value_error"),
+        time_error: keys.bounds("time_error"),
+        noise: keys.text("noise"),
+        delay: keys.text("delay"),
+        mean_over: keys.text("mean_over"),
+        timeout: keys.text("timeout"),
+        range: keys.pair("range"),
+        max_rate: keys.text("max_rate"),
+        max_delay: keys.text("max_delay"),
+        frozen_after: keys.text("frozen_after"),
+        derived_from: keys.names("derived_from").unwrap_or_default(),
+        shares: keys.get("shares").map(|node| shares(keys.reader, node)).unwrap_or_default(),
+        properties: keys.numbers("properties"),
     }
 }
 
@@ -303,36 +250,34 @@ fn utility(reader: &mut Reader, node: &Node) -> Option<UtilityDraft> {
         return Some(UtilityDraft::Named(name.clone()));
     }
     let example = "utility: { aggregate: product, relation: 1 / cost }";
-    let fields = reader.fields(node, "the name of a utility, or its formulas", &UTILITY, example);
+    let mut keys = Known::of(reader, node, &UTILITY, "the name of a utility, or its formulas", example);
     if !matches!(node.value, Value::Map(_)) {
         return None;
     }
-    let mut keys = Keys { reader, fields };
     Some(UtilityDraft::Own {
         at: Text { text: String::new(), place: node.place },
-        aggregate: keys.text("aggregate", "`product`, `sum` or `minimum`", "product"),
-        relation: keys.text("relation", "a formula over properties of a relation", "1 / cost"),
-        signal: keys.text("signal", "a formula over properties of a signal", "accuracy"),
-        way: keys.text("way", "a formula over how a way of knowing ran", "agreement * availability"),
-        defaults: keys.reader.properties(keys.fields.get("defaults")),
+        aggregate: keys.text("aggregate"),
+        relation: keys.text("relation"),
+        signal: keys.text("signal"),
+        way: keys.text("way"),
+        defaults: keys.numbers("defaults"),
     })
 }
 
 fn need(reader: &mut Reader, variable: &Text, node: &Node) -> NeedDraft {
-    let fields = reader.fields(node, "a need's keys, or a list of needs", &NEED, NEED_EXAMPLE);
-    let mut keys = Keys { reader, fields };
+    let mut keys = Known::of(reader, node, &NEED, "a need's keys, or a list of needs", NEED_EXAMPLE);
     NeedDraft {
         variable: variable.clone(),
-        signal: keys.text("signal", "a name", "/healed/dmin"),
-        max_age: keys.span("max_age"),
-        max_width: keys.text("max_width", "a width", "0.5 m"),
-        integrity: keys.text("integrity", "a level from A to D", "B"),
-        min_rate: keys.text("min_rate", "a frequency", "5 Hz"),
-        when_unsure: keys.text("when_unsure", "`hull`, `last` or `withhold`", "hull"),
-        hold: keys.span("hold"),
-        probation: keys.span("probation"),
-        blend: keys.span("blend"),
-        hysteresis: keys.text("hysteresis", "a share", "5 %"),
-        isolation: keys.text("isolation", "`engine` or `process`", "process"),
+        signal: keys.text("signal"),
+        max_age: keys.text("max_age"),
+        max_width: keys.text("max_width"),
+        integrity: keys.text("integrity"),
+        min_rate: keys.text("min_rate"),
+        when_unsure: keys.text("when_unsure"),
+        hold: keys.text("hold"),
+        probation: keys.text("probation"),
+        blend: keys.text("blend"),
+        hysteresis: keys.text("hysteresis"),
+        isolation: keys.text("isolation"),
     }
 }

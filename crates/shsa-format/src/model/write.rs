@@ -260,7 +260,7 @@ fn flow(value: &Tree) -> String {
 }
 
 /// As it is where YAML reads it as it is, else in double quotes.
-fn plain_or_quoted(text: &str, inside: bool) -> String {
+pub(super) fn plain_or_quoted(text: &str, inside: bool) -> String {
     if is_plain(text, inside) { text.to_owned() } else { quoted(text) }
 }
 

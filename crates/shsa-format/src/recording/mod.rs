@@ -32,7 +32,7 @@ use gathered::{Destination, Gathered};
 pub use jsonl::write_jsonl;
 pub use session::{Because, Session};
 pub use source::{Source, TimeSource};
-pub use stamp::parse_span;
+pub use stamp::{TIME_NAMES, TIME_UNITS, parse_span};
 pub use stream::{Stream, Survey, stream, survey};
 
 /// What a model asks for.
@@ -359,21 +359,30 @@ fn lone_table(file: &Path, wants: &mut [Want<'_>], gathered: &mut Gathered) {
     }
 }
 
+/// How recordings are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Format {
+pub enum Format {
+    /// Tables of text.
     Csv,
+    /// An observation a line.
     JsonLines,
+    /// Bags of ROS 1, version 2.0.
     Bag,
+}
+
+impl Format {
+    /// All, with the endings of their files.
+    pub const ALL: [(Format, &[&str]); 3] = [
+        (Format::Csv, &["csv", "tsv", "txt"]),
+        (Format::JsonLines, &["jsonl", "ndjson", "json"]),
+        (Format::Bag, &["bag"]),
+    ];
 }
 
 fn format_by_extension(file: &Path) -> Option<Format> {
     let extension = file.extension()?.to_str()?.to_ascii_lowercase();
-    match extension.as_str() {
-        "csv" | "tsv" | "txt" => Some(Format::Csv),
-        "jsonl" | "ndjson" | "json" => Some(Format::JsonLines),
-        "bag" => Some(Format::Bag),
-        _ => None,
-    }
+    let found = Format::ALL.into_iter().find(|(_, endings)| endings.contains(&extension.as_str()));
+    found.map(|(format, _)| format)
 }
 
 /// The first bytes decide where they can, else the extension; `None` when neither does.

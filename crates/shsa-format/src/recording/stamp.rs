@@ -21,20 +21,22 @@ pub fn parse_span(text: &str) -> Result<Span, String> {
     }
 }
 
+/// The units of time with their names, whose plurals are known, too.
+pub const TIME_UNITS: [(&[&str], Span); 6] = [
+    (&["ns", "nsec", "nanosec", "nanosecond"], Span(1)),
+    (&["us", "\u{b5}s", "\u{3bc}s", "usec", "microsec", "microsecond"], Span(1_000)),
+    (&["ms", "msec", "millisec", "millisecond"], Span(1_000_000)),
+    (&["s", "sec", "second"], Span(SECOND)),
+    (&["min", "minute"], Span(60 * SECOND)),
+    (&["h", "hour"], Span(3600 * SECOND)),
+];
+
 /// A unit of time by its name.
 fn time_unit(name: &str) -> Option<Span> {
     let name = name.to_ascii_lowercase();
     let name = if name.len() > 3 { name.strip_suffix('s').unwrap_or(&name) } else { &name };
-    let nanoseconds = match name {
-        "ns" | "nsec" | "nanosec" | "nanosecond" => 1,
-        "us" | "µs" | "μs" | "usec" | "microsec" | "microsecond" => 1_000,
-        "ms" | "msec" | "millisec" | "millisecond" => 1_000_000,
-        "s" | "sec" | "second" => SECOND,
-        "min" | "minute" => 60 * SECOND,
-        "h" | "hour" => 3600 * SECOND,
-        _ => return None,
-    };
-    Some(Span(nanoseconds))
+    let (_, unit) = TIME_UNITS.iter().find(|(names, _)| names.contains(&name))?;
+    Some(*unit)
 }
 
 /// The time that a decimal number of steps says, rounded to the nanosecond, halves away from zero.
@@ -87,7 +89,7 @@ struct Likeness {
 }
 
 /// Names of time columns, the plainest first.
-const TIME_NAMES: [&str; 14] = [
+pub const TIME_NAMES: [&str; 14] = [
     "t",
     "time",
     "timestamp",

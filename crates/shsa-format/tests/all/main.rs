@@ -8,6 +8,8 @@
     reason = "tests may fail loudly"
 )]
 
+mod examples;
+mod reference;
 mod round_trip;
 mod published_structures;
 mod prolog;

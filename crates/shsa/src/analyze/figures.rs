@@ -1,10 +1,10 @@
 //! The structural redundancy of a model in figures.
 
-use crate::show;
 use serde_json::{Value, json};
 use shsa_core::analysis::structure::{LIMITS, Part, Sets, Structure};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::plan::StopReason;
+use shsa_format::text::counted;
 
 /// Sizes of the parts of a model, and how many minimal sets of equations can contradict each other.
 pub(super) struct Figures {
@@ -94,8 +94,8 @@ impl Figures {
         let size = |size: &Size| match (size.equations, size.variables) {
             (0, 0) => "-".to_owned(),
             (equations, variables) => {
-                let equations = show::counted(equations, "equation");
-                format!("{equations} over {}", show::counted(variables, "variable"))
+                let equations = counted(equations, "equation");
+                format!("{equations} over {}", counted(variables, "variable"))
             }
         };
         vec![

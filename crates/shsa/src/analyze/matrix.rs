@@ -1,11 +1,11 @@
 //! The isolability matrix as a table for the browser.
 
 use super::names::Report;
-use crate::show;
 use shsa_core::diagnosis::Component;
 use shsa_core::engine::Told;
 use shsa_core::knowledge::{SignalId, SignalSet};
 use shsa_format::drawing::escaped;
+use shsa_format::text::counted;
 use std::fmt::Write;
 
 /// More rows than these nobody reads.
@@ -72,7 +72,7 @@ fn cell(report: &Report<'_>, row: Component, column: Component) -> String {
     let nothing = Told::default();
     let told = report.analysis.faults.told(row).unwrap_or(&nothing);
     let (fault, other) = (report.component(row), report.component(column));
-    let count = || show::counted(told.shown_by as usize, "comparison");
+    let count = || counted(told.shown_by as usize, "comparison");
     let (class, sign, title) = if told.shown_by == 0 {
         ("blind", "", format!("No comparison shows a fault in {fault}."))
     } else if row == column {

@@ -2,13 +2,13 @@
 
 use super::figures::Figures;
 use super::naming::Names;
-use crate::show;
 use shsa_core::analysis::{
     Addition, Analysis, Candidate, Hidden, Limited, Obstacle, Options, Tolerance, Watch,
 };
 use shsa_core::diagnosis::Component;
 use shsa_core::engine::WatchBudget;
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, SignalSet, VariableId};
+use shsa_format::text::counted;
 
 /// An analysis and the model that it is of.
 pub(super) struct Report<'a> {
@@ -128,7 +128,7 @@ impl<'a> Report<'a> {
     pub(super) fn notes(&self) -> Vec<String> {
         let without = self.without_formula().len();
         let structure = (without > 0).then(|| {
-            let relations = show::counted(without, "relation");
+            let relations = counted(without, "relation");
             match (self.only_runnable, without) {
                 (true, 1) => format!("{relations} without a formula is left out."),
                 (true, _) => format!("{relations} without a formula are left out."),
@@ -159,21 +159,18 @@ fn limited(limited: &Limited) -> String {
     match limited {
         Limited::Ways { variables } => format!(
             "Of {} the monitor watches a choice of ways (--watch, --watch-cost): those that tell most faults apart.",
-            show::counted(*variables, "variable")
+            counted(*variables, "variable")
         ),
         Limited::Skipped { variables } => format!(
             "The ways of {} were not looked for (limit of steps): more faults may show.",
-            show::counted(*variables, "variable")
+            counted(*variables, "variable")
         ),
         Limited::Needs { needs } => {
-            format!(
-                "{} may survive more losses than was proven (limit of steps).",
-                show::counted(*needs, "need")
-            )
+            format!("{} may survive more losses than was proven (limit of steps).", counted(*needs, "need"))
         }
         Limited::Variables { variables } => format!(
             "{} may survive more losses than was proven (limit of steps).",
-            show::counted(*variables, "variable")
+            counted(*variables, "variable")
         ),
         Limited::Additions { tried, of } => {
             format!("{tried} of {of} possible additions were tried (limit of steps): others may help more.")

@@ -3,11 +3,11 @@
 use super::matrix::{chips, matrix};
 use super::names::{Report, losses};
 use crate::page::{document, section};
-use crate::show;
 use shsa_core::analysis::{Addition, Comparison, Watch};
 use shsa_core::diagnosis::Component;
 use shsa_core::knowledge::{NeedId, RelationId, SignalId, SignalSet};
 use shsa_format::drawing::{self, Marks, escaped};
+use shsa_format::text::counted;
 use std::fmt::Write;
 
 /// Comparisons listed of one signal.
@@ -58,10 +58,10 @@ const GRAPH: &str = "Variables are ellipses, filled when a signal carries them; 
 fn size(report: &Report<'_>) -> String {
     let knowledge = report.knowledge;
     [
-        show::counted(knowledge.signals().len(), "signal"),
-        show::counted(knowledge.variables().len(), "variable"),
-        show::counted(knowledge.relations().len(), "relation"),
-        show::counted(knowledge.needs().len(), "need"),
+        counted(knowledge.signals().len(), "signal"),
+        counted(knowledge.variables().len(), "variable"),
+        counted(knowledge.relations().len(), "relation"),
+        counted(knowledge.needs().len(), "need"),
     ]
     .join(", ")
 }
@@ -198,7 +198,7 @@ fn shown(report: &Report<'_>, signal: SignalId) -> String {
     if count > MOST_LISTED {
         let _ = write!(items, "<li>and {} more</li>", count - MOST_LISTED);
     }
-    let by = show::counted(count, "comparison");
+    let by = counted(count, "comparison");
     format!(
         "<details><summary><span class=\"yes\">\u{2713} yes</span>, by {by}</summary><ul>{items}</ul></details>"
     )

@@ -3,8 +3,7 @@
 mod patch;
 mod report;
 
-use crate::campaign::grid::{Kind, Recorded};
-use crate::campaign::smallest::{Smallest, Wish};
+use crate::campaign::Bar;
 use crate::outcome::Outcome;
 use crate::replay::{wanted, written};
 use crate::show;
@@ -13,9 +12,10 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use shsa_core::knowledge::{Id, SignalId, build};
 use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time};
-use shsa_estimate::{Calibration, Options, Session, calibrate};
 use shsa_format::fault::moment;
 use shsa_format::recording::{self, ReadOptions, Recording, parse_span};
+use shsa_lab::calibration::{self, Calibration, Options, Session, calibrate};
+use shsa_lab::campaign::{Kind, Recorded, SearchSpec, Smallest};
 use std::io::{IsTerminal, Write, stderr, stdout};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -31,9 +31,9 @@ relations scatter, and one factor of that for the whole model, found with the en
 (what is left of the values drawn anew in blocks, with tails beyond what was seen). They are tested once on the rest, which they
 have not seen. What is fitted: value errors of signals, errors of the relations that are shown to hold, delays of signals that are
 compared themselves; time-outs and rates of change only where healthy data exceed them; `frozen_after` of signals that have noise
-of their own in every reading. Of a single recording it is assumed, not measured, how much recordings differ. A short stretch in which one signal leaves all that it agrees with is taken for a fault,
-told, and not fitted. With --faults it is also said how large a fault must be, by kind, so that the whole loop gives an alarm at
-each of 5 moments.
+of their own in every reading. Of a single recording it is assumed, not measured, how much recordings differ. A short stretch in
+which one signal leaves all that it agrees with is taken for a fault, told, and not fitted. With --faults it is also said how
+large a fault must be, by kind, so that the whole loop gives an alarm at each of 5 moments.
 Exit status 1: on the rest, the fitted numbers do worse than those of the model (then no patch is written), or a healthy signal is
 called failed.")]
 pub(crate) struct Arguments {
@@ -211,7 +211,7 @@ impl<'r> Parted<'r> {
 fn progress() -> ProgressBar {
     let target =
         if stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let bar = ProgressBar::with_draw_target(Some(shsa_estimate::STEPS as u64), target);
+    let bar = ProgressBar::with_draw_target(Some(calibration::STEPS as u64), target);
     let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  calibrating  {elapsed}");
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
@@ -226,7 +226,7 @@ fn smallest(found: &Calibration, parted: &Parted<'_>, lasting: Option<Span>) -> 
     let length = Span(parted.split.0 / parted.early.len().max(1) as i64);
     let signals: Vec<SignalId> = knowledge.signals().ids().collect();
     let unhealthy = found.unhealthy.iter().map(|it| (it.from, it.to)).chain(parted.left_out.iter().copied());
-    let wish = Wish {
+    let spec = SearchSpec {
         kinds: &[Kind::Bias, Kind::Noise, Kind::Drift, Kind::Spike, Kind::Delay],
         signals: &signals,
         onsets: ONSETS,
@@ -234,14 +234,15 @@ fn smallest(found: &Calibration, parted: &Parted<'_>, lasting: Option<Span>) -> 
         duration: lasting.unwrap_or(Span(length.0 / 4)),
         unhealthy: unhealthy.collect(),
         threads: None,
+        progress: &Bar::default(),
     };
     anyhow::ensure!(
-        Span::ZERO < wish.duration && wish.duration < length,
+        Span::ZERO < spec.duration && spec.duration < length,
         "faults of {} s do not fit into the {} s that are fitted",
-        wish.duration.seconds(),
+        spec.duration.seconds(),
         length.seconds()
     );
-    Smallest::find(&knowledge, &parted.early, &wish)
+    Ok(Smallest::find(&knowledge, &parted.early, &spec)?)
 }
 
 fn observations(samples: &[recording::Sample]) -> Vec<Observation> {

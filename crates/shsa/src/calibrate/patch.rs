@@ -1,11 +1,11 @@
 //! What changes in the model, as a file of its own, with the evidence in comments.
 
 use super::report::{Report, number};
-use crate::campaign::grid::Kind;
 use crate::show;
 use shsa_core::knowledge::{Draft, RelationDraft, SignalDraft, VariableDraft};
-use shsa_estimate::{Fitted, Parameter};
 use shsa_format::model::write;
+use shsa_lab::calibration::{Fitted, Parameter};
+use shsa_lab::campaign::Kind;
 
 /// The change as YAML: every variable, signal and relation that is different, whole, below what it rests on.
 pub(super) fn text(report: &Report<'_>) -> String {

@@ -1,13 +1,13 @@
 //! A calibration for people, and as one JSON object.
 
-use crate::campaign::smallest::Smallest;
 use crate::show::{self, Paint, paint};
 use serde_json::{Value, json};
 use shsa_core::knowledge::{Bounds, Draft, KnowledgeBase, RelationId, Signal, SignalId, Text};
 use shsa_core::time::{Span, Time};
-use shsa_estimate::{
+use shsa_lab::calibration::{
     Calibration, Fitted, PairFit, Parameter, Stretch, Verdicts, fewest_expected, most_expected,
 };
+use shsa_lab::campaign::Smallest;
 
 /// A calibration, and what it is about.
 pub(super) struct Report<'a> {
@@ -250,7 +250,7 @@ impl Report<'_> {
     }
 
     fn rhythms(&self) -> String {
-        let row = |(signal, it): (SignalId, &shsa_estimate::Rhythm)| {
+        let row = |(signal, it): (SignalId, &shsa_lab::calibration::Rhythm)| {
             let unit = self.unit(signal);
             let range = it
                 .range
@@ -387,10 +387,11 @@ impl Report<'_> {
     }
 
     pub(super) fn to_json(&self) -> Value {
-        let rhythm = |(signal, it): (SignalId, &shsa_estimate::Rhythm)| {
+        let rhythm = |(signal, it): (SignalId, &shsa_lab::calibration::Rhythm)| {
             let value = json!({
                 "count": it.count, "rate_hz": it.rate_hz, "jitter_s": it.jitter_s, "longest_gap_s": it.longest_gap_s,
-                "range": it.range.map(|(lo, hi)| [lo, hi]), "fastest": it.fastest, "longest_hold_s": it.longest_hold_s, "frozen_after_s": it.frozen_after_s,
+                "range": it.range.map(|(lo, hi)| [lo, hi]), "fastest": it.fastest, "longest_hold_s": it.longest_hold_s,
+                "frozen_after_s": it.frozen_after_s,
             });
             (self.signal(signal).to_owned(), value)
         };

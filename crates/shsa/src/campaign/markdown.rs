@@ -1,15 +1,12 @@
 //! A campaign in Markdown: figures by kind of fault, and what is missed, each miss with the fault that shows it.
 
 use super::Arguments;
-use super::grid::{Cell, Detectable, Kind, Trial};
-use super::smallest::Smallest;
-use super::tally::Campaign;
-use super::text::{NOT_COUNTED, headline, not_counted_rows, onsets, rounded};
-use super::trial::{Ground, Measured};
+use super::text::{NOT_COUNTED, headline, not_counted_rows, onsets};
 use shsa_core::analysis::{Analysis, Comparison, Options, analyze};
 use shsa_core::computation::Computation;
 use shsa_core::knowledge::{Id, KnowledgeBase, Signal, SignalId};
 use shsa_core::time::Span;
+use shsa_lab::campaign::{Baseline, Campaign, Cell, Detectable, Kind, Measured, Smallest, Trial, rounded};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -70,11 +67,11 @@ pub(super) fn section(
 
 /// Alarms without a fault from a moment of each session on.
 fn late_alarms(campaign: &Campaign<'_>, from: &[Span]) -> usize {
-    let late = |(ground, from): (&Ground<'_>, &Span)| {
-        let begin = ground.first + *from;
-        ground.alarms.iter().filter(|(time, ..)| *time >= begin).count()
+    let late = |(baseline, from): (&Baseline<'_>, &Span)| {
+        let begin = baseline.first + *from;
+        baseline.alarms.iter().filter(|(time, ..)| *time >= begin).count()
     };
-    campaign.grounds.iter().zip(from).map(late).sum()
+    campaign.baselines.iter().zip(from).map(late).sum()
 }
 
 /// What is in no share, by signal.
@@ -109,7 +106,7 @@ fn command(arguments: &Arguments) -> String {
         }
     }
     if !arguments.kinds.is_empty() {
-        let kinds: Vec<&str> = arguments.kinds.iter().map(|kind| kind.name()).collect();
+        let kinds: Vec<&str> = arguments.kinds.iter().map(|&kind| Kind::from(kind).name()).collect();
         text += &format!(" --kinds {}", kinds.join(","));
     }
     if !arguments.signals.is_empty() {
@@ -127,7 +124,7 @@ fn command(arguments: &Arguments) -> String {
 fn periods(campaign: &Campaign<'_>, analysis: &Analysis) -> Vec<Span> {
     let signals = campaign.knowledge().signals();
     let mut seen = vec![0_i64; signals.len()];
-    for sample in campaign.grounds.iter().flat_map(|ground| ground.samples) {
+    for sample in campaign.baselines.iter().flat_map(|baseline| baseline.samples) {
         seen.get_mut(sample.wanted).into_iter().for_each(|seen| *seen += 1);
     }
     let length = campaign.length().0;

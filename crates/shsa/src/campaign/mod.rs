@@ -1,22 +1,8 @@
-//! `shsa campaign`: a grid of faults on recordings, and how many of them are found, named and healed.
-//!
-//! `recordings -> Ground (the clean run) -> Grid (cells, trials) -> trial (one run each, all cores) -> Campaign -> text, JSON, page`
-//!
-//! A **cell** is a kind of fault with an amount for one signal; a **trial** is a cell at one onset with one seed. Each
-//! trial is what `shsa replay --inject` runs, up to the end of its fault: what happens after it is not looked at. The
-//! recordings are read once and shared; a thread holds one engine and the samples of one signal. The results are put
-//! into the order of the grid, so they are the same for any number of threads. What the figures mean is in
-//! [`tally::LEGEND`], which is printed with them.
+//! `shsa campaign`: a grid of faults on recordings, and how many of them are found, named and healed: its arguments, and what it
+//! prints and writes.
 
-pub(crate) mod grid;
-mod trial;
-pub(crate) mod smallest;
-mod amount;
-mod tally;
-mod compare;
 mod text;
 mod page;
-mod detectable;
 mod markdown;
 
 use crate::outcome::Outcome;
@@ -24,22 +10,22 @@ use crate::plan::find_signal;
 use crate::replay::{CutArguments, is_journal, only, wanted, written};
 use crate::show;
 use anyhow::{Context, anyhow, bail};
-use compare::Comparison;
-use grid::{Detectable, Grid, Kind, Recorded, Wish};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::Value;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::time::Span;
 use shsa_format::model::live::{Live, Written};
 use shsa_format::recording::{self, ReadOptions, Recording, Sample, Session, parse_span};
+use shsa_lab::campaign::{
+    self, AmountSpec, Baseline, Campaign, Comparison, Detectable, Grid, GridSpec, HalfSpec, Progress,
+    Recorded, calibrated, check_settings, instead, measure, settings,
+};
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{BufWriter, IsTerminal, Write, stderr, stdout};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use tally::Campaign;
-use trial::{Ground, Measured};
+use std::sync::{Mutex, PoisonError};
 
 /// Arguments of `shsa campaign`.
 #[derive(clap::Args)]
@@ -112,6 +98,45 @@ pub(crate) struct Arguments {
     compare: Option<PathBuf>,
 }
 
+/// A kind of fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Kind {
+    /// The value stays.
+    Stuck,
+    /// The amount is added.
+    Bias,
+    /// Nothing comes.
+    Drop,
+    /// Up to plus or minus the amount is added.
+    Noise,
+    /// More and more is added, the amount at the fault's end.
+    Drift,
+    /// The amount is added to one value in ten.
+    Spike,
+    /// Values are multiplied: the one of median size is off by the amount.
+    Scale,
+    /// Values come later, by the amount.
+    Delay,
+    /// The last value before the fault plus the amount comes instead.
+    Spoof,
+}
+
+impl From<Kind> for campaign::Kind {
+    fn from(kind: Kind) -> campaign::Kind {
+        match kind {
+            Kind::Stuck => campaign::Kind::Stuck,
+            Kind::Bias => campaign::Kind::Bias,
+            Kind::Drop => campaign::Kind::Drop,
+            Kind::Noise => campaign::Kind::Noise,
+            Kind::Drift => campaign::Kind::Drift,
+            Kind::Spike => campaign::Kind::Spike,
+            Kind::Scale => campaign::Kind::Scale,
+            Kind::Delay => campaign::Kind::Delay,
+            Kind::Spoof => campaign::Kind::Spoof,
+        }
+    }
+}
+
 fn multiple(text: &str) -> Result<f64, String> {
     let number = text.trim().parse::<f64>().ok().filter(|number| number.is_finite() && *number != 0.0);
     number.ok_or_else(|| "expected a number other than 0, such as 4".to_owned())
@@ -121,30 +146,32 @@ fn multiple(text: &str) -> Result<f64, String> {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut live = show::load_live(&arguments.model)?;
     arguments.patch.iter().try_for_each(|path| patch(&mut live, path))?;
-    let before = arguments.compare.as_deref().map(compare::read).transpose()?;
+    let before = arguments.compare.as_deref().map(stored).transpose()?;
     let signals = signals(arguments, live.knowledge())?;
     let recording = read(arguments, live.knowledge())?;
     let sessions: Vec<Recorded<'_>> = recording.by_session().map(recorded).collect();
-    let (kinds, seeds) = (distinct(&arguments.kinds, &Kind::ALL), arguments.seeds.get() as u64);
-    let search = detectable::Wish {
+    let kinds: Vec<campaign::Kind> = arguments.kinds.iter().map(|&kind| kind.into()).collect();
+    let (kinds, seeds) = (distinct(&kinds, &campaign::Kind::ALL), arguments.seeds.get() as u64);
+    let bar = Bar::default();
+    let search = HalfSpec {
         kinds: &kinds,
         signals: &signals,
         onsets: arguments.onsets.get(),
         seeds,
         duration: arguments.duration,
         threads: arguments.threads,
+        progress: &bar,
     };
-    let calibrated =
-        arguments.detectable.map(|_| detectable::calibrated(&live, &sessions, &search)).transpose()?;
+    let calibrated = arguments.detectable.map(|_| calibrated(&live, &sessions, &search)).transpose()?;
     let (knowledge, detectable) = match &calibrated {
         Some((knowledge, detectable)) => (knowledge, Some(detectable)),
         None => (live.knowledge(), None),
     };
     let instead = match detectable {
         Some(_) => BTreeMap::new(),
-        None => instead(arguments, knowledge, &sessions, &signals)?,
+        None => amounts_instead(arguments, knowledge, &sessions, &signals)?,
     };
-    let wish = Wish {
+    let spec = GridSpec {
         kinds: &kinds,
         instead: &instead,
         multiples: &arguments.detectable.map_or_else(|| distinct(&arguments.amounts, &[]), |by| vec![by]),
@@ -154,17 +181,17 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         duration: arguments.duration,
         detectable,
     };
-    let grid = Grid::new(knowledge, &sessions, &wish)?;
+    let grid = Grid::new(knowledge, &sessions, &spec)?;
     grid.left_out.iter().for_each(|reason| show::warn(format_args!("left out: {reason}")));
-    let grounds: Option<Vec<Ground<'_>>> =
-        sessions.iter().map(|it| Ground::new(knowledge, it.origin, it.samples)).collect();
-    let grounds = grounds.ok_or_else(|| anyhow!("nothing recorded"))?;
+    let baselines: Option<Vec<Baseline<'_>>> =
+        sessions.iter().map(|it| Baseline::new(knowledge, it.origin, it.samples)).collect();
+    let baselines = baselines.ok_or_else(|| anyhow!("nothing recorded"))?;
     if let Some(before) = &before {
-        compare::check_settings(before, &tally::settings(&grounds, &grid, seeds))?;
+        check_settings(before, &settings(&baselines, &grid, seeds))?;
     }
     let files = files(arguments)?;
-    let results = measure(&grounds, &grid, arguments.threads)?;
-    let campaign = Campaign { grounds: &grounds, knowledge, grid: &grid, seeds, results };
+    let results = measure(&baselines, &grid, arguments.threads, &bar)?;
+    let campaign = Campaign { baselines: &baselines, knowledge, grid: &grid, seeds, results };
     let mut object = campaign.to_json();
     let comparison = before.map(|before| Comparison::new(&before, &object)).transpose()?;
     if let (Some(object), Some(comparison)) = (object.as_object_mut(), &comparison) {
@@ -283,66 +310,59 @@ fn patch(live: &mut Live, path: &Path) -> anyhow::Result<()> {
 }
 
 /// What takes the place of errors of value that are not declared.
-fn instead(
+fn amounts_instead(
     arguments: &Arguments,
     knowledge: &KnowledgeBase,
     sessions: &[Recorded<'_>],
     signals: &[SignalId],
 ) -> anyhow::Result<BTreeMap<SignalId, f64>> {
-    let wish = amount::Wish {
+    let spec = AmountSpec {
         signals,
         onsets: arguments.onsets.get(),
         duration: arguments.duration,
         threads: arguments.threads,
+        progress: &Bar::default(),
     };
-    amount::instead(knowledge, sessions, &wish)
+    Ok(instead(knowledge, sessions, &spec)?)
 }
 
-/// Runs all trials; the results are in the order of the trials.
-fn measure(
-    grounds: &[Ground<'_>],
-    grid: &Grid,
-    threads: Option<NonZeroUsize>,
-) -> anyhow::Result<Vec<Option<Measured>>> {
-    on_all_cores(grid.trials.len(), threads, "runs", |number| {
-        let trial = grid.trials.get(number)?;
-        grounds.get(trial.session)?.measure(trial, grid.cells.get(trial.cell)?.signal)
-    })
+/// Reads a campaign that was written with `--json`.
+///
+/// # Errors
+/// When the file cannot be read or is no campaign.
+fn stored(path: &Path) -> anyhow::Result<Value> {
+    let shown = path.display();
+    let text = fs::read_to_string(path).with_context(|| format!("{shown} cannot be read"))?;
+    let stored: Value = serde_json::from_str(&text).with_context(|| format!("{shown} is no JSON"))?;
+    if !(stored["settings"].is_object() && stored["cells"].is_array()) {
+        bail!("{shown} is no campaign; write one with: shsa campaign MODEL RECORDING --json {shown}");
+    }
+    Ok(stored)
 }
 
-/// What `work` gives for each number below a count, in their order, with a bar that shows how far it is.
-fn on_all_cores<T: Send>(
-    count: usize,
-    threads: Option<NonZeroUsize>,
-    of_what: &'static str,
-    work: impl Fn(usize) -> T + Sync,
-) -> anyhow::Result<Vec<T>> {
-    let cores = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
-    let threads = threads.map_or_else(cores, NonZeroUsize::get).min(count);
-    let progress = progress(count, of_what);
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut done = Vec::new();
-        loop {
-            let number = next.fetch_add(1, Ordering::Relaxed);
-            if number >= count {
-                return done;
-            }
-            done.push((number, work(number)));
-            progress.inc(1);
-        }
-    };
-    let mut done = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        let mut done = Vec::new();
-        for worker in workers {
-            done.extend(worker.join().map_err(|_| anyhow!("a run broke off; its reason stands above"))?);
-        }
-        Ok::<_, anyhow::Error>(done)
-    })?;
-    progress.finish_and_clear();
-    done.sort_unstable_by_key(|(number, _)| *number);
-    Ok(done.into_iter().map(|(_, result)| result).collect())
+/// How far a search is, where somebody looks on.
+#[derive(Default)]
+pub(crate) struct Bar(Mutex<Option<ProgressBar>>);
+
+impl Bar {
+    fn with(&self, act: impl Fn(&ProgressBar)) {
+        let bar = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        bar.iter().for_each(act);
+    }
+}
+
+impl Progress for Bar {
+    fn begin(&self, count: usize, of_what: &str) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(progress(count, of_what));
+    }
+
+    fn step(&self) {
+        self.with(|bar| bar.inc(1));
+    }
+
+    fn end(&self) {
+        self.with(ProgressBar::finish_and_clear);
+    }
 }
 
 fn progress(length: usize, of_what: &str) -> ProgressBar {

@@ -1,11 +1,9 @@
 //! A campaign as one HTML page of its own: heat maps of faults by signals, the words, and every figure.
 
-use super::compare::Comparison;
-use super::grid::{Cell, What};
-use super::tally::{Campaign, LEGEND, Tally};
-use super::text::{NOT_COUNTED, head, latency, not_counted_rows, rounded};
+use super::text::{NOT_COUNTED, head, latency, not_counted_rows};
 use shsa_core::knowledge::SignalId;
 use shsa_format::drawing::{Heat, escaped};
+use shsa_lab::campaign::{Campaign, Cell, Comparison, LEGEND, Tally, What, rounded};
 use std::fmt::Write;
 
 const STYLE: &str = "

@@ -1,11 +1,10 @@
 //! A campaign for the terminal: by fault, by signal, by need, and what has changed since an earlier one.
 
-use super::compare::{Change, Comparison};
-use super::grid::{Onset, Reason, What};
-use super::tally::{Campaign, LEGEND, Tally};
 use crate::show::{self, Paint};
 use shsa_core::knowledge::{Need, NeedId, SignalId};
 use shsa_core::time::Span;
+use shsa_format::text::counted;
+use shsa_lab::campaign::{Campaign, Change, Comparison, LEGEND, Onset, Reason, Tally, What, rounded};
 
 const FIGURES: [&str; 10] = [
     "runs",
@@ -40,20 +39,20 @@ pub(super) fn head(campaign: &Campaign<'_>) -> String {
     let grid = campaign.grid;
     let alarms = match campaign.clean_alarms() {
         0 => "no alarm".to_owned(),
-        count => show::counted(count, "alarm"),
+        count => counted(count, "alarm"),
     };
     format!(
         "{} over {:.1} s{}; without a fault {alarms}\n{} of {} in {}, each fault for {:.1} s, beginning at {}\n{}",
-        show::counted(campaign.observations(), "observation"),
+        counted(campaign.observations(), "observation"),
         campaign.length().seconds(),
-        if campaign.grounds.len() > 1 {
-            format!(" in {} sessions", campaign.grounds.len())
+        if campaign.baselines.len() > 1 {
+            format!(" in {} sessions", campaign.baselines.len())
         } else {
             String::new()
         },
-        show::counted(grid.whats.len(), "fault"),
-        show::counted(grid.signals.len(), "signal"),
-        show::counted(grid.trials.len(), "run"),
+        counted(grid.whats.len(), "fault"),
+        counted(grid.signals.len(), "signal"),
+        counted(grid.trials.len(), "run"),
         grid.duration.seconds(),
         onsets(campaign),
         headline(campaign),
@@ -62,7 +61,7 @@ pub(super) fn head(campaign: &Campaign<'_>) -> String {
 
 /// When faults begin, in words.
 pub(super) fn onsets(campaign: &Campaign<'_>) -> String {
-    let told = |onset: &Onset| match campaign.grounds.len() {
+    let told = |onset: &Onset| match campaign.baselines.len() {
         1 => format!("{:.1}", onset.at.seconds()),
         _ => format!("{:.1} (session {})", onset.at.seconds(), onset.session + 1),
     };
@@ -75,7 +74,7 @@ pub(super) fn headline(campaign: &Campaign<'_>) -> String {
     let tally = campaign.tally(|_| true);
     let share =
         tally.share(tally.detected).map_or(String::new(), |share| format!(" ({:.1} %)", 100.0 * share));
-    let mut text = format!("Detected {} of {}{share}", tally.detected, show::counted(tally.runs, "run"));
+    let mut text = format!("Detected {} of {}{share}", tally.detected, counted(tally.runs, "run"));
     if tally.accused > 0 {
         let (accused, detected) = (tally.accused, tally.accused_detected);
         text += &format!(", among them {accused} whose signal was accused before ({detected} detected)");
@@ -174,12 +173,6 @@ fn cells(tally: &Tally) -> [String; 10] {
 /// A latency, `-` where there is none.
 pub(super) fn latency(latency: Option<Span>) -> String {
     latency.map_or("-".to_owned(), |latency| format!("{:.2} s", latency.seconds()))
-}
-
-/// Four digits that count.
-pub(super) fn rounded(value: f64) -> String {
-    let text = format!("{value:.3e}");
-    text.parse::<f64>().map_or(text, |value| value.to_string())
 }
 
 /// For each need: how often it was unmet, and where it was most wrong.

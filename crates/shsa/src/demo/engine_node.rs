@@ -51,14 +51,6 @@ impl EngineNode {
     }
 }
 
-impl EngineNode {
-    fn pass(&mut self, mut ticks: Ticks) {
-        while let Some(due) = ticks.next(&self.engine) {
-            self.engine.handle(Input::Tick(due));
-        }
-    }
-}
-
 impl Healer for EngineNode {
     fn topics(&self) -> Vec<String> {
         self.signals.keys().cloned().collect()
@@ -73,12 +65,12 @@ impl Healer for EngineNode {
         let Some(&signal) = self.signals.get(&*message.topic) else { return };
         let Some(value) = message.value().cloned() else { return };
         let (stamp, received) = (message.stamped(), message.received);
-        self.pass(Ticks::before(received));
+        self.engine.pass(Ticks::before(received));
         self.engine.handle(Input::Observation(Observation { signal, stamp, received, value }));
     }
 
     fn tick(&mut self, now: Time) {
-        self.pass(Ticks::up_to(now));
+        self.engine.pass(Ticks::up_to(now));
     }
 
     fn poll(&mut self) -> Option<Gift> {

@@ -78,7 +78,7 @@ fn timeline(explanation: &Explanation<'_>, tracks: &Tracks) -> Timeline {
     let end = explanation.inquiry.run.last.min(tracks.to);
     let mut notes = vec![NOTE.to_owned()];
     if tracks.left_out > 0 {
-        let more = crate::show::counted(tracks.left_out, "more way");
+        let more = shsa_format::text::counted(tracks.left_out, "more way");
         notes.push(format!("{more} of knowing {} not drawn", variable.name));
     }
     Timeline {

@@ -4,14 +4,15 @@
 use super::inquiry::{Inquiry, Snapshot, is_about, is_accusation};
 use super::words::{Words, listed};
 use crate::replay::Source;
-use crate::show;
 use shsa_core::diagnosis::Component;
 use shsa_core::diagnosis::Verdict;
-use shsa_core::diagnosis::explain as diagnosis;
+use shsa_core::diagnosis::candidates as diagnosis;
 use shsa_core::engine::{Comparison, Event, EventKind, Evidence, Rival, span_text};
 use shsa_core::knowledge::{KnowledgeBase, SignalSet, VariableId};
-use shsa_core::monitor::{Relationship, Symptom};
+use shsa_core::monitor::{ResidualState, Symptom};
 use shsa_core::time::Time;
+use shsa_format::event;
+use shsa_format::text::counted;
 use std::collections::BTreeSet;
 
 /// No rival is likelier than another when only their number matters.
@@ -64,7 +65,7 @@ impl<'a> Explanation<'a> {
     pub(super) fn headline(&self) -> String {
         let (signal, time) = (&self.inquiry.signal, self.words.time(self.time()));
         let Some(event) = self.event else {
-            let verdict = show::verdict(self.evidence().absence, self.evidence().verdict);
+            let verdict = event::verdict(self.evidence().absence, self.evidence().verdict);
             return format!("{signal} was {verdict} at {time}: no decision about it stood");
         };
         let symptom = event.symptom.filter(|symptom| *symptom != Symptom::Silent);
@@ -128,7 +129,7 @@ impl<'a> Explanation<'a> {
             }
             _ => format!(
                 "Of {} that {signal} is part of, {against} spoke against it and {speaks_for} for it.",
-                show::counted(all, "comparison")
+                counted(all, "comparison")
             ),
         };
         let mut items = vec![item(parts)];
@@ -180,7 +181,7 @@ impl<'a> Explanation<'a> {
             })
             .collect();
         if chosen.len() > MOST_LISTED {
-            items.push(item(format!("and {} more", show::counted(chosen.len() - MOST_LISTED, "comparison"))));
+            items.push(item(format!("and {} more", counted(chosen.len() - MOST_LISTED, "comparison"))));
         }
         items
     }
@@ -202,7 +203,7 @@ impl<'a> Explanation<'a> {
         };
         let mut notes = Vec::new();
         if let Some(first) = rival.not_in.first().and_then(|&at| self.evidence().comparisons.get(at)) {
-            let count = show::counted(rival.not_in.len(), "disagreement");
+            let count = counted(rival.not_in.len(), "disagreement");
             let (own, other) = (self.words.way(&first.own), self.words.way(&first.other));
             notes.push(format!("{count} with {signal} would be left, such as {own} against {other}"));
         }
@@ -210,7 +211,7 @@ impl<'a> Explanation<'a> {
             let (own, other) = (self.words.way(&first.own), self.words.way(&first.other));
             let count = rival.supported.len();
             let speak = if count == 1 { "speaks" } else { "speak" };
-            let count = show::counted(count, "comparison");
+            let count = counted(count, "comparison");
             notes.push(format!("{count} without {signal} {speak} for it, such as {own} with {other}"));
         }
         Item { text, notes }
@@ -295,7 +296,7 @@ impl<'a> Explanation<'a> {
     /// Comparisons that are in the model and would have told the signal from others, had they had anything to say.
     fn unheard(&self, untold: &[&Rival]) -> Vec<String> {
         let of_signal = self.evidence().comparisons.iter().filter(|each| {
-            let is_unknown = each.relationship == Relationship::Unknown && each.bears_witness;
+            let is_unknown = each.relationship == ResidualState::Unknown && each.bears_witness;
             is_unknown && !untold.iter().any(|rival| each.signals.contains(rival.signal))
         });
         let of_rivals = untold.iter().flat_map(|rival| &rival.unheard);
@@ -318,8 +319,8 @@ impl<'a> Explanation<'a> {
         if let Some(later) = &self.inquiry.later {
             let conflicts = later.evidence.comparisons.iter().filter(|each| each.is_conflict()).count();
             let (time, verdict) = (self.words.time(later.evidence.time), later.evidence.verdict);
-            let verdict = show::verdict(later.evidence.absence, verdict);
-            let count = show::counted(conflicts, "comparison");
+            let verdict = event::verdict(later.evidence.absence, verdict);
+            let count = counted(conflicts, "comparison");
             items.push(item(format!("At {time} this decision stood: {verdict}, {count} against it.")));
         }
         let next: Vec<&Event> = self.later_events().map(|(_, event)| event).collect();
@@ -328,7 +329,7 @@ impl<'a> Explanation<'a> {
             items.push(Item { text: format!("{time} {kind}"), notes: vec![event.because.clone()] });
         }
         if next.len() > MOST_LISTED {
-            items.push(item(format!("and {} more", show::counted(next.len() - MOST_LISTED, "decision"))));
+            items.push(item(format!("and {} more", counted(next.len() - MOST_LISTED, "decision"))));
         }
         items.extend(self.at_end().map(item));
         items
@@ -350,12 +351,12 @@ impl<'a> Explanation<'a> {
             return None;
         }
         let time = self.words.time(end.time);
-        let verdict = show::verdict(end.absence, end.verdict);
+        let verdict = event::verdict(end.absence, end.verdict);
         if !matches!(end.verdict, Verdict::Suspect | Verdict::Failed) && end.absence.is_none() {
             return Some(format!("At the end, {time}, it is {verdict}."));
         }
         let left = end.comparisons.iter().filter(|each| {
-            matches!(each.relationship, Relationship::Conflict | Relationship::Undecided)
+            matches!(each.relationship, ResidualState::Conflict | ResidualState::Undecided)
                 && each.explained_by.is_empty()
         });
         let why = match (left.count(), end.clean_since) {
@@ -435,7 +436,7 @@ impl<'a> Explanation<'a> {
             }
         });
         let more = needs.len().saturating_sub(MOST_LISTED);
-        let more = (more > 0).then(|| format!("and {}", show::counted(more, "more need")));
+        let more = (more > 0).then(|| format!("and {}", counted(more, "more need")));
         if self.is_accused() { told.chain(more).collect() } else { Vec::new() }
     }
 }
@@ -457,9 +458,9 @@ impl Speaks {
     pub(super) fn of(comparison: &Comparison) -> Speaks {
         match comparison.relationship {
             _ if !comparison.explained_by.is_empty() => Speaks::Not,
-            Relationship::Conflict | Relationship::Undecided => Speaks::Against,
-            Relationship::Agree if comparison.bears_witness => Speaks::For,
-            Relationship::Agree | Relationship::Unknown => Speaks::Not,
+            ResidualState::Conflict | ResidualState::Undecided => Speaks::Against,
+            ResidualState::Agree if comparison.bears_witness => Speaks::For,
+            ResidualState::Agree | ResidualState::Unknown => Speaks::Not,
         }
     }
 }

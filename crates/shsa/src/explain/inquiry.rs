@@ -141,7 +141,7 @@ fn no_signal(run: &Run, question: &Question) -> String {
         Question::Decision(number) => {
             format!(
                 "there is no decision {number}: the run has {}",
-                crate::show::counted(run.events.len(), "decision")
+                shsa_format::text::counted(run.events.len(), "decision")
             )
         }
         Question::Signal { .. } | Question::All => "no signal is asked about".to_owned(),

@@ -3,7 +3,6 @@
 use super::explanation::{Explanation, Speaks};
 use super::text::subject;
 use super::words::Words;
-use crate::show;
 use serde_json::{Value, json};
 use shsa_core::engine::{Comparison, Event, Rival, Side};
 use shsa_core::interval::Interval;
@@ -11,6 +10,7 @@ use shsa_core::knowledge::{KnowledgeBase, SignalSet};
 use shsa_core::monitor::Symptom;
 use shsa_core::time::Time;
 use shsa_format::drive::Run;
+use shsa_format::event;
 
 /// All decisions of a run.
 pub(super) fn list(run: &Run) -> Value {
@@ -57,7 +57,7 @@ pub(super) fn object(explanation: &Explanation<'_>) -> Value {
         "decision": explanation.event.map(|event| event.kind.name()),
         "number": explanation.inquiry.focus.event.map(|number| number + 1),
         "symptom": explanation.event.and_then(|event| event.symptom).map(Symptom::name),
-        "verdict": show::verdict(evidence.absence, evidence.verdict),
+        "verdict": event::verdict(evidence.absence, evidence.verdict),
         "because": explanation.event.map(|event| &event.because),
         "against": told(Speaks::Against),
         "for": told(Speaks::For),
@@ -66,7 +66,7 @@ pub(super) fn object(explanation: &Explanation<'_>) -> Value {
         "would_clear": if explanation.is_accused() { explanation.would_clear() } else { Vec::new() },
         "probation_s": evidence.probation.seconds(),
         "later": later,
-        "verdict_at_end": end.map(|end| show::verdict(end.evidence.absence, end.evidence.verdict)),
+        "verdict_at_end": end.map(|end| event::verdict(end.evidence.absence, end.evidence.verdict)),
         "needs": needs,
     })
 }
@@ -106,7 +106,7 @@ fn rival(words: Words<'_>, rival: &Rival) -> Value {
     let with = |each: &Comparison| words.way(&each.other);
     json!({
         "signal": words.signal(rival.signal),
-        "verdict": show::verdict(None, rival.verdict),
+        "verdict": event::verdict(None, rival.verdict),
         "ruled_out": !rival.explains_all(),
         "not_in": rival.not_in.len(),
         "agrees_with": rival.supported.iter().map(with).collect::<Vec<String>>(),

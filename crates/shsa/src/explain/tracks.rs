@@ -142,7 +142,7 @@ impl Track {
 impl Watched {
     /// The stretch of time about which the two have newly disagreed.
     fn look(&mut self, engine: &Engine) -> Option<Validity> {
-        let pair = engine.monitor().pairs().get(self.pair)?;
+        let pair = engine.monitor().residuals().get(self.pair)?;
         let last = pair.disagreement?.time;
         if self.last.replace(last).is_some_and(|before| before == last) {
             return None;

@@ -3,7 +3,7 @@
 use shsa_core::engine::{Comparison, Mute, Side, difference_text, interval_text, span_text};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, SignalId, SignalSet};
-use shsa_core::monitor::{Absence, Relationship, Tendency};
+use shsa_core::monitor::{Absence, ResidualState, Tendency};
 use shsa_core::time::{Span, Time};
 
 /// So many names are listed; of more, the number.
@@ -41,7 +41,7 @@ impl<'a> Words<'a> {
         let variable = &self.knowledge.variables()[comparison.variable].name;
         let (own, other) = (self.way(&comparison.own), self.way(&comparison.other));
         let values = comparison.disagreed.or(comparison.compared.map(|(own, other, _)| (own, other)));
-        let values = values.filter(|_| comparison.relationship != Relationship::Unknown);
+        let values = values.filter(|_| comparison.relationship != ResidualState::Unknown);
         match values {
             Some((one, two)) => {
                 let (one, two) = (self.interval(comparison, one), self.interval(comparison, two));
@@ -66,17 +66,17 @@ impl<'a> Words<'a> {
             );
         }
         match comparison.relationship {
-            Relationship::Unknown => "nothing to compare of late".to_owned(),
-            Relationship::Agree => {
+            ResidualState::Unknown => "nothing to compare of late".to_owned(),
+            ResidualState::Agree => {
                 let last = comparison
                     .compared
                     .map_or(String::new(), |(.., time)| format!(", the last one about {}", self.time(time)));
                 format!("all {all} recent comparisons agree{last}")
             }
-            Relationship::Undecided => {
+            ResidualState::Undecided => {
                 format!("{disagree} of {all} recent comparisons disagree{since}: too few to count")
             }
-            Relationship::Conflict => format!("{disagree} of {all} recent comparisons disagree{since}"),
+            ResidualState::Conflict => format!("{disagree} of {all} recent comparisons disagree{since}"),
         }
     }
 
@@ -108,7 +108,7 @@ impl<'a> Words<'a> {
             let failed = self.signals(&comparison.explained_by);
             return format!("it does not count: {failed} is part of it, and has failed or is forbidden");
         }
-        if comparison.relationship == Relationship::Agree {
+        if comparison.relationship == ResidualState::Agree {
             return "it agrees, but both rest on the signal: this is no evidence".to_owned();
         }
         let sides = [&comparison.own, &comparison.other];

@@ -1,10 +1,9 @@
 //! What a replay found, as text and as JSON.
 
 use super::Source;
-use crate::notes::{Noted, notes};
 use crate::show::{self, Paint};
 use crate::tell;
-use crate::unwatched::{self, Compared};
+use crate::unwatched;
 use serde_json::{Map, Value, json};
 use shsa_core::alignment::Counts;
 use shsa_core::engine::{Event, Publication, PublishedValue, Quality, WatchBudget};
@@ -12,7 +11,10 @@ use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, Need, NeedId, SignalId, VariableId};
 use shsa_core::monitor::{Figures, WatchedWay, WayIndex};
 use shsa_core::time::{Span, Time};
+use shsa_format::comparisons::{Compared, Noted, compared, notes};
 use shsa_format::drive::Run;
+use shsa_format::event;
+use shsa_format::text::counted;
 use std::io::{Write, stdout};
 use std::time::Duration;
 
@@ -129,7 +131,7 @@ impl<'a> Report<'a> {
         let needs_of: Vec<Vec<NeedReport>> = parts.iter().map(of_part).collect();
         let needs = (0..knowledge.needs().len()).filter_map(|at| together(&needs_of, at)).collect();
         let mut warnings = unwatched::declared(knowledge, watch);
-        let comparisons = unwatched::compared(parts.iter().map(|part| &part.run.engine));
+        let comparisons = compared(parts.iter().map(|part| &part.run.engine));
         let seen = comparisons.iter().filter_map(Compared::warning).collect();
         warnings.extend(unwatched::shortened(seen));
         let notes = notes(&run.engine).collect();
@@ -195,7 +197,7 @@ impl<'a> Report<'a> {
         let event = |(known, event): (&KnowledgeBase, &Event)| {
             let session = self.number(at).map(|number| ("session".to_owned(), json!(number)));
             let time = ("time_s".to_owned(), json!(part.since(event.time)));
-            let fields = std::iter::once(time).chain(session).chain(tell::event_fields(known, event));
+            let fields = std::iter::once(time).chain(session).chain(event::fields(known, event));
             Value::Object(fields.collect())
         };
         part.run.told_events().map(event).collect()
@@ -307,7 +309,7 @@ impl<'a> Report<'a> {
         };
         let mut parts = vec![format!(
             "{} over {:.1} s{sessions}, replayed in {:.3} s",
-            show::counted(self.observations(), "observation"),
+            counted(self.observations(), "observation"),
             self.duration().seconds(),
             elapsed.as_secs_f64()
         )];
@@ -451,7 +453,7 @@ fn difference_from_si(knowledge: &KnowledgeBase, variable: VariableId, value: f6
 /// What a run thinks of a signal at its end.
 fn verdict(run: &Run, signal: &str) -> &'static str {
     let id = run.engine.knowledge().signal(signal);
-    id.map_or("", |id| show::verdict(run.engine.absence(id), run.engine.verdict(id)))
+    id.map_or("", |id| event::verdict(run.engine.absence(id), run.engine.verdict(id)))
 }
 
 fn need_report(part: &Part<'_>, id: NeedId, need: &Need, is_one_of_several: bool) -> NeedReport {

@@ -1,20 +1,20 @@
 //! Which signals of a model are on the bus, and why the others are not.
 
 use super::heard::Heard;
-use crate::run::wires::{Wires, topic_and_field};
 use shsa_bridge::payload::Path;
 use shsa_bridge::{Clock, Message, Quality};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, SignalId};
 use shsa_core::observation::RawValue;
 use shsa_core::unit::nearest;
 use shsa_format::recording::Source;
+use shsa_runtime::inputs::{Inputs, topic_and_field};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The signals of a model, and what was heard of them.
 pub(super) struct Matched {
     pub(super) knowledge: KnowledgeBase,
-    wires: Wires,
+    inputs: Inputs,
     ends: IdVec<SignalId, End>,
 }
 
@@ -39,7 +39,7 @@ impl Matched {
     /// # Errors
     /// When a signal's source names no topic and field.
     pub(super) fn new(knowledge: KnowledgeBase) -> anyhow::Result<Matched> {
-        let wires = Wires::new(&knowledge)?;
+        let inputs = Inputs::new(&knowledge)?;
         let mut ends = IdVec::filled(knowledge.signals().len(), |_| End::default());
         for (id, _) in knowledge.signals().enumerate() {
             if let Ok(source) = source_of(&knowledge, id).parse::<Source>() {
@@ -47,12 +47,12 @@ impl Matched {
                 ends[id] = End { topic, path: Path::parse(&field.path)?, ..End::default() };
             }
         }
-        Ok(Matched { knowledge, wires, ends })
+        Ok(Matched { knowledge, inputs, ends })
     }
 
     pub(super) fn take(&mut self, message: &Message, clock: &Clock) {
-        let Matched { wires, ends, .. } = self;
-        wires.read(message, clock, |observation| {
+        let Matched { inputs, ends, .. } = self;
+        inputs.read(message, clock, |observation| {
             let end = &mut ends[observation.signal];
             end.readable += 1;
             end.value = Some(observation.value);
@@ -66,7 +66,7 @@ impl Matched {
 
     /// How many messages with a signal's field could be read: those that could not are observed as invalid, too.
     pub(super) fn good(&self, id: SignalId) -> u64 {
-        self.ends[id].readable.saturating_sub(self.wires.unreadable(id).0)
+        self.ends[id].readable.saturating_sub(self.inputs.unreadable(id).0)
     }
 
     /// The names of the signals that a field carries. What was never encoded has no fields, and carries all of its topic.
@@ -91,7 +91,7 @@ impl Matched {
 
     fn because(&self, id: SignalId, end: &End, topics: &BTreeMap<Arc<str>, Heard>) -> String {
         if let Some(heard) = topics.get(&end.topic) {
-            return self.wires.unreadable(id).1.unwrap_or_else(|| not_observed(heard));
+            return self.inputs.unreadable(id).1.unwrap_or_else(|| not_observed(heard));
         }
         let near = nearest(&end.topic, topics.keys().map(|topic| &**topic));
         let meant = near.map_or(String::new(), |near| format!("; did you mean {near}?"));

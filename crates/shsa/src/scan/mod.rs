@@ -8,12 +8,13 @@ mod draft;
 mod json;
 mod text;
 
-use crate::bus::{Address, BusArguments};
+use crate::bus::BusArguments;
 use crate::outcome::Outcome;
 use crate::{demo, show};
 use anyhow::bail;
 use heard::Heard;
 use matched::Matched;
+use shsa_bridge::Address;
 use shsa_bridge::memory::MemoryBus;
 use shsa_bridge::{Bridge, Clock, Inbox, Link};
 use shsa_core::time::Span;
@@ -64,7 +65,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let clock = Clock::running();
     let inbox = Inbox::new(arguments.bus.queue, clock.clone());
     let memory = MemoryBus::new(clock);
-    let mut bridge = arguments.bus.visit(inbox, &memory)?;
+    let mut bridge = arguments.bus.options().visit(inbox, &memory)?;
     bridge.subscribe_all()?;
     let stop = Arc::new(AtomicBool::new(false));
     if arguments.bus.bus == Address::Memory {

@@ -6,6 +6,7 @@ use super::matched::Matched;
 use crate::show::{self, Paint, paint};
 use shsa_bridge::payload::{Content, Leaf};
 use shsa_core::observation::RawValue;
+use shsa_format::text::{counted, seconds};
 
 /// More fields than these of one topic are only counted.
 const FIELDS_MAX: usize = 40;
@@ -13,8 +14,8 @@ const FIELDS_MAX: usize = 40;
 const TEXT_MAX: usize = 32;
 
 pub(super) fn shown(scan: &Scan) -> String {
-    let count = show::counted(scan.topics.len(), "topic");
-    let mut parts = vec![format!("{}: {count} in {}", scan.bus, show::seconds(scan.seconds))];
+    let count = counted(scan.topics.len(), "topic");
+    let mut parts = vec![format!("{}: {count} in {}", scan.bus, seconds(scan.seconds))];
     if scan.topics.is_empty() {
         parts.push("Nothing was published; listen longer with --for.".to_owned());
     } else {
@@ -62,7 +63,7 @@ fn of_topic(topic: &str, heard: &Heard) -> Vec<String> {
         heard.form(),
         messages,
         heard.rate_hz().map_or_else(nothing, rate),
-        heard.longest_gap_s().map_or_else(nothing, show::seconds),
+        heard.longest_gap_s().map_or_else(nothing, seconds),
     ]
 }
 
@@ -99,7 +100,7 @@ fn content(content: &Content) -> String {
         Content::Value(RawValue::Vector(values)) => {
             let first: Vec<String> = values.iter().take(3).map(|value| number(*value)).collect();
             let more = if values.len() > 3 { ", .." } else { "" };
-            format!("[{}{more}] ({})", first.join(", "), show::counted(values.len(), "element"))
+            format!("[{}{more}] ({})", first.join(", "), counted(values.len(), "element"))
         }
     }
 }
@@ -133,9 +134,9 @@ fn missing(scan: &Scan, matched: &Matched) -> Option<String> {
         vec![format!("  {}", missing.signal), missing.source.to_owned(), missing.because]
     };
     let rows: Vec<_> = matched.missing(&scan.topics).map(row).collect();
-    let title = format!("Missing: {} of {}", rows.len(), show::counted(matched.signals().count(), "signal"));
+    let title = format!("Missing: {} of {}", rows.len(), counted(matched.signals().count(), "signal"));
     Some(if rows.is_empty() {
-        paint(Paint::Green, &format!("All {} are there.", show::counted(matched.signals().count(), "signal")))
+        paint(Paint::Green, &format!("All {} are there.", counted(matched.signals().count(), "signal")))
     } else {
         show::table(&[&title, "source", "why"], rows)
     })

@@ -113,7 +113,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let stop = stop_on_signals(inbox.clone())?;
     let mut bridge: Box<dyn Bridge> = match arguments.stdio {
         true => Box::new(Pipes::open(inbox, stop.clone(), ports.topics().cloned().collect())?),
-        false => arguments.bus.open(&arguments.name, inbox, &MemoryBus::new(clock.clone()))?,
+        false => arguments.bus.options().open(&arguments.name, inbox, &MemoryBus::new(clock.clone()))?,
     };
     for topic in ports.topics() {
         bridge.subscribe(topic, None)?;

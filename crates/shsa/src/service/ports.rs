@@ -1,12 +1,12 @@
 //! The inputs of a service: the latest value of each, as long as it is not too old.
 
-use crate::run::topic_and_field;
 use anyhow::{Context, anyhow};
 use shsa_bridge::payload::{Field, Reader, SIZE_LIMIT};
 use shsa_bridge::{Clock, Message, Quality};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_format::recording::Source;
+use shsa_runtime::inputs::topic_and_field;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

@@ -54,7 +54,7 @@ impl Folder {
 
     /// The command in this folder, with arguments separated by blanks, its standard input closed.
     pub(crate) fn command(&self, arguments: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_shsa"));
+        let mut command = Command::new(crate::PROGRAM);
         command.current_dir(&self.0).args(arguments.split_whitespace()).stdin(Stdio::null());
         command
     }

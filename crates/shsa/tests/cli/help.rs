@@ -2,7 +2,7 @@
 
 use crate::folder::Folder;
 
-const COMMANDS: [&str; 18] = [
+const COMMANDS: [&str; 21] = [
     "check",
     "plan",
     "analyze",
@@ -19,8 +19,11 @@ const COMMANDS: [&str; 18] = [
     "convert",
     "join",
     "part",
-    "bench",
+    "fmt",
+    "patch",
+    "schema",
     "completions",
+    "man",
 ];
 
 /// The example that the help of a command gives.
@@ -52,7 +55,7 @@ fn help_of_every_command_has_an_example() {
 #[test]
 fn examples_of_the_help_work() {
     let project = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-    for command in ["check", "plan", "explain"] {
+    for command in ["check", "plan", "explain", "help"] {
         let mut run = Folder::new().command(&example(command));
         let output = run.current_dir(project).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
@@ -82,6 +85,37 @@ fn completions_for_the_common_shells() {
         COMMANDS.iter().for_each(|command| assert!(script.contains(command), "{shell}: {command}"));
     }
     Folder::new().refuses("completions tcsh", &["possible values", "bash"]);
+}
+
+#[test]
+fn models_are_laid_out_and_checked() {
+    let untidy = "shsa: 1\nvariables:\n    x: {unit: m}  # known\n";
+    let folder = Folder::with(&[
+        ("one.yaml", untidy.as_bytes()),
+        ("two.yaml", b"shsa: 1\n"),
+        ("three.yaml", b"shsa: [\n"),
+    ]);
+    assert_eq!(folder.ends("fmt --check one.yaml two.yaml", 1).stdout, "one.yaml\n");
+    assert_eq!(folder.read("one.yaml"), untidy);
+    // All or none.
+    assert_eq!(folder.ends("fmt one.yaml three.yaml", 2).stdout, "");
+    assert_eq!(folder.read("one.yaml"), untidy);
+    assert_eq!(folder.ends("fmt one.yaml two.yaml", 0).stdout, "one.yaml\n");
+    assert_eq!(folder.read("one.yaml"), "shsa: 1\nvariables:\n  x: { unit: m }  # known\n");
+    assert_eq!(folder.ends("fmt --check one.yaml two.yaml", 0).stdout, "");
+}
+
+#[test]
+fn every_command_has_a_manual_page() {
+    let folder = Folder::new();
+    folder.ends("man pages", 0);
+    for command in COMMANDS {
+        let page = std::fs::read_to_string(folder.path("pages").join(format!("shsa-{command}.1"))).unwrap();
+        assert!(page.contains(&format!(".TH shsa-{command} 1")) && page.contains("Example: shsa"), "{page}");
+    }
+    let all = std::fs::read_to_string(folder.path("pages/shsa.1")).unwrap();
+    COMMANDS.iter().for_each(|command| assert!(all.contains(command), "{command}"));
+    folder.refuses("man", &["<FOLDER>"]);
 }
 
 #[test]

@@ -5,19 +5,18 @@ mod folder;
 mod tank;
 
 mod analyze;
-mod bench;
 mod calibrate;
 mod campaign;
 mod check;
 mod contingency;
 mod convert;
 mod drivetrain;
-mod experiments;
 mod explain;
 mod help;
 mod monitor;
 mod parts;
 mod plan;
+mod reference;
 mod reload;
 mod replay;
 mod scan;
@@ -27,3 +26,6 @@ mod streams;
 mod structures;
 mod thesis;
 mod wrong;
+
+/// What is run.
+const PROGRAM: &str = env!("CARGO_BIN_EXE_shsa");

@@ -16,5 +16,4 @@ mod embedded;
 mod endurance;
 mod isolation;
 mod joining;
-mod soak;
 mod takeover;

@@ -1,9 +1,9 @@
 //! What the pairs of a monitor say, as comparisons of components.
 
 use super::{Component, Judge, JudgeOptions};
-use crate::diagnosis::explain::Comparison;
-use crate::knowledge::{CauseId, IdVec, KnowledgeBase, RelationId, SignalId, SignalSet};
-use crate::monitor::{Monitor, Pair, Relationship, WatchedWay, WayIndex};
+use crate::diagnosis::candidates::Comparison;
+use crate::knowledge::{CauseId, IdVec, KnowledgeBase, PRIOR, RelationId, SignalId, SignalSet};
+use crate::monitor::{Monitor, Residual, ResidualState, WatchedWay, WayIndex};
 use crate::time::{Span, Time};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::sync::Arc;
@@ -26,10 +26,10 @@ pub(super) struct Priors {
 impl Priors {
     pub(super) fn new(knowledge: &KnowledgeBase, options: &JudgeOptions) -> Priors {
         let of_signal = |signal: SignalId| {
-            knowledge.signals()[signal].properties.get("prior").copied().unwrap_or(options.prior)
+            knowledge.signals()[signal].properties.get(PRIOR).copied().unwrap_or(options.prior)
         };
         let own = knowledge.relations().enumerate();
-        let own = own.filter_map(|(id, relation)| Some((id, *relation.properties.get("prior")?)));
+        let own = own.filter_map(|(id, relation)| Some((id, *relation.properties.get(PRIOR)?)));
         let mut shared: BTreeMap<SignalId, Vec<CauseId>> = BTreeMap::new();
         for (id, cause) in knowledge.causes().enumerate() {
             cause.signals.iter().for_each(|&signal| shared.entry(signal).or_default().push(id));
@@ -142,7 +142,7 @@ impl core::ops::Deref for Beliefs {
 impl Judge {
     /// What is thought of the components of some conflicts beforehand. What has failed of those that share something is a
     /// reason to think that this has failed; the longer ago, the less, as the others would have failed since.
-    pub(super) fn beliefs(&self, now: Time, conflicts: &[&Pair]) -> Beliefs {
+    pub(super) fn beliefs(&self, now: Time, conflicts: &[&Residual]) -> Beliefs {
         let mut beliefs = Beliefs { priors: self.priors.clone(), shown: BTreeMap::new(), failed: Vec::new() };
         let has_failed = |signal: &&SignalId| self.has_failed(**signal);
         let mut onsets: BTreeMap<CauseId, Time> = BTreeMap::new();
@@ -156,7 +156,7 @@ impl Judge {
         for (cause, onset) in onsets {
             let failed = self.priors.sharing(cause).iter().filter(has_failed);
             beliefs.failed.extend(failed.clone());
-            let accused = failed.map(|signal| self.standing(Component::Signal(*signal)).accused);
+            let accused = failed.map(|signal| self.state_of(Component::Signal(*signal)).accused);
             let Some(last) = accused.max() else { continue };
             let ago = last.map_or(Span::MAX, |last| (onset - last).max(COINCIDENCE));
             beliefs.shown.insert(cause, COINCIDES * (COINCIDENCE.seconds() / ago.seconds()));
@@ -171,7 +171,7 @@ impl Judge {
         &self,
         monitor: &Monitor,
         now: Time,
-        conflicts: &[&Pair],
+        conflicts: &[&Residual],
         beliefs: &Beliefs,
     ) -> Vec<Comparison> {
         let mut disputed = SignalSet::new();
@@ -182,9 +182,10 @@ impl Judge {
         // Who has not yet drifted far enough to disagree does not agree.
         let gradual = conflicts.iter().any(|pair| is_gradual(pair, now));
         // Some of them may agree yet.
-        let is_taken = |pair: &Pair| conflicts.iter().any(|it| (it.way, it.other) == (pair.way, pair.other));
+        let is_taken =
+            |pair: &Residual| conflicts.iter().any(|it| (it.way, it.other) == (pair.way, pair.other));
         let agreements = self
-            .open_pairs(monitor, now, Relationship::Agree)
+            .open_pairs(monitor, now, ResidualState::Agree)
             .filter(|pair| !is_taken(pair))
             .filter(|pair| !(gradual && pair.is_building()) && pair.signals.meets(&disputed))
             .filter(|pair| !looks_at_changes(pair.way) && !looks_at_changes(pair.other));
@@ -206,7 +207,7 @@ impl Judge {
 
     /// Whether a pair in conflict speaks against something: nothing else that has failed, or is suspect alone, explains it.
     #[must_use]
-    pub fn speaks_against(&self, monitor: &Monitor, pair: &Pair, component: Component) -> bool {
+    pub fn speaks_against(&self, monitor: &Monitor, pair: &Residual, component: Component) -> bool {
         !self.is_explained(monitor, pair, Some(component)) && !self.is_claimed(monitor, pair, component)
     }
 
@@ -215,11 +216,11 @@ impl Judge {
         &'s self,
         monitor: &'m Monitor,
         now: Time,
-        relationship: Relationship,
-    ) -> impl Iterator<Item = &'m Pair> + 's {
-        let disagree = matches!(relationship, Relationship::Conflict | Relationship::Undecided);
+        relationship: ResidualState,
+    ) -> impl Iterator<Item = &'m Residual> + 's {
+        let disagree = matches!(relationship, ResidualState::Conflict | ResidualState::Undecided);
         let restless = disagree.then(|| monitor.restless());
-        let all = (!disagree).then(|| monitor.pairs());
+        let all = (!disagree).then(|| monitor.residuals());
         let pairs = restless.into_iter().flatten().chain(all.into_iter().flatten());
         pairs.filter(move |pair| {
             pair.relationship(now) == relationship && !self.is_explained(monitor, pair, None)
@@ -227,14 +228,14 @@ impl Judge {
     }
 
     /// Whether something else than `except` that has failed, or is forbidden, is in the pair.
-    pub(super) fn is_explained(&self, monitor: &Monitor, pair: &Pair, except: Option<Component>) -> bool {
+    pub(super) fn is_explained(&self, monitor: &Monitor, pair: &Residual, except: Option<Component>) -> bool {
         self.discounted.iter().any(|&it| Some(it) != except && rests_on(monitor, pair, it))
     }
 }
 
 /// Whether one of the ways of a pair rests on a signal or a relation.
 #[must_use]
-pub fn rests_on(monitor: &Monitor, pair: &Pair, component: Component) -> bool {
+pub fn rests_on(monitor: &Monitor, pair: &Residual, component: Component) -> bool {
     let relies = |index: WayIndex, relation: RelationId| {
         let way = monitor.way(index).map(|way| way.computation.way());
         way.is_some_and(|way| way.substitution.steps.iter().any(|step| step.relation == relation))
@@ -262,7 +263,7 @@ impl Dispute {
     /// `None` where no conflict is about them.
     pub(super) fn about(
         monitor: &Monitor,
-        conflicts: &[&Pair],
+        conflicts: &[&Residual],
         accused: &BTreeSet<Component>,
         now: Time,
     ) -> Option<Dispute> {
@@ -277,17 +278,17 @@ impl Dispute {
 }
 
 /// Whether a conflict has come together from many comparisons that agree one by one.
-fn is_gradual(conflict: &Pair, now: Time) -> bool {
-    conflict.window.relationship(now) != Relationship::Conflict
+fn is_gradual(conflict: &Residual, now: Time) -> bool {
+    conflict.window.relationship(now) != ResidualState::Conflict
 }
 
 /// Whether one of the ways of a pair rests on one of these.
-pub(super) fn rests_on_any(monitor: &Monitor, pair: &Pair, components: &BTreeSet<Component>) -> bool {
+pub(super) fn rests_on_any(monitor: &Monitor, pair: &Residual, components: &BTreeSet<Component>) -> bool {
     components.iter().any(|&component| rests_on(monitor, pair, component))
 }
 
 /// How long a pair shows a step of a signal: a difference quotient does while it is within its window.
-fn shows_a_step(monitor: &Monitor, pair: &Pair) -> Span {
+fn shows_a_step(monitor: &Monitor, pair: &Residual) -> Span {
     let rate = |index| monitor.way(index).filter(|way| way.computation.is_rate());
     let window = |index| rate(index).map_or(Span::ZERO, |way| way.computation.timing().window);
     match window(pair.way).max(window(pair.other)) {

@@ -1,6 +1,6 @@
 //! What the judge is told from outside: what is forbidden, who is vouched for, and what was thought before a restart.
 
-use super::{Component, Judge, Standing, Verdict};
+use super::{Component, ComponentState, Judge, Verdict};
 use crate::interval::Interval;
 use crate::knowledge::{KnowledgeBase, RelationId, SignalId};
 use crate::monitor::rests_on;
@@ -16,7 +16,7 @@ pub struct Record {
     /// Whether it was the only one accused: it explains disagreements as a failed signal does.
     pub alone: bool,
     /// Whether its own readings have shown the fault.
-    pub convicted: bool,
+    pub failed_by_detector: bool,
     /// Whether only comparisons can clear it: they have contradicted it.
     pub contradicted: bool,
     /// When it was last trusted again.
@@ -97,35 +97,51 @@ impl Judge {
     /// The operator vouches for something: it is not accused any more, whatever came before. Whether it was.
     ///
     /// A signal counts as healthy by this until it is accused again, or [falls silent](Judge::lapse).
-    pub fn vouch(&mut self, component: Component) -> bool {
+    pub fn clear_by_operator(&mut self, component: Component) -> bool {
         let was_accused = self.accuses(component);
         if was_accused {
-            self.put(component, Standing { vouched: true, ..Standing::default() });
+            self.put(component, ComponentState { cleared_by_operator: true, ..ComponentState::default() });
         }
         was_accused
     }
 
     /// A signal gives no value any more: nobody vouches for what comes after that.
     pub fn lapse(&mut self, signal: SignalId) {
-        if let Some(standing) = self.standings.get_mut(&Component::Signal(signal)) {
-            standing.vouched = false;
+        if let Some(state_of) = self.standings.get_mut(&Component::Signal(signal)) {
+            state_of.cleared_by_operator = false;
         }
     }
 
     /// What is to be remembered of everything that was ever accused, by component.
     pub fn records(&self) -> impl Iterator<Item = (Component, Record)> + '_ {
-        self.standings.iter().map(|(component, standing)| {
-            let &Standing { verdict, alone, cleared, relapses, said, convicted, contradicted, .. } = standing;
-            (*component, Record { verdict, alone, convicted, contradicted, cleared, relapses, said })
+        self.standings.iter().map(|(component, state_of)| {
+            let &ComponentState {
+                verdict,
+                alone,
+                cleared,
+                relapses,
+                said,
+                failed_by_detector,
+                contradicted,
+                ..
+            } = state_of;
+            (*component, Record { verdict, alone, failed_by_detector, contradicted, cleared, relapses, said })
         })
     }
 
     /// Goes on with what was thought before a restart: an accusation stands until evidence that is new speaks against it.
     pub fn recall(&mut self, component: Component, record: Record) {
-        let Record { verdict, alone, convicted, contradicted, cleared, relapses, said } = record;
+        let Record { verdict, alone, failed_by_detector, contradicted, cleared, relapses, said } = record;
         let relapses = relapses.min(super::MOST_RELAPSES);
-        let accused = Standing { verdict, alone, convicted, contradicted, said, ..Standing::default() };
-        let standing = Standing { cleared, relapses, ..accused };
-        self.put(component, standing);
+        let accused = ComponentState {
+            verdict,
+            alone,
+            failed_by_detector,
+            contradicted,
+            said,
+            ..ComponentState::default()
+        };
+        let state_of = ComponentState { cleared, relapses, ..accused };
+        self.put(component, state_of);
     }
 }

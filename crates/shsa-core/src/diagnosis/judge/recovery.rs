@@ -13,9 +13,9 @@
 //! now and then.
 
 use super::evidence::{rests_on, rests_on_any};
-use super::{Component, Decision, Judge, MOST_RELAPSES, Proof, Standing, Verdict, said};
+use super::{Component, ComponentState, Decision, Judge, MOST_RELAPSES, Proof, Verdict, said};
 use crate::knowledge::SignalId;
-use crate::monitor::{Monitor, Pair, Relationship, WatchedWay, WayIndex};
+use crate::monitor::{Monitor, Residual, ResidualState, WatchedWay, WayIndex};
 use crate::time::{Span, Time};
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
@@ -56,7 +56,7 @@ impl Judge {
             Decision::Failed(blame) => Some(blame.component),
             _ => None,
         };
-        let mut culprits = core::mem::take(&mut self.convicted);
+        let mut culprits = core::mem::take(&mut self.failed_by_detector);
         culprits.extend(decisions.iter().filter_map(culprit));
         let mut next = self.standings.keys().next().copied();
         while let Some(component) = next {
@@ -83,12 +83,12 @@ impl Judge {
         now: Time,
     ) -> Option<Decision> {
         self.await_staleness(monitor, component, now);
-        let standing = self.standings.get_mut(&component)?;
-        (standing.clean_since, standing.quiet_since) = (None, None);
+        let state_of = self.standings.get_mut(&component)?;
+        (state_of.clean_since, state_of.quiet_since) = (None, None);
         let ground = ground?;
         // While it is where it could not be, that is no news.
-        standing.contradicted |= standing.convicted && is_home(monitor, component);
-        let was_unproven = core::mem::take(&mut standing.unproven);
+        state_of.contradicted |= state_of.failed_by_detector && is_home(monitor, component);
+        let was_unproven = core::mem::take(&mut state_of.unproven);
         let grounds = self.grounds.entry(component).or_default();
         if grounds.len() < MOST_GROUNDS {
             grounds.insert(ground);
@@ -98,17 +98,17 @@ impl Judge {
 
     fn hear_nothing(&mut self, component: Component, now: Time) -> Option<Decision> {
         let is_contradicted = self.grounds.get(&component).is_some_and(|grounds| !grounds.is_empty());
-        let standing = self.standings.get_mut(&component)?;
-        standing.clean_since = None;
-        let since = *standing.quiet_since.get_or_insert(now);
-        let may_serve = match standing.verdict {
-            Some(Verdict::Failed) => standing.convicted && !is_contradicted,
+        let state_of = self.standings.get_mut(&component)?;
+        state_of.clean_since = None;
+        let since = *state_of.quiet_since.get_or_insert(now);
+        let may_serve = match state_of.verdict {
+            Some(Verdict::Failed) => state_of.failed_by_detector && !is_contradicted,
             _ => true,
         };
-        if standing.unproven || !may_serve {
+        if state_of.unproven || !may_serve {
             return None;
         }
-        let probation = self.probation(self.standing(component).relapses);
+        let probation = self.probation(self.state_of(component).relapses);
         if now < since + probation {
             self.look_again(since + probation);
             return None;
@@ -124,23 +124,23 @@ impl Judge {
         proof: Proof,
         culprits: &BTreeSet<Component>,
     ) -> Option<Decision> {
-        let before = self.standing(component);
+        let before = self.state_of(component);
         let since = before.clean_since.unwrap_or(now);
         // Only a culprit that it was compared with explains why it was suspected.
         let compared =
-            |pair: &Pair| rests_on(monitor, pair, component) && rests_on_any(monitor, pair, culprits);
-        let explained = before.verdict == Some(Verdict::Suspect) && monitor.pairs().iter().any(compared);
+            |pair: &Residual| rests_on(monitor, pair, component) && rests_on_any(monitor, pair, culprits);
+        let explained = before.verdict == Some(Verdict::Suspect) && monitor.residuals().iter().any(compared);
         let probation = self.probation(before.relapses);
         if !explained && now < since + probation {
-            if let Some(standing) = self.standings.get_mut(&component) {
-                standing.clean_since = Some(since);
-                standing.quiet_since.get_or_insert(since);
+            if let Some(state_of) = self.standings.get_mut(&component) {
+                state_of.clean_since = Some(since);
+                state_of.quiet_since.get_or_insert(since);
             }
             self.look_again(since + probation);
             return None;
         }
         Some(match (component, self.acquit(component, now)) {
-            (Component::Signal(signal), _) if before.convicted => {
+            (Component::Signal(signal), _) if before.failed_by_detector => {
                 Decision::Recovered(signal, probation, proof)
             }
             (_, cleared) => cleared,
@@ -149,8 +149,8 @@ impl Judge {
 
     /// It is trusted again.
     fn acquit(&mut self, component: Component, now: Time) -> Decision {
-        let relapses = self.standing(component).relapses;
-        self.put(component, Standing { cleared: Some(now), relapses, ..Standing::default() });
+        let relapses = self.state_of(component).relapses;
+        self.put(component, ComponentState { cleared: Some(now), relapses, ..ComponentState::default() });
         Decision::Cleared(component)
     }
 
@@ -167,15 +167,16 @@ impl Judge {
             Ok(grounds) => grounds,
             Err(against) => return Weighed::Against(against),
         };
-        let standing = self.standing(component);
-        if !standing.convicted && self.is_groundless(component, &grounds) {
+        let state_of = self.state_of(component);
+        if !state_of.failed_by_detector && self.is_groundless(component, &grounds) {
             return Weighed::Groundless;
         }
         if self.stands_still(component, monitor, now) {
             return Weighed::Against(None);
         }
         let is_met = grounds.agree > 0 || (grounds.witnessed && grounds.silent == 0);
-        let has_returned = || standing.convicted && !standing.contradicted && is_home(monitor, component);
+        let has_returned =
+            || state_of.failed_by_detector && !state_of.contradicted && is_home(monitor, component);
         match () {
             () if is_met => Weighed::For(Proof::Witness),
             () if has_returned() => Weighed::For(Proof::Return),
@@ -199,11 +200,11 @@ impl Judge {
                 continue;
             }
             match pair.relationship(now) {
-                Relationship::Unknown => found.silent += usize::from(is_ground),
-                Relationship::Agree if is_ground => found.agree += 1,
-                Relationship::Agree => found.witnessed |= self.bears_witness(monitor, pair, component),
-                Relationship::Undecided => undecided = true,
-                Relationship::Conflict => return Err(Some(ground)),
+                ResidualState::Unknown => found.silent += usize::from(is_ground),
+                ResidualState::Agree if is_ground => found.agree += 1,
+                ResidualState::Agree => found.witnessed |= self.bears_witness(monitor, pair, component),
+                ResidualState::Undecided => undecided = true,
+                ResidualState::Conflict => return Err(Some(ground)),
             }
         }
         if undecided { Err(None) } else { Ok(found) }
@@ -213,12 +214,12 @@ impl Judge {
     /// what it shares with others, and none of these is accused any more.
     fn is_groundless(&self, component: Component, grounds: &Grounds) -> bool {
         let known = self.grounds.get(&component).map_or(0, BTreeSet::len);
-        match (known, self.standing(component).cause) {
+        match (known, self.state_of(component).cause) {
             (0, Some(cause)) => {
                 let others = self.priors.sharing(cause).iter().map(|signal| Component::Signal(*signal));
                 let stands = |other: Component| {
                     self.accuses(other)
-                        && (self.standing(other).convicted || self.grounds.contains_key(&other))
+                        && (self.state_of(other).failed_by_detector || self.grounds.contains_key(&other))
                 };
                 !others.filter(|other| *other != component).any(stands)
             }
@@ -230,8 +231,8 @@ impl Judge {
     /// Whether a signal that is suspect or failed, and usually moves, still says exactly what it said when it was accused.
     #[must_use]
     pub fn stands_still(&self, component: Component, monitor: &Monitor, now: Time) -> bool {
-        let Standing { said: before, accused, .. } = self.standing(component);
-        let is_still = |signal| monitor.stillness(signal).is_still_since(accused.unwrap_or(Time::MAX), now);
+        let ComponentState { said: before, accused, .. } = self.state_of(component);
+        let is_still = |signal| monitor.frozen(signal).is_still_since(accused.unwrap_or(Time::MAX), now);
         before.is_some()
             && before == said(monitor, component)
             && matches!(component, Component::Signal(signal) if is_still(signal))
@@ -239,7 +240,7 @@ impl Judge {
 
     /// Whether one way of a pair is computed from the signal, the other from nothing that the signal comes from, and nothing
     /// that has failed is in it. About a relation, each pair that rests on it does.
-    pub(super) fn bears_witness(&self, monitor: &Monitor, pair: &Pair, component: Component) -> bool {
+    pub(super) fn bears_witness(&self, monitor: &Monitor, pair: &Residual, component: Component) -> bool {
         if self.is_explained(monitor, pair, Some(component)) {
             return false;
         }
@@ -260,18 +261,18 @@ impl Judge {
 }
 
 /// The pairs that may be about something.
-fn pairs_of(monitor: &Monitor, component: Component) -> impl Iterator<Item = &Pair> {
+fn pairs_of(monitor: &Monitor, component: Component) -> impl Iterator<Item = &Residual> {
     let signal = match component {
         Component::Signal(signal) => Some(signal),
         Component::Relation(_) | Component::Cause(_) => None,
     };
-    let all = signal.is_none().then(|| monitor.pairs()).into_iter().flatten();
+    let all = signal.is_none().then(|| monitor.residuals()).into_iter().flatten();
     let all = all.filter(move |pair| rests_on(monitor, pair, component));
     signal.into_iter().flat_map(|signal| monitor.pairs_of(signal)).chain(all)
 }
 
 /// Whether what a pair says depends on the size of a signal, or on a relation.
-fn is_about(monitor: &Monitor, pair: &Pair, component: Component) -> bool {
+fn is_about(monitor: &Monitor, pair: &Residual, component: Component) -> bool {
     let Component::Signal(signal) = component else { return rests_on(monitor, pair, component) };
     let is_sized = |index| monitor.way(index).is_some_and(|way| way.is_sized_by(signal));
     is_sized(pair.way) || is_sized(pair.other)
@@ -280,7 +281,7 @@ fn is_about(monitor: &Monitor, pair: &Pair, component: Component) -> bool {
 /// Whether a signal says something, and nothing is wrong with its readings in themselves.
 fn is_sound(monitor: &Monitor, component: Component) -> bool {
     let Component::Signal(signal) = component else { return true };
-    let watch = monitor.watch();
+    let watch = monitor.timeouts();
     let is_heard = watch.absence(signal).is_none() && watch.has_spoken(signal);
     is_heard && monitor.detectors().fault(signal).is_none()
 }

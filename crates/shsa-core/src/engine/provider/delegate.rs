@@ -13,7 +13,7 @@ use alloc::collections::VecDeque;
 
 /// What somebody else could compute.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Commission<'a> {
+pub struct Delegation<'a> {
     /// Counts the sources of the need, so that who is ready for one is not taken for another.
     pub era: u64,
     /// The source.
@@ -83,9 +83,9 @@ fn is_of(validity: Validity, moment: Validity) -> bool {
 
 impl Provider {
     /// What somebody else could compute, where there is something to compute.
-    pub(in super::super) fn commission(&self) -> Option<Commission<'_>> {
+    pub(in super::super) fn delegation(&self) -> Option<Delegation<'_>> {
         let way = self.active.as_ref().map(Service::way).filter(|way| way.direct().is_none())?;
-        Some(Commission { era: self.delegate.era, way })
+        Some(Delegation { era: self.delegate.era, way })
     }
 
     /// Hears from who computes the source.
@@ -97,7 +97,7 @@ impl Provider {
     ) {
         match report {
             Report::Ready { era } => {
-                self.delegate.is_ready = era == self.delegate.era && self.commission().is_some();
+                self.delegate.is_ready = era == self.delegate.era && self.delegation().is_some();
             }
             Report::Answer { number, result } => {
                 self.delegate.take(number, result, knowledge.variables()[self.variable].shape);

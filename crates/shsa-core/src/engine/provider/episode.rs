@@ -4,11 +4,11 @@
 //! first value of a stand-in and ends when the source has given all values for a while; it is told when it has lasted
 //! longer than a value may be old, as without the stand-in the need would not have been served.
 
-use super::super::explain;
 use super::super::message::{Event, EventKind};
+use super::super::reason;
 use super::Provider;
 use crate::knowledge::KnowledgeBase;
-use crate::monitor::{Monitor, WayIndex};
+use crate::monitor::{Inheritance, Monitor, WayIndex};
 use crate::service::Service;
 use crate::time::{Span, Time};
 use alloc::format;
@@ -23,6 +23,14 @@ pub(super) struct Episode {
     own_since: Option<Time>,
     /// Which way was told.
     told: Option<WayIndex>,
+}
+
+impl Episode {
+    /// The same after a change of the model; `None` where the way is gone.
+    pub(super) fn inherit(self, inheritance: &Inheritance) -> Option<Episode> {
+        let way = inheritance.way(self.way)?;
+        Some(Episode { way, told: self.told.and_then(|way| inheritance.way(way)), ..self })
+    }
 }
 
 /// Why the source does not give the value.
@@ -69,7 +77,7 @@ impl Provider {
         let because = format!(
             "{source} {}; {stands_in} has stood in for it for {}",
             fault.words(),
-            explain::span(lasted)
+            reason::span(lasted)
         );
         let event = self.event(knowledge, EventKind::Substituted, because, now);
         Some(Event { substitution: Some(stands_in), ..event })

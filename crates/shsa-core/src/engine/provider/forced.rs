@@ -1,8 +1,8 @@
 //! A need that an operator has tied to one source: it serves, whatever is thought of it, and nothing takes its place.
 
-use super::super::explain;
 use super::super::message::{Event, EventKind};
-use super::super::order::Subject;
+use super::super::operator::Subject;
+use super::super::reason;
 use super::{Better, Provider, Situation};
 use crate::knowledge::SignalId;
 use crate::service::Service;
@@ -62,7 +62,7 @@ impl Provider {
             let because = format!("{only}; before: {}", left.as_deref().unwrap_or("nothing"));
             return Some(self.event(knowledge, kind, because, now));
         }
-        let is_absent = |signal: &SignalId| monitor.watch().absence(*signal).is_some();
+        let is_absent = |signal: &SignalId| monitor.timeouts().absence(*signal).is_some();
         let absent: Vec<&str> = self
             .active_rests_on
             .iter()
@@ -70,7 +70,7 @@ impl Provider {
             .map(|signal| knowledge.signals()[signal].name.as_str())
             .collect();
         let because = (!absent.is_empty())
-            .then(|| format!("{only}, and {} gives no usable value", explain::listed(&absent)));
+            .then(|| format!("{only}, and {} gives no usable value", reason::listed(&absent)));
         self.tell_unserved(knowledge, because, now)
     }
 }

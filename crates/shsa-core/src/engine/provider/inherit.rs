@@ -1,7 +1,7 @@
 //! A need goes on being served while the knowledge base changes: from the same source where that is still there.
 
-use super::super::explain;
 use super::super::message::{Event, EventKind};
+use super::super::reason;
 use super::{Better, Provider, Server, Situation};
 use crate::knowledge::{KnowledgeBase, Lineage, SignalId};
 use crate::monitor::Inheritance;
@@ -35,6 +35,7 @@ impl Provider {
         self.is_wary = old.is_wary;
         self.is_uncertain = old.is_uncertain;
         self.refusals.inherit(&old.refusals, change.lineage);
+        self.short = old.short.iter().filter_map(|short| short.inherit(change)).collect();
         self.blend = old.blend;
         self.server = old.server.and_then(|server| match server {
             Server::Active { .. } | Server::Unsure => Some(server),
@@ -49,6 +50,7 @@ impl Provider {
                 self.go_on(way, &mut service, change);
                 self.pace = old.pace;
                 self.unfit_since = old.unfit_since;
+                self.episode = old.episode.and_then(|episode| episode.inherit(change.inheritance));
                 self.is_doubted = old.is_doubted;
                 self.better_by = if self.preferred == preferred { old.better_by } else { Better::Changed };
                 None
@@ -102,7 +104,7 @@ impl Provider {
     /// Starts the best source whose signals have all spoken, else the best; whether there is one.
     fn start_heard(&mut self, situation: &Situation<'_>) -> bool {
         let Situation { knowledge, monitor, .. } = *situation;
-        let spoken = |way: &Way| way.inputs().all(|signal| monitor.watch().has_spoken(signal));
+        let spoken = |way: &Way| way.inputs().all(|signal| monitor.timeouts().has_spoken(signal));
         let heard = self.ranked().map(|(source, _)| &source.way).find(|way| spoken(way)).cloned();
         let service = heard.and_then(|way| Service::start(knowledge, way, monitor.ports(), None));
         match service {
@@ -129,9 +131,9 @@ fn lost_by(way: &Way, change: &Succession<'_>) -> String {
     let anew = signals(&|id| lineage.signal(id).is_none());
     let withdrawn = signals(&|id| lineage.signal(id).is_some_and(|signal| !new.is_available(signal)));
     match (gone.is_empty(), anew.is_empty(), withdrawn.is_empty()) {
-        (false, ..) => format!("the changed model has no {} any more", explain::listed(&gone)),
-        (_, false, _) => format!("the changed model describes {} anew", explain::listed(&anew)),
-        (.., false) => format!("the changed model withdraws {}", explain::listed(&withdrawn)),
+        (false, ..) => format!("the changed model has no {} any more", reason::listed(&gone)),
+        (_, false, _) => format!("the changed model describes {} anew", reason::listed(&anew)),
+        (.., false) => format!("the changed model withdraws {}", reason::listed(&withdrawn)),
         _ => format!("the changed model does not serve this from {} any more", way.describe(old)),
     }
 }

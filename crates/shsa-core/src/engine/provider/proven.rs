@@ -2,7 +2,7 @@
 //!
 //! Sources are ranked when the trust in a signal has changed, never in between: how ways run makes no source flap.
 
-use super::super::explain;
+use super::super::reason;
 use super::super::ways::Source;
 use super::Provider;
 use crate::knowledge::KnowledgeBase;
@@ -87,7 +87,7 @@ impl Provider {
             share.map_or(String::from("an unknown share"), |share| format!("{:.1} %", 100.0 * share))
         };
         let distance = error.map_or(String::new(), |error| {
-            format!(", {} off", explain::difference(knowledge, self.variable, error))
+            format!(", {} off", reason::difference(knowledge, self.variable, error))
         });
         match (agreement, availability) {
             (None, None) => String::from(", not proven"),

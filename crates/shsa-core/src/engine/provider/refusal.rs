@@ -1,9 +1,10 @@
 //! What a need would be served by if it demanded less, and what was left because its values fell short.
 
-use super::super::explain;
 use super::super::message::{Event, EventKind, Output};
-use super::super::standby::Standby;
+use super::super::ready_sources::ReadySources;
+use super::super::reason;
 use super::super::ways::{Lost, Source};
+use super::inherit::Succession;
 use super::{Given, MOST_NAMED, Provider, Ranked};
 use crate::knowledge::{KnowledgeBase, Lineage};
 use crate::monitor::{Monitor, WayIndex};
@@ -55,17 +56,25 @@ pub(super) struct Short {
     doublings: u32,
 }
 
+impl Short {
+    /// The same after a change of the model; `None` where the source is gone.
+    pub(super) fn inherit(&self, change: &Succession<'_>) -> Option<Short> {
+        let index = self.index.and_then(|index| change.inheritance.way(index));
+        Some(Short { way: self.way.succeeded(change.lineage)?, index, ..self.clone() })
+    }
+}
+
 impl Provider {
     /// Notes what would serve the need rather than what may, if it demanded less.
     pub(super) fn note_refused(
         &mut self,
         knowledge: &KnowledgeBase,
         graph: &Graph,
-        standby: &Standby,
+        ready_sources: &ReadySources,
         lost: &Lost,
     ) {
         let Refusals { told, open } = &mut self.refusals;
-        for (way, shortfalls) in standby.refused(knowledge, graph, self.need, lost) {
+        for (way, shortfalls) in ready_sources.refused(knowledge, graph, self.need, lost) {
             let reasons = shortfalls.iter().map(|shortfall| shortfall.describe(knowledge));
             let refused = (way, reasons.collect::<Vec<_>>().join(", "));
             if told.len() + open.len() < MOST_TOLD && !told.contains(&refused) && !open.contains(&refused) {
@@ -173,10 +182,10 @@ impl Provider {
         let service = Service::start(knowledge, next, monitor.ports(), owed)?;
         self.take_over(knowledge, Some(service));
         self.switched = Some(now);
-        let amount = |amount: f64| explain::difference(knowledge, self.variable, amount);
+        let amount = |amount: f64| reason::difference(knowledge, self.variable, amount);
         let shortfall = match width > self.max_width {
             true => format!("{} wide, more than {}", amount(width), amount(self.max_width)),
-            false => format!("{} old, more than {}", explain::span(age), explain::span(self.max_age)),
+            false => format!("{} old, more than {}", reason::span(age), reason::span(self.max_age)),
         };
         let left = current.describe(knowledge);
         let because = format!("values of {left} are {shortfall}; {}", self.alternatives(knowledge));

@@ -5,8 +5,8 @@
 //! 1990, doi:10.1145/128733.128735); of two candidates it is the hull of both. f is the size of the smallest explanation: so many
 //! have to be left out that the others have a value in common, and at least one.
 
-use super::super::explain;
 use super::super::message::{Event, EventKind, Output, PublishedValue};
+use super::super::reason;
 use super::super::ways::Source;
 use super::{Provider, Server, Situation};
 use crate::alignment::{Port, Sample};
@@ -163,11 +163,11 @@ impl Provider {
     }
 
     fn begin_unsure(&mut self, situation: &Situation<'_>, because: Option<String>) -> bool {
-        let Situation { knowledge, graph, standby, monitor, now, .. } = *situation;
+        let Situation { knowledge, graph, ready_sources, monitor, now, .. } = *situation;
         if self.when_unsure == WhenUnsure::Withhold || self.is_vector {
             return false;
         }
-        let sources = standby.sources(knowledge, graph, self.need, &situation.doubted);
+        let sources = ready_sources.sources(knowledge, graph, self.need, &situation.doubted);
         let ways = independent(knowledge, &sources);
         let is_enough = match self.when_unsure {
             WhenUnsure::Last => !ways.is_empty(),
@@ -318,12 +318,12 @@ impl Provider {
     pub(super) fn why_not_uncertain(&self, knowledge: &KnowledgeBase) -> Option<String> {
         let unsure = self.unsure.as_ref()?;
         let words = unsure.describe(knowledge);
-        let amount = |amount: f64| explain::difference(knowledge, self.variable, amount);
+        let amount = |amount: f64| reason::difference(knowledge, self.variable, amount);
         Some(match (unsure.kind, unsure.too_wide) {
             (_, Some(width)) if width > self.max_width => {
                 format!("{words} is {} wide, more than {}", amount(width), amount(self.max_width))
             }
-            (WhenUnsure::Last, _) => format!("{words} is more than {} old", explain::span(self.max_age)),
+            (WhenUnsure::Last, _) => format!("{words} is more than {} old", reason::span(self.max_age)),
             _ => format!("too few candidates give values: {words}"),
         })
     }

@@ -4,7 +4,7 @@ use super::problems::Problems;
 use super::quantity;
 use super::signals::Shares;
 use crate::knowledge::draft::Text;
-use crate::knowledge::{CAUSE_PRIOR, Cause, CauseId, IdVec, SignalId};
+use crate::knowledge::{CAUSE_PRIOR, Cause, CauseId, IdVec, PRIOR, SignalId};
 use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::vec::Vec;
@@ -47,7 +47,7 @@ impl Declared {
         self.signals.push(signal);
         let Some(text) = prior else { return };
         let Some(prior) = quantity::number(problems, text) else { return };
-        if let Some(sense) = quantity::senseless("prior", prior) {
+        if let Some(sense) = quantity::senseless(PRIOR, prior) {
             return problems.error(text, format!("`{}: {}` makes no sense", at.text, text.text), sense);
         }
         match self.prior {

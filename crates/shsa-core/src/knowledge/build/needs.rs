@@ -7,7 +7,8 @@ use crate::knowledge::draft::{NeedDraft, Place, Source, Text};
 use crate::knowledge::index::Index;
 use crate::knowledge::rows::Rows;
 use crate::knowledge::{
-    IdVec, KnowledgeBase, Need, NeedId, Signal, SignalId, Switching, VariableId, WhenUnsure,
+    ISOLATIONS, IdVec, KnowledgeBase, Need, NeedId, Signal, SignalId, Switching, VariableId, WhenUnsure,
+    integrity_level,
 };
 use crate::time::Span;
 use alloc::collections::{BTreeMap, BTreeSet};
@@ -208,14 +209,12 @@ fn share(problems: &mut Problems, text: &Text) -> Option<f64> {
 }
 
 fn integrity(problems: &mut Problems, text: &Text) -> Option<char> {
-    match text.text.as_str() {
-        "A" | "B" | "C" | "D" => text.text.chars().next(),
-        _ => {
-            let message = format!("`{}` is no integrity level", text.text);
-            problems.error(text, message, "write `A`, `B`, `C` or `D`, the highest");
-            None
-        }
+    if integrity_level(&text.text).is_some() {
+        return text.text.chars().next();
     }
+    let message = format!("`{}` is no integrity level", text.text);
+    problems.error(text, message, "write `A`, `B`, `C` or `D`, the highest");
+    None
 }
 
 fn unsure(problems: &mut Problems, text: &Text) -> Option<WhenUnsure> {
@@ -230,9 +229,10 @@ fn unsure(problems: &mut Problems, text: &Text) -> Option<WhenUnsure> {
 
 /// Whether substitutes are to be computed in processes of their own.
 fn isolation(problems: &mut Problems, text: &Text) -> bool {
-    if !matches!(text.text.as_str(), "process" | "engine") {
+    let found = ISOLATIONS.into_iter().find(|(name, _)| *name == text.text);
+    if found.is_none() {
         let message = format!("`{}` is no place where substitutes are computed", text.text);
         problems.error(text, message, "write `process` or `engine`, which is usual");
     }
-    text.text == "process"
+    found.is_some_and(|(_, is_isolated)| is_isolated)
 }

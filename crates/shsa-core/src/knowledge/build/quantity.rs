@@ -5,7 +5,7 @@ use crate::expression::{Quantity, parse_quantity};
 use crate::interval::Interval;
 use crate::knowledge::draft::{Bounds, Text};
 use crate::knowledge::properties::SharedNames;
-use crate::knowledge::{Properties, ValueError, integrity_level};
+use crate::knowledge::{ACCURACY, INTEGRITY, PRIOR, Properties, ValueError, integrity_level};
 use crate::time::Span;
 use crate::unit::{Dimension, Unit};
 use alloc::collections::BTreeSet;
@@ -207,7 +207,7 @@ pub(super) fn properties(
 ) -> Properties {
     let mut taken = BTreeSet::new();
     let mut property = |(name, text): &'_ (Text, Text)| {
-        let level = Some(&name.text).filter(|name| *name == "integrity");
+        let level = Some(&name.text).filter(|name| *name == INTEGRITY);
         let level = level.and_then(|_| integrity_level(&text.text));
         let value = level.or_else(|| number(problems, text))?;
         if let Some(sense) = senseless(&name.text, value) {
@@ -227,8 +227,8 @@ pub(super) fn properties(
 pub(in crate::knowledge) fn senseless(name: &str, value: f64) -> Option<&'static str> {
     match name {
         _ if !value.is_finite() => Some("a property is a finite number"),
-        "accuracy" if !(0.0..=1.0).contains(&value) => Some("an accuracy lies between 0 and 1"),
-        "prior" if value <= 0.0 || value >= 1.0 => {
+        ACCURACY if !(0.0..=1.0).contains(&value) => Some("an accuracy lies between 0 and 1"),
+        PRIOR if value <= 0.0 || value >= 1.0 => {
             Some("a prior is the probability of a fault, more than 0 and less than 1")
         }
         _ => None,

@@ -11,7 +11,7 @@ use crate::knowledge::properties::SharedNames;
 use crate::knowledge::utility::{
     Aggregate, Element, Fact, Figure, OwnUtility, Rating, Utility, UtilityProblem, out_of_range,
 };
-use crate::knowledge::{KnowledgeBase, Properties};
+use crate::knowledge::{COST, KnowledgeBase, Properties};
 use crate::unit::Dimension;
 use alloc::boxed::Box;
 use alloc::collections::{BTreeMap, BTreeSet};
@@ -249,7 +249,7 @@ fn places(
     };
     source.variables(&mut |v| note(|e| matches!(e, Element::Variable(_)), &v.name, v.name.place));
     source.relations(&mut |draft| {
-        let cost = draft.properties.iter().find(|(name, _)| by_cost && name.text == "cost");
+        let cost = draft.properties.iter().find(|(name, _)| by_cost && name.text == COST);
         let at = cost.map_or(draft.name.place, |(_, value)| value.place);
         note(|e| matches!(e, Element::Relation(_)), &draft.name, at);
     });

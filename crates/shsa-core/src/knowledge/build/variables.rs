@@ -169,15 +169,12 @@ fn constant(problems: &mut Problems, name: &Text, bounds: &Bounds) -> Variable {
 }
 
 fn shape(problems: &mut Problems, text: &Text) -> Shape {
-    match text.text.as_str() {
-        "scalar" => Shape::Scalar,
-        "vector" => Shape::Vector,
-        _ => {
-            let message = format!("`{}` is no shape", text.text);
-            problems.error(text, message, "write `scalar` (one number) or `vector` (a list of them)");
-            Shape::Scalar
-        }
+    let found = Shape::NAMES.into_iter().find(|(name, _)| *name == text.text);
+    if found.is_none() {
+        let message = format!("`{}` is no shape", text.text);
+        problems.error(text, message, "write `scalar` (one number) or `vector` (a list of them)");
     }
+    found.map_or(Shape::Scalar, |(_, shape)| shape)
 }
 
 /// The turn after which values are the same again.

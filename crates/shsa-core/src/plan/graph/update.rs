@@ -1,7 +1,7 @@
 //! Keeping a graph up to date while numbers and availability change, without building it anew.
 
 use super::{Carrier, Graph, Rows, status};
-use crate::knowledge::{Element, Id, KnowledgeBase, RelationId, SignalId, VariableId};
+use crate::knowledge::{ACCURACY, Element, Id, KnowledgeBase, RelationId, SignalId, VariableId};
 use core::marker::PhantomData;
 
 impl Graph {
@@ -47,14 +47,14 @@ impl Graph {
     /// As the others: whether numbers have changed that are checked.
     fn update_variable(&mut self, knowledge: &KnowledgeBase, id: VariableId) -> bool {
         let Some(variable) = knowledge.variables().find(id) else { return false };
-        self.variables[id].own_accuracy = variable.properties.get("accuracy").copied();
+        self.variables[id].own_accuracy = variable.properties.get(ACCURACY).copied();
         self.update_status(knowledge, id);
         true
     }
 
     fn update_signal(&mut self, knowledge: &KnowledgeBase, id: SignalId) -> bool {
         let Some(signal) = knowledge.signals().find(id) else { return false };
-        let accuracy = signal.properties.get("accuracy").copied();
+        let accuracy = signal.properties.get(ACCURACY).copied();
         let weight = self.scale().signal(self.utility.of_signal(signal));
         let mut renumbered = false;
         for carrier in self.carriers.row_mut(signal.variable).iter_mut().filter(|c| c.signal == id) {

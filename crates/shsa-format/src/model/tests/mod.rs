@@ -2,8 +2,11 @@
 
 mod hostile;
 mod json;
+mod layout;
+mod patch;
 mod problems;
 mod right;
+mod schema;
 
 use super::{Loaded, load};
 

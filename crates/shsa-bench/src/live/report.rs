@@ -1,0 +1,385 @@
+//! What was measured, as tables, as plots and as a document: a section for each part, that of the soak written by itself.
+
+use super::gate::Gate;
+use super::soak::{Slope, Soak, Window};
+use super::throughput::Throughput;
+use super::times::Quantiles;
+use super::{Arguments, Found};
+use anyhow::Context;
+use clap::ValueEnum;
+use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
+use shsa_format::text::{seconds, table};
+use std::fs;
+use std::path::Path;
+
+/// What passing a value through may cost beyond the transport, seconds: median and 99th percentile.
+const GATE_GOAL: (f64, f64) = (30e-6, 300e-6);
+/// The rate that has to go through one instance on one core without loss.
+const RATE_GOAL: f64 = 50_000.0;
+/// In how many seconds 99 of 100 substitutes must be on the wire, in memory and else.
+const REACTION_GOALS: (f64, f64) = (1e-3, 5e-3);
+
+const GATE_HEAD: [&str; 8] =
+    ["bus", "direct", "relay", "gate", "beyond the relay", "best turns", "inside", "lost"];
+const REACTION_HEAD: [&str; 8] =
+    ["bus", "fault", "faults", "unhealed", "wrong values seen", "reaction p50", "p99 (goal)", "worst"];
+const RATE_HEAD: [&str; 7] = [
+    "bus",
+    "messages a second",
+    "lost",
+    "cores of the instance",
+    "a message",
+    "cores of the server",
+    "publisher kept up",
+];
+/// The section of the soak.
+const SOAK: &str = "## Soak";
+
+fn gate_rows(found: &Found) -> Vec<Vec<String>> {
+    found.gates.iter().map(gate_row).collect()
+}
+
+/// Median / 99th percentile of each path.
+fn gate_row(gate: &Gate) -> Vec<String> {
+    let [direct, relay, through] = gate.all();
+    let [_, best_relay, best_through] = gate.best();
+    let both = |Quantiles { p50, p99, .. }: Quantiles| format!("{} / {}", signed(p50), signed(p99));
+    vec![
+        gate.kind.name().to_owned() + if gate.is_awake { ", awake" } else { "" },
+        both(direct),
+        both(relay),
+        both(through),
+        both(through.beyond(relay)),
+        both(best_through.beyond(best_relay)),
+        both(gate.inside),
+        gate.lost().to_string(),
+    ]
+}
+
+/// A difference may be below zero.
+fn signed(value: f64) -> String {
+    if value < 0.0 { format!("-{}", seconds(-value)) } else { seconds(value) }
+}
+
+fn reaction_rows(found: &Found) -> Vec<Vec<String>> {
+    let row = |reaction: &super::Reaction| {
+        let Quantiles { p50, p99, worst } = reaction.times.quantiles();
+        let (within, between) = REACTION_GOALS;
+        let goal = if reaction.kind == super::Kind::Memory { within } else { between };
+        vec![
+            reaction.kind.name().to_owned(),
+            reaction.fault.to_owned(),
+            reaction.faults.to_string(),
+            reaction.unhealed.to_string(),
+            reaction.wrong.to_string(),
+            signed(p50),
+            format!("{} ({})", signed(p99), seconds(goal)),
+            signed(worst),
+        ]
+    };
+    found.reactions.iter().map(row).collect()
+}
+
+fn rate_rows(found: &Found) -> Vec<Vec<String>> {
+    let row = |step: &Throughput| {
+        vec![
+            step.kind.name().to_owned(),
+            format!("{:.0}", step.said_rate),
+            step.tally.lost().to_string(),
+            format!("{:.2}", step.cores()),
+            seconds(step.each_s()),
+            format!("{:.2}", step.server_seconds / step.seconds),
+            if step.is_reached() { "yes".to_owned() } else { format!("no, of {:.0}", step.wanted) },
+        ]
+    };
+    found.throughputs.iter().map(row).collect()
+}
+
+/// Tables for the terminal; those of parts that were not measured are left out.
+pub(super) fn text(found: &Found) -> String {
+    let tables = [
+        (&GATE_HEAD[..], gate_rows(found)),
+        (&REACTION_HEAD[..], reaction_rows(found)),
+        (&RATE_HEAD[..], rate_rows(found)),
+    ];
+    let shown = tables.into_iter().filter(|(_, rows)| !rows.is_empty());
+    shown.map(|(head, rows)| table(head, rows)).collect::<Vec<_>>().join("\n\n")
+}
+
+/// Writes `live.md` and the raw results; the section of a soak is left as it is.
+pub(super) fn write(folder: &Path, arguments: &Arguments, found: &Found) -> anyhow::Result<()> {
+    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    put(folder, "live.jsonl", &found.lines().map(|line| format!("{line}\n")).collect::<String>())?;
+    let soak = section(&read(folder), SOAK);
+    put(folder, "live.md", &(document(arguments, found) + &soak))
+}
+
+/// Writes the section of a soak and its plot; the others are left as they are.
+pub(super) fn write_soak(folder: &Path, arguments: &Arguments, soak: &Soak) -> anyhow::Result<()> {
+    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    put(folder, "live-soak.jsonl", &format!("{}\n", soak.to_json()))?;
+    put(folder, "live-soak-memory.svg", &memory_chart(soak).svg())?;
+    put(folder, "live-soak-latency.svg", &latency_chart(soak).svg())?;
+    let before = read(folder);
+    let others = match before.is_empty() {
+        true => format!("{TITLE}\n\n"),
+        false => before.replace(&section(&before, SOAK), ""),
+    };
+    put(folder, "live.md", &(others + &soak_section(arguments, soak)))
+}
+
+fn put(folder: &Path, name: &str, text: &str) -> anyhow::Result<()> {
+    let path = folder.join(name);
+    fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// The document of before; empty where there is none.
+fn read(folder: &Path) -> String {
+    fs::read_to_string(folder.join("live.md")).unwrap_or_default()
+}
+
+/// A section of a document from its head to the next head of its level.
+fn section(document: &str, head: &str) -> String {
+    let Some(begin) = document.find(head) else { return String::new() };
+    let (_, section) = document.split_at(begin);
+    let end = section.get(head.len()..).and_then(|rest| rest.find("\n## "));
+    end.and_then(|end| section.get(..head.len() + end + 1)).unwrap_or(section).to_owned()
+}
+
+const TITLE: &str = "# What healing costs on the wire";
+
+fn document(arguments: &Arguments, found: &Found) -> String {
+    let names = |all: Vec<Option<clap::builder::PossibleValue>>| {
+        all.iter().flatten().map(|value| value.get_name().to_owned()).collect::<Vec<_>>().join(",")
+    };
+    let buses = names(arguments.bus.iter().map(ValueEnum::to_possible_value).collect());
+    let parts = names(arguments.part.iter().map(ValueEnum::to_possible_value).collect());
+    let head = format!(
+        "{TITLE}
+
+Written by `shsa-bench live --bus {buses} --part {parts} --seconds {} --faults {} --out docs`; each measurement is a line in
+`live.jsonl`. Mosquitto (MQTT 5) or a router of Zenoh and `shsa run` are processes of their own on one machine of {} cores, with
+publisher and consumer in another; load average {} at the end. All times are by one clock, from the call that publishes to the
+moment at which the consumer's thread has the message. Other work on the machine shows in every figure: compare within a row.
+
+",
+        arguments.seconds,
+        arguments.faults,
+        std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get),
+        load(),
+    );
+    head + &gate_section(found) + &reaction_section(found) + &rate_section(found)
+}
+
+/// How many processes want to run: over one minute.
+fn load() -> String {
+    let text = fs::read_to_string("/proc/loadavg").unwrap_or_default();
+    text.split_whitespace().next().unwrap_or("unknown").to_owned()
+}
+
+fn gate_section(found: &Found) -> String {
+    if found.gates.is_empty() {
+        return String::new();
+    }
+    format!(
+        "## The gate
+
+Median / 99th percentile of a message at 1 kHz, and two other signals at 100 Hz that it is compared with.
+
+{}
+- *direct*: publisher to consumer. *relay*: through a process that subscribes and publishes again by the same client library,
+  and does nothing else: the transport's own two hops. *gate*: through `shsa run`, the same two hops.
+- *beyond the relay*: gate less relay; wanted: below {} / {}. *best turns*: the same of the best turns of {} messages of each
+  path; other work on the machine only adds. *inside*: from the reception of a message until the value that comes of it is
+  handed to the client library, as `shsa run` tells by itself (`/state`, `/metrics`).
+- *awake*: the processors were kept from sleeping between two messages (`/dev/cpu_dma_latency`, as `cyclictest` does). Else each
+  process on the way waits until the machine has woken one for it, a virtual machine longest.
+
+",
+        markdown(&GATE_HEAD, &gate_rows(found)),
+        seconds(GATE_GOAL.0),
+        seconds(GATE_GOAL.1),
+        super::gate::TURN,
+    )
+}
+
+fn reaction_section(found: &Found) -> String {
+    if found.reactions.is_empty() {
+        return String::new();
+    }
+    format!(
+        "## Reaction
+
+From the moment at which the observation that reveals the fault is published until the consumer has the first substitute: both
+hops of the transport are in it (the relay's line above is the transport's own). 20 variables of three signals, each at 50 Hz;
+the source of a need breaks, one after the other.
+
+{}
+- *lies*: it is off by {} where errors are 0.1; the first wrong value reveals it. *silent*: it stops; the moment counts at
+  which its deadline passes. *wrong values seen*: by the consumer, during a fault.
+
+",
+        markdown(&REACTION_HEAD, &reaction_rows(found)),
+        super::model::LIE,
+    )
+}
+
+fn rate_section(found: &Found) -> String {
+    if found.throughputs.is_empty() {
+        return String::new();
+    }
+    let highest = |kind: super::Kind| {
+        let of = found.throughputs.iter().filter(|step| step.kind == kind && step.tally.lost() == 0);
+        of.map(|step| step.said_rate).fold(f64::NAN, f64::max)
+    };
+    let mut kinds: Vec<super::Kind> = found.throughputs.iter().map(|step| step.kind).collect();
+    kinds.dedup();
+    let best: Vec<String> =
+        kinds.iter().map(|kind| format!("{} {:.0}", kind.name(), highest(*kind))).collect();
+    format!(
+        "## Throughput
+
+50 signals of 25 needs, each on a topic of its own; every second message goes through to the consumer. One instance, kept on one
+core; a message that is missing at either end is lost. Wanted: {RATE_GOAL:.0} a second on one core. The highest rate without loss:
+{}.
+
+{}
+- *cores of the instance*: time on a processor in a second, all of its threads; *a message*: the same for one that came in, with
+  all that it led to. The publisher, the consumer and the server run beside it and are not in it.
+
+",
+        best.join(", "),
+        markdown(&RATE_HEAD, &rate_rows(found)),
+    )
+}
+
+/// The sentences of a soak.
+pub(super) fn soak_text(soak: &Soak) -> String {
+    sentences(soak).join("\n")
+}
+
+fn sentences(soak: &Soak) -> Vec<String> {
+    let mib = |bytes: f64| bytes / f64::from(1 << 20);
+    let memory = soak.slope(|window| window.memory);
+    let ends = |figure: fn(&Window) -> f64| {
+        let mut warm = soak.warm().map(figure);
+        let first = warm.next().unwrap_or(f64::NAN);
+        (first, warm.last().unwrap_or(first))
+    };
+    let (first, last) = ends(|window| window.memory);
+    let latency = |name: &str, figure: fn(&Window) -> f64| {
+        let (first, last) = ends(figure);
+        let Slope { slope, half } = soak.slope(figure);
+        format!(
+            "Latency, {name} of a window: {} after the warm-up, {} at the end; {:+.0} us an hour, 95 % within {:.0}: {}.",
+            seconds(first),
+            seconds(last),
+            slope * 3_600.0 * 1e6,
+            half * 3_600.0 * 1e6,
+            growth(soak.grows(figure))
+        )
+    };
+    vec![
+        format!(
+            "{:.0} s at {:.0} messages a second over {}: {} said, {} heard, {} published, {} consumed; lost: {}; decisions: {}; \
+             {:.2} cores.",
+            soak.seconds,
+            soak.tally.said as f64 / soak.seconds,
+            soak.kind.name(),
+            soak.tally.said,
+            soak.tally.heard,
+            soak.tally.published,
+            soak.tally.consumed,
+            soak.tally.lost(),
+            soak.decisions,
+            soak.cores
+        ),
+        format!(
+            "Resident memory: {:.2} MiB after the warm-up, {:.2} MiB at the end; {:+.3} MiB an hour, 95 % within {:.3}: {}.",
+            mib(first),
+            mib(last),
+            mib(memory.slope * 3_600.0),
+            mib(memory.half * 3_600.0),
+            growth(soak.grows(|window| window.memory))
+        ),
+        latency("median", |window| window.latency.p50),
+        latency("99th percentile", |window| window.latency.p99),
+    ]
+}
+
+fn growth(grows: bool) -> &'static str {
+    if grows { "it grows" } else { "it does not grow" }
+}
+
+fn soak_section(arguments: &Arguments, soak: &Soak) -> String {
+    let list: String = sentences(soak).iter().map(|sentence| format!("- {sentence}\n")).collect();
+    format!(
+        "{SOAK}
+
+Written by `{}`. The first tenth is the warm-up; slopes are least squares over {} windows, and what
+grows, grows surely and by more than a fiftieth in the run; load average {} at the end.
+
+{list}
+![memory](live-soak-memory.svg)
+
+![latency](live-soak-latency.svg)
+",
+        super::soak_command(arguments, soak),
+        soak.windows.len(),
+        load()
+    )
+}
+
+fn memory_chart(soak: &Soak) -> Chart {
+    let points = soak.windows.iter().map(|window| Point::exact(window.at, window.memory)).collect();
+    Chart {
+        title: "Resident memory of the instance".into(),
+        x: axis("time", "s", Scale::Linear),
+        y: axis("memory", "B", Scale::Linear),
+        series: vec![Series { name: "resident".into(), points }],
+    }
+}
+
+fn latency_chart(soak: &Soak) -> Chart {
+    let series = |name: &str, figure: fn(&Window) -> f64| Series {
+        name: name.into(),
+        points: soak.windows.iter().map(|window| Point::exact(window.at, figure(window))).collect(),
+    };
+    Chart {
+        title: "From the publisher through the instance to the consumer".into(),
+        x: axis("time", "s", Scale::Linear),
+        y: axis("time of a message", "s", Scale::Log),
+        series: vec![
+            series("median", |window| window.latency.p50),
+            series("99th percentile", |window| window.latency.p99),
+        ],
+    }
+}
+
+fn axis(label: &str, unit: &str, scale: Scale) -> Axis {
+    Axis { label: label.into(), unit: unit.into(), scale }
+}
+
+fn markdown(head: &[&str], rows: &[Vec<String>]) -> String {
+    let rule = "---|".repeat(head.len());
+    let rows: String = rows.iter().map(|row| format!("| {} |\n", row.join(" | "))).collect();
+    format!("| {} |\n|{rule}\n{rows}", head.join(" | "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_section_ends_where_the_next_one_begins() {
+        let document = "# T\n\n## A\n\na\n\n## Soak\n\ns\n\n## B\n\nb\n";
+        assert_eq!(section(document, SOAK), "## Soak\n\ns\n\n");
+        assert_eq!(section(document, "## B"), "## B\n\nb\n");
+        assert_eq!(section(document, "## C"), "");
+    }
+
+    #[test]
+    fn differences_may_be_below_zero() {
+        assert_eq!([signed(-2e-6), signed(2e-6)], ["-2.0 us", "2.0 us"]);
+    }
+}

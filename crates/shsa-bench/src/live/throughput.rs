@@ -1,0 +1,250 @@
+//! How many messages a second go through one instance on one core, and what each costs it.
+
+use super::middleware::{Kind, Middleware, PATIENCE};
+use super::model::{Plan, topic, value};
+use super::subject::{Manner, Subject};
+use super::traffic::{Beat, Ear, Mouth};
+use crate::processor::seconds_of;
+use anyhow::bail;
+use serde_json::{Value, json};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Two signals of each variable, each on a topic of its own; the first one's messages go through.
+pub(super) const PLAN: (usize, usize) = (25, 2);
+/// Messages go out in bundles this far apart.
+const PERIOD: Duration = Duration::from_millis(1);
+/// What is said before the counting begins: the instance is connected, its memory has its size.
+const WARM_UP: Duration = Duration::from_millis(1_000);
+/// Messages may be on their way for so long.
+const ON_THE_WAY: Duration = Duration::from_secs(15);
+/// When nothing has come for so long, nothing is on its way.
+const STILL: Duration = Duration::from_millis(250);
+/// Rates that are tried, messages a second.
+const LADDER: [u32; 9] = [10_000, 20_000, 30_000, 40_000, 50_000, 70_000, 100_000, 140_000, 200_000];
+
+/// Messages, as they are counted at each station of their way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Tally {
+    pub(super) said: u64,
+    pub(super) heard: u64,
+    pub(super) published: u64,
+    pub(super) consumed: u64,
+}
+
+impl Tally {
+    fn now<S>(voices: &Voices, subject: &Subject, ear: &Ear<S>) -> anyhow::Result<Tally> {
+        let state = subject.state()?;
+        let figure = |name: &str| state.pointer(name).and_then(Value::as_u64).unwrap_or(0);
+        Ok(Tally {
+            said: voices.said,
+            heard: figure("/figures/messages"),
+            published: figure("/figures/publications"),
+            consumed: ear.taken(),
+        })
+    }
+
+    pub(super) fn since(self, before: Tally) -> Tally {
+        Tally {
+            said: self.said - before.said,
+            heard: self.heard - before.heard,
+            published: self.published - before.published,
+            consumed: self.consumed - before.consumed,
+        }
+    }
+
+    /// Messages that are missing: before the instance, and after it.
+    pub(super) fn lost(self) -> u64 {
+        self.said.saturating_sub(self.heard) + self.published.saturating_sub(self.consumed)
+    }
+
+    pub(super) fn to_json(self) -> Value {
+        let Tally { said, heard, published, consumed } = self;
+        json!({
+            "said": said,
+            "heard": heard,
+            "published": published,
+            "consumed": consumed,
+            "lost": self.lost(),
+        })
+    }
+}
+
+/// What a rate came to.
+#[derive(Clone, Debug)]
+pub(super) struct Throughput {
+    pub(super) kind: Kind,
+    /// Messages a second that were wanted, and that were said.
+    pub(super) wanted: f64,
+    pub(super) said_rate: f64,
+    pub(super) tally: Tally,
+    /// Seconds in which messages were said, and seconds of a processor that the instance and the server of the middleware
+    /// took for them.
+    pub(super) seconds: f64,
+    pub(super) instance_seconds: f64,
+    pub(super) server_seconds: f64,
+}
+
+impl Throughput {
+    /// Whether the publisher has kept its pace.
+    pub(super) fn is_reached(&self) -> bool {
+        self.said_rate > 0.97 * self.wanted
+    }
+
+    /// Cores that the instance keeps busy.
+    pub(super) fn cores(&self) -> f64 {
+        self.instance_seconds / self.seconds
+    }
+
+    /// Seconds of a processor for a message, with what it leads to.
+    pub(super) fn each_s(&self) -> f64 {
+        self.instance_seconds / self.tally.heard as f64
+    }
+
+    pub(super) fn to_json(&self) -> Value {
+        json!({
+            "part": "throughput",
+            "bus": self.kind.name(),
+            "wanted_per_s": self.wanted,
+            "said_per_s": self.said_rate,
+            "messages": self.tally.to_json(),
+            "cores": self.cores(),
+            "each_s": self.each_s(),
+            "server_cores": self.server_seconds / self.seconds,
+        })
+    }
+}
+
+/// Climbs until something is lost, or the publisher cannot keep its pace.
+///
+/// # Errors
+/// When the middleware or a process does not work.
+pub(super) fn climb(middleware: &Middleware, seconds: f64) -> anyhow::Result<Vec<Throughput>> {
+    let mut steps = Vec::new();
+    for rate in LADDER {
+        let step = measure(middleware, f64::from(rate), seconds)?;
+        let is_last = step.tally.lost() > 0 || !step.is_reached();
+        steps.push(step);
+        if is_last {
+            break;
+        }
+    }
+    Ok(steps)
+}
+
+/// One rate for so many seconds.
+///
+/// # Errors
+/// As [`climb`].
+pub(super) fn measure(middleware: &Middleware, rate: f64, seconds: f64) -> anyhow::Result<Throughput> {
+    let plan = Plan::calm(PLAN.0, PLAN.1);
+    let at_most = Duration::from_secs_f64(seconds + 60.0);
+    let subject =
+        Subject::start(middleware, &plan, Manner { at_most_once: true, on_one_core: true, at_most })?;
+    let ear = Ear::new(middleware, "bench-consumer", true, plan.needs(), (), |(), _, _| ())?;
+    let mut voices = Voices::new(Mouth::new(middleware, "bench-publisher", true)?, plan);
+    connected(&mut voices, &subject, &ear)?;
+    voices.speak(rate.min(10_000.0), WARM_UP)?;
+    let before = settled(&voices, &subject, &ear)?;
+    let server = || middleware.server().map_or(0.0, |id| seconds_of(&id.to_string()));
+    let (began, instance_began, server_began) = (Instant::now(), subject.processor_seconds(), server());
+    voices.speak(rate, Duration::from_secs_f64(seconds))?;
+    let seconds = began.elapsed().as_secs_f64();
+    let tally = settled(&voices, &subject, &ear)?.since(before);
+    let instance_seconds = subject.processor_seconds() - instance_began;
+    let server_seconds = server() - server_began;
+    ear.end()?;
+    if let Some(trouble) = voices.mouth.troubles().first() {
+        crate::tell(&format!("warning: the publisher: {trouble}"));
+    }
+    Ok(Throughput {
+        kind: middleware.kind,
+        wanted: rate,
+        said_rate: tally.said as f64 / seconds,
+        tally,
+        seconds,
+        instance_seconds,
+        server_seconds,
+    })
+}
+
+/// Waits until what every signal says comes through.
+///
+/// # Errors
+/// When it does not.
+pub(super) fn connected<S>(voices: &mut Voices, subject: &Subject, ear: &Ear<S>) -> anyhow::Result<()> {
+    let end = Instant::now() + PATIENCE;
+    while Instant::now() < end {
+        let before = settled(voices, subject, ear)?;
+        voices.once()?;
+        thread::sleep(Duration::from_millis(100));
+        let round = settled(voices, subject, ear)?.since(before);
+        if round.lost() == 0 && round.consumed > 0 {
+            return Ok(());
+        }
+    }
+    bail!("the instance does not hear everything")
+}
+
+/// The counts when nothing is on its way any more.
+pub(super) fn settled<S>(voices: &Voices, subject: &Subject, ear: &Ear<S>) -> anyhow::Result<Tally> {
+    let end = Instant::now() + ON_THE_WAY;
+    let mut before = Tally::now(voices, subject, ear)?;
+    loop {
+        thread::sleep(STILL);
+        let now = Tally::now(voices, subject, ear)?;
+        if now == before || Instant::now() > end {
+            return Ok(now);
+        }
+        before = now;
+    }
+}
+
+/// All signals of a plan, one after the other.
+pub(super) struct Voices {
+    pub(super) mouth: Mouth,
+    topics: Vec<String>,
+    /// Whose turn it is.
+    next: usize,
+    pub(super) said: u64,
+}
+
+impl Voices {
+    pub(super) fn new(mouth: Mouth, plan: Plan) -> Voices {
+        let topics = plan.all().map(|(variable, signal)| topic(variable, signal)).collect();
+        Voices { mouth, topics, next: 0, said: 0 }
+    }
+
+    /// Says so many messages a second for so long; what could not be said in time is said later, not left out.
+    ///
+    /// # Errors
+    /// When they cannot be sent.
+    pub(super) fn speak(&mut self, rate: f64, for_so_long: Duration) -> anyhow::Result<()> {
+        let mut beat = Beat::new(PERIOD);
+        let (mut owed, each) = (0.0, rate * PERIOD.as_secs_f64());
+        for _ in 0..for_so_long.as_millis() {
+            beat.wait();
+            owed += each;
+            while owed >= 1.0 {
+                owed -= 1.0;
+                self.say()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Lets every signal speak once.
+    fn once(&mut self) -> anyhow::Result<()> {
+        (0..self.topics.len()).try_for_each(|_| self.say())
+    }
+
+    fn say(&mut self) -> anyhow::Result<()> {
+        let now = self.mouth.now();
+        if let Some(topic) = self.topics.get(self.next) {
+            self.mouth.say(topic, value(now))?;
+            self.said += 1;
+        }
+        self.next = (self.next + 1) % self.topics.len().max(1);
+        Ok(())
+    }
+}

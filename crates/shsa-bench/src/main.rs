@@ -1,0 +1,79 @@
+//! `shsa-bench`: measurements of this project that anyone can repeat, and its answers beside those of others.
+
+mod processor;
+mod program;
+mod day;
+mod live;
+mod monitor;
+mod oracle;
+mod scale;
+mod thesis;
+mod truth;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+/// Measures how fast `shsa` is, how it grows, and whether its promises hold.
+#[derive(Parser)]
+#[command(version, after_help = "Example: shsa-bench scale --sizes 1000,10000", max_term_width = 110)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    /// How long a day of data takes, and how much memory.
+    Day(day::Arguments),
+    /// What healing costs on the wire: the gate, reactions, throughput, an hour of soak.
+    Live(live::Arguments),
+    /// What the monitor costs for each observation.
+    Monitor(monitor::Arguments),
+    /// Our answers beside those that others have recorded.
+    Oracle(oracle::Arguments),
+    /// How time and memory grow with the model.
+    Scale(scale::Arguments),
+    /// The experiments of the thesis with all searches.
+    Thesis(thesis::Arguments),
+    /// Whether calibration keeps its promise, on random plants with known truth.
+    Truth(truth::Arguments),
+}
+
+/// How a measurement ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    /// Done.
+    Done,
+    /// Done, and the answer is no.
+    No,
+}
+
+/// Exit statuses are those of `shsa`: 0 done, 1 the answer is no, 2 bad input or usage.
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::No) => ExitCode::from(1),
+        Err(error) => {
+            tell(&format!("error: {error:#}"));
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Writes a line to standard error.
+fn tell(line: &str) {
+    eprintln!("{line}");
+}
+
+/// Runs one benchmark.
+fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    match &arguments.command {
+        Command::Day(arguments) => day::run(arguments),
+        Command::Live(arguments) => live::run(arguments),
+        Command::Monitor(arguments) => monitor::run(arguments),
+        Command::Oracle(arguments) => oracle::run(arguments),
+        Command::Scale(arguments) => scale::run(arguments),
+        Command::Thesis(arguments) => thesis::run(arguments),
+        Command::Truth(arguments) => truth::run(arguments),
+    }
+}

@@ -1,0 +1,95 @@
+//! `shsa-bench` from outside: small runs.
+
+use crate::folder::Folder;
+
+#[test]
+fn scale_measures_each_size_and_writes_what_it_found() {
+    let folder = Folder::new();
+    let ended = folder.ends("scale --sizes 300,100 --out found --json", 0);
+    let lines: Vec<serde_json::Value> =
+        ended.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let relations: Vec<_> = lines.iter().map(|line| line["relations"].as_f64().unwrap()).collect();
+    assert_eq!(relations, [100.0, 300.0]);
+    for line in &lines {
+        assert!(line["load_s"].as_f64().unwrap() > 0.0 && line["change_worst_s"].as_f64().unwrap() > 0.0);
+        assert_eq!(line["table_needs"], line["needs"]);
+        assert!(line["structure_worst_s"].as_f64().unwrap() >= line["structure_median_s"].as_f64().unwrap());
+    }
+    // Of three needs, a change touches one.
+    let searches = |key: &str| lines[1][key].as_f64().unwrap();
+    assert!(searches("structure_searches") < searches("table_searches"), "{}", lines[1]);
+    let read = |name: &str| std::fs::read_to_string(folder.path("found").join(name)).unwrap();
+    assert!(read("scale.md").contains("shsa-bench scale --sizes 300,100 --seed 1"));
+    assert!(read("scale-time.svg").starts_with("<svg") && read("scale-memory.svg").starts_with("<svg"));
+    assert_eq!(read("scale.jsonl"), ended.stdout);
+}
+
+#[test]
+fn scale_refuses_sizes_that_no_file_can_have() {
+    let words = "a model of 7 relations cannot be measured: 100 to 1500000 can";
+    Folder::new().refuses("scale --sizes 7", &[words]);
+}
+
+#[test]
+fn monitor_measures_each_case_and_writes_what_it_found() {
+    let folder = Folder::new();
+    let ended = folder.ends("monitor --turn 0.001 --out found --json", 0);
+    let lines: Vec<serde_json::Value> =
+        ended.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let ways: Vec<_> = lines.iter().map(|line| line["ways"].as_u64().unwrap()).collect();
+    assert_eq!(ways, [3, 3, 10_000, 10_000, 2, 2, 4, 8, 16, 32]);
+    for line in &lines {
+        assert!(line["observations_per_second"].as_f64().unwrap() > 0.0, "{line}");
+    }
+    let read = |name: &str| std::fs::read_to_string(folder.path("found").join(name)).unwrap();
+    assert!(read("monitor.md").contains("`shsa-bench monitor --turn 0.001 --out docs`"));
+    assert!(read("monitor-ways.svg").starts_with("<svg"));
+    assert_eq!(read("monitor.jsonl"), ended.stdout);
+    folder.refuses("monitor --turn 0", &["0.001 to 60 seconds"]);
+}
+
+#[test]
+fn day_replays_what_it_writes_and_removes_it() {
+    crate::with_shsa();
+    let folder = Folder::new();
+    let ended = folder.ends("day --hours 0.005 --signals 10 --out found --json", 0);
+    let found: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    assert_eq!((&found["observations"], &found["events"]), (&18_000.0.into(), &0.into()));
+    assert!(found["peak_bytes"].as_f64().unwrap() > 0.0 && found["seconds"].as_f64().unwrap() > 0.0);
+    let read = |name: &str| std::fs::read_to_string(folder.path("found").join(name)).unwrap();
+    assert!(read("day.md").contains("`shsa-bench day --hours 0.005 --signals 10 --rate 100 --out docs`"));
+    assert!(read("day-memory.svg").starts_with("<svg"));
+}
+
+#[test]
+fn live_measures_what_is_asked_and_keeps_the_section_of_a_soak() {
+    let folder = Folder::new();
+    let read = |name: &str| std::fs::read_to_string(folder.path("found").join(name)).unwrap();
+    let soaked = folder.ends("live --bus memory --soak 3s --rate 500 --out found --json", 0);
+    let soak: serde_json::Value = serde_json::from_str(&soaked.stdout).unwrap();
+    assert_eq!((&soak["messages"]["said"], &soak["messages"]["lost"]), (&1_500.into(), &0.into()), "{soak}");
+    assert!(read("live.md").contains("`shsa-bench live --bus memory --soak '3 s' --rate 500 --out docs`"));
+    assert!(read("live-soak-memory.svg").starts_with("<svg"));
+
+    let ended =
+        folder.ends("live --bus memory --part gate,reaction --seconds 1 --faults 1 --out found --json", 0);
+    let lines: Vec<serde_json::Value> =
+        ended.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let parts: Vec<_> = lines.iter().map(|line| line["part"].as_str().unwrap()).collect();
+    // Once more with the processors kept awake, where that is allowed.
+    let gates = parts.iter().take_while(|part| **part == "gate").count();
+    assert!((1..=2).contains(&gates) && parts[gates..] == ["reaction", "reaction"], "{parts:?}");
+    let (gates, reactions) = lines.split_at(gates);
+    assert!(gates.iter().all(|gate| gate["lost"] == 0), "{gates:?}");
+    for reaction in reactions {
+        // A busy machine hands messages over late: a fault may be over before it is healed, and what has not been heard for
+        // long may have moved as far as the lie says.
+        let count = |name: &str| reaction[name].as_u64().unwrap();
+        assert!(count("faults") == 20 && count("unhealed") < 20 && count("wrong") < 1_000, "{reaction}");
+    }
+    let document = read("live.md");
+    let at = |head: &str| document.find(head).unwrap();
+    assert!(at("## The gate") < at("## Reaction") && at("## Reaction") < at("## Soak"));
+    assert_eq!(read("live.jsonl"), ended.stdout);
+    folder.refuses("live --seconds 0", &["1 to 3600 seconds"]);
+}

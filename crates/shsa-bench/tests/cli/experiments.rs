@@ -1,0 +1,94 @@
+//! `shsa-bench thesis`: the experiments of the thesis.
+
+use crate::folder::{Folder, keys};
+use serde_json::Value;
+
+fn lines(arguments: &str) -> Vec<Value> {
+    let ended = Folder::new().ends(&format!("thesis {arguments} --json"), 0);
+    ended.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+fn of<'a>(lines: &'a [Value], search: &str, take: &str, depth: u64) -> &'a Value {
+    lines
+        .iter()
+        .find(|line| line["search"] == search && line["take"] == take && line["depth"] == depth)
+        .unwrap_or_else(|| panic!("no {search} {take} {depth}"))
+}
+
+#[test]
+fn complete_trees_have_as_many_substitutions_as_the_formula_says() {
+    let lines = lines("--experiment ex1 --limit 100000");
+    assert_eq!(lines.len(), 5 * 9);
+    let shape = ["experiment", "branch", "depth", "seed", "nodes", "reached", "search", "take", "seconds"];
+    let found = ["stop", "expanded", "found", "utility", "bound", "best"];
+    assert_eq!(keys(&lines[0]), [&shape[..], &found[..]].concat());
+    for search in ["best_first", "property_guided", "depth_first", "exhaustive"] {
+        for (depth, count) in [(2, 2), (4, 8), (6, 128)] {
+            let line = of(&lines, search, "all", depth);
+            assert_eq!((&line["found"], &line["stop"]), (&count.into(), &"complete".into()), "{line}");
+        }
+        // There are 2^31 of them: a limit ends each search and says so, with what the others can be worth.
+        let line = of(&lines, search, "all", 10);
+        assert!(line["stop"].as_str().unwrap().starts_with("limit"), "{line}");
+        assert!(line["bound"].as_f64().unwrap() > 0.0, "{line}");
+    }
+    let best = of(&lines, "best_first", "first", 10);
+    assert_eq!((&best["found"], &best["utility"]), (&1.into(), &best["best"]));
+    assert_eq!((&best["nodes"], &best["reached"]), (&2047.into(), &2047.into()));
+}
+
+#[test]
+fn what_proves_its_first_answer_gives_the_best() {
+    let lines = lines("--experiment ex2,ex3c,ex4 --seeds 2 --limit 1000");
+    let (mut below, mut seen) = (0, 0);
+    for line in lines.iter().filter(|line| line["take"] == "first") {
+        let (Some(utility), Some(best)) = (line["utility"].as_f64(), line["best"].as_f64()) else { continue };
+        assert!(utility <= best + 1e-12, "{line}");
+        let proves = line["search"] == "best_first" || line["search"] == "property_guided";
+        if proves && line["stop"] == "found" {
+            assert_eq!(utility, best, "{line}");
+            seen += 1;
+        }
+        below += usize::from(utility < best - 1e-9);
+    }
+    // The others take what comes first.
+    assert!(seen > 40 && below > 0, "{seen} {below}");
+}
+
+#[test]
+fn the_case_studies_are_planned_and_looked_up() {
+    let lines = lines("--experiment rover,drivetrain");
+    let of = |model: &str, search: &str| -> Vec<&Value> {
+        lines.iter().filter(|line| line["experiment"] == model && line["search"] == search).collect()
+    };
+    // The wheels, and the lateral acceleration with the speed.
+    assert!(of("drivetrain", "exhaustive").iter().all(|line| line["found"] == 2));
+    assert_eq!(of("drivetrain", "visit")[0]["nodes"], 22);
+    assert!(!of("drivetrain", "contingency").is_empty() && !of("rover", "contingency").is_empty());
+    assert!(of("rover", "best_first").iter().all(|line| line["stop"] != Value::Null));
+}
+
+#[test]
+fn the_document_names_its_command_and_keeps_the_results() {
+    let folder = Folder::new();
+    let told = folder.ends("thesis --experiment ex2,drivetrain --seeds 1 --limit 500 --out docs", 0).stdout;
+    assert!(told.contains("First answer") && told.contains("ex2 b2 d18"), "{told}");
+    let document = folder.read("docs/thesis.md");
+    assert!(
+        document.contains("`shsa-bench thesis --experiment ex2,drivetrain --seeds 1 --limit 500 --out docs`")
+    );
+    assert!(document.contains("| ex2 b2 d14 | 1 | 32767 |"), "{document}");
+    assert!(document.contains("![First answer in ex2](thesis-first.svg)"), "{document}");
+    assert!(document.contains("## The best answer beside a visit"), "{document}");
+    assert!(folder.read("docs/thesis-first.svg").starts_with("<svg"));
+    let raw = folder.read("docs/thesis.jsonl");
+    assert!(raw.lines().all(|line| serde_json::from_str::<Value>(line).is_ok()));
+    assert!(raw.lines().count() > 9 * 10);
+}
+
+#[test]
+fn what_is_no_experiment_is_refused() {
+    let folder = Folder::new();
+    folder.refuses("thesis --experiment ex5", &["ex5", "possible values", "ex4"]);
+    folder.refuses("thesis --seeds 0", &["expected a whole number from 1 on"]);
+}

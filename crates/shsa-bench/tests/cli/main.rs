@@ -1,0 +1,26 @@
+//! `shsa-bench` from outside: small runs.
+
+mod bench;
+mod experiments;
+#[path = "../../../shsa/tests/cli/folder.rs"]
+#[allow(dead_code, reason = "the tests of the command use all of it")]
+mod folder;
+mod oracle;
+mod soak;
+
+use std::path::Path;
+use std::process::Command;
+use std::sync::Once;
+
+/// What is run.
+const PROGRAM: &str = env!("CARGO_BIN_EXE_shsa-bench");
+
+/// The command that is measured stands beside the program; where only this package was built, it is built now.
+fn with_shsa() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let shsa = Path::new(PROGRAM).with_file_name("shsa");
+        let build = || Command::new(env!("CARGO")).args(["build", "--package", "shsa"]).status();
+        assert!(shsa.exists() || build().is_ok_and(|status| status.success()), "{}", shsa.display());
+    });
+}

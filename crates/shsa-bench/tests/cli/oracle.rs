@@ -1,0 +1,132 @@
+//! `shsa-bench oracle` over recorded answers: small ones written here, and those of the published programs.
+//!
+//! The latter lie outside the project; without them those tests say SKIPPED. Where we differ from the published programs on
+//! purpose, the difference is listed below with its reason; there must be no other.
+
+use crate::folder::Folder;
+use std::io::Write as _;
+use std::path::PathBuf;
+
+const REFERENCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference/");
+
+/// Where we differ in the experiments. A tie is no evidence against either: we name nobody, the published program
+/// names the lowest index.
+const EXPERIMENT_DIFFERENCES: &str = "\
+generic_value, order abc, buffer 1, run 2, step 6: a tie of 0 and 2 names nobody, not 0
+generic_time, order abc, buffer 1, run 3, step 2: a tie of 1 and 2 names nobody, not 1
+generic_time, order abc, buffer 2, run 4, step 2: a tie of 1 and 2 names nobody, not 1
+generic_time, order abc, buffer 3, run 5, step 2: a tie of 1 and 2 names nobody, not 1
+generic_value, order cab, buffer 1, run 8, step 6: a tie of 0 and 2 names nobody, not 0
+generic_time, order cab, buffer 1, run 9, step 2: a tie of 1 and 2 names nobody, not 1
+generic_time, order cab, buffer 2, run 10, step 2: a tie of 1 and 2 names nobody, not 1
+generic_time, order cab, buffer 3, run 11, step 2: a tie of 1 and 2 names nobody, not 1
+";
+
+/// Where we differ in the unit cases. Ties as above. The published program forgets the time of what a relation
+/// computes, ours is valid when its inputs are. What was before the first value is unknown to us; the published
+/// program takes the first value for it.
+const UNIT_DIFFERENCES: &str = "\
+time intervals overlap, step 0: substitution 1 has a time
+time intervals overlap, step 0: substitution 2 has a time
+one itom late, step 0: substitution 1 has a time
+one itom late, step 0: substitution 2 has a time
+one itom late, step 1: substitution 1 has a time
+one itom late, step 1: substitution 2 has a time
+time stamped itoms, buffer 2, step 2: a tie of 0 and 1 names nobody, not 0
+delay model, one step, step 0: substitution 1 has 0 outputs, not 1
+delay model, one step, step 3: a tie of 0 and 1 names nobody, not 0
+delay model, two steps, step 0: substitution 1 has 0 outputs, not 1
+delay model, two steps, step 1: substitution 1 has 0 outputs, not 1
+delay model, two steps, step 4: a tie of 0 and 1 names nobody, not 0
+";
+
+/// Two sensors of `a`, and a relation that gives it from `b`; UTILITY is that of the relation.
+const SEARCH: &str = r#"{ "format": "shsa-search-golden-1", "models": { "small": {
+    "graph": {
+        "variables": { "a": { "provided": true }, "b": { "provided": true } },
+        "relations": { "r": { "in": ["b"], "out": ["a"] } }
+    },
+    "roots": { "a": { "dfs": [
+        { "relations": [], "utility": 1.0 },
+        { "relations": ["r"], "utility": UTILITY }
+    ] }, "b": { "dfs": [{ "relations": [], "utility": 1.0 }] } }
+} } }"#;
+
+/// Two sensors of `x` that agree, and then do not; FAILED is who has failed then.
+const MONITOR: &str = r#"{ "format": "shsa-monitor-unit-1", "cases": [ {
+    "label": "small", "domain": "x", "options": {},
+    "model": { "functions": [{ "out": "x", "relation": "r", "in": ["a"], "meaning": "x = 2 a" }] },
+    "steps": [ {
+        "inputs": [
+            { "name": "x1", "variable": "x", "v": 10.0, "t": null },
+            { "name": "x2", "variable": "x", "v": 10.0, "t": null },
+            { "name": "a1", "variable": "a", "v": 7.0, "t": null }
+        ],
+        "substitutions": [
+            { "functions": [{ "out": "x", "name": "equals", "in": ["x1"] }] },
+            { "functions": [{ "out": "x", "name": "equals", "in": ["x2"] }] },
+            { "functions": [
+                { "out": "a", "name": "equals", "in": ["a1"] }, { "out": "x", "name": "r", "in": ["a"] }
+            ] }
+        ],
+        "outputs": [
+            { "sidx": 0, "v": 10.0, "t": null }, { "sidx": 1, "v": 10.0, "t": null },
+            { "sidx": 2, "v": 14.0, "t": null }
+        ],
+        "error": [4.0, 4.0, 8.0], "failed": FAILED
+    } ]
+} ] }"#;
+
+#[track_caller]
+fn check(kind: &str, text: &str, status: i32, expected: &str) {
+    let folder = Folder::with(&[("recorded.json", text.as_bytes())]);
+    assert_eq!(folder.ends(&format!("oracle {kind} recorded.json"), status).stdout, expected);
+}
+
+#[test]
+fn equal_answers_are_counted_and_others_are_shown() {
+    check("search", &SEARCH.replace("UTILITY", "1.0"), 0, "2 of 2 equal\n");
+    let other = "1 of 2 equal\nsmall a: {r} has the utility 1, not 0.5\n";
+    check("search", &SEARCH.replace("UTILITY", "0.5"), 1, other);
+    check("monitor", &MONITOR.replace("FAILED", "2"), 0, "1 of 1 equal\n");
+    let other = "0 of 1 equal\nsmall, step 0: Some(2) failed, not Some(0)\n";
+    check("monitor", &MONITOR.replace("FAILED", "0"), 1, other);
+}
+
+#[test]
+fn what_is_no_recording_of_the_kind_is_refused() {
+    let folder = Folder::with(&[("recorded.json", MONITOR.as_bytes())]);
+    folder.refuses("oracle search absent.json", &["absent.json cannot be read"]);
+    let text = MONITOR.replace("FAILED", "2");
+    let folder = Folder::with(&[("recorded.json", text.as_bytes())]);
+    folder.refuses("oracle search recorded.json", &["`shsa-monitor-unit-1` is no format of search"]);
+}
+
+/// Where a recorded file is; `None` and said so where it is not there.
+fn reference(name: &str) -> Option<PathBuf> {
+    let path = PathBuf::from(format!("{REFERENCE}{name}"));
+    let is_there = path.exists();
+    if !is_there {
+        let _ = writeln!(std::io::stderr(), "SKIPPED: {name} of the recorded answers is absent");
+    }
+    is_there.then_some(path)
+}
+
+#[track_caller]
+fn check_reference(kind: &str, name: &str, count: &str, differences: &str) {
+    let Some(path) = reference(name) else { return };
+    let status = i32::from(!differences.is_empty());
+    let ended = Folder::new().ends(&format!("oracle {kind} --all {}", path.display()), status);
+    assert_eq!(ended.stdout, format!("{count}\n{differences}"));
+}
+
+#[test]
+fn searches_answer_as_the_published_programs() {
+    check_reference("search", "search.json", "161 of 161 equal", "");
+}
+
+#[test]
+fn the_monitor_answers_as_the_published_program_but_for_what_is_listed() {
+    check_reference("monitor", "monitor_experiments.json", "160 of 168 equal", EXPERIMENT_DIFFERENCES);
+    check_reference("monitor", "monitor_unit.json", "56 of 65 equal", UNIT_DIFFERENCES);
+}

@@ -1,0 +1,314 @@
+//! A bus by its address: which middleware, and how to reach it.
+
+use crate::memory::MemoryBus;
+#[cfg(feature = "mqtt")]
+use crate::mqtt;
+#[cfg(feature = "ros2")]
+use crate::ros2;
+#[cfg(feature = "zenoh")]
+use crate::zenoh;
+use crate::{Bridge, BridgeError, Inbox};
+use std::fmt;
+use std::net::IpAddr;
+use std::path::PathBuf;
+use std::str::FromStr;
+#[cfg(feature = "mqtt")]
+use std::time::Duration;
+
+/// Where the bus is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Address {
+    /// Within this process.
+    Memory,
+    /// An MQTT broker, by its address with all settings.
+    Mqtt(String),
+    /// A Zenoh network, reached at these endpoints, or as a configuration file says.
+    Zenoh(Vec<String>),
+    /// The nodes of ROS 2 on a Zenoh network, reached at these endpoints.
+    Ros2(Vec<String>),
+}
+
+impl FromStr for Address {
+    type Err = String;
+
+    /// # Errors
+    /// Says what an address looks like.
+    fn from_str(text: &str) -> Result<Address, String> {
+        let (scheme, place) =
+            text.split_once("://").map_or((text, None), |(scheme, place)| (scheme, Some(place)));
+        match (scheme, place) {
+            ("memory", None) => Ok(Address::Memory),
+            ("mqtt" | "mqtts", Some(_)) => Ok(Address::Mqtt(text.to_owned())),
+            ("zenoh", place) => Ok(Address::Zenoh(endpoints(place.unwrap_or_default()))),
+            ("ros2", place) => Ok(Address::Ros2(endpoints(place.unwrap_or(ROUTER)))),
+            _ => Err(format!(
+                "`{text}` is no bus; write memory, mqtt://HOST:PORT, mqtts://HOST:PORT, zenoh, zenoh://HOST:PORT, ros2, or ros2://HOST:PORT"
+            )),
+        }
+    }
+}
+
+/// Where nodes of `rmw_zenoh` expect the router.
+const ROUTER: &str = "127.0.0.1:7447";
+
+fn endpoints(places: &str) -> Vec<String> {
+    places.split(',').filter(|place| !place.is_empty()).map(endpoint).collect()
+}
+
+/// An endpoint of Zenoh; without a protocol it is TCP.
+fn endpoint(place: &str) -> String {
+    if place.contains('/') { place.to_owned() } else { format!("tcp/{place}") }
+}
+
+impl fmt::Display for Address {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Address::Memory => f.write_str("memory"),
+            Address::Mqtt(address) => f.write_str(address),
+            Address::Zenoh(places) if places.is_empty() => f.write_str("zenoh"),
+            Address::Zenoh(places) => write!(f, "zenoh://{}", places.join(",")),
+            Address::Ros2(places) => write!(f, "ros2://{}", places.join(",")),
+        }
+    }
+}
+
+/// In what part somebody comes to a bus.
+#[cfg_attr(not(any(feature = "mqtt", feature = "ros2")), allow(dead_code, reason = "only they take a name"))]
+#[derive(Clone, Copy)]
+enum Guest<'a> {
+    /// Under a name that is the same the next time.
+    Member(&'a str),
+    /// To look on, and to leave no trace.
+    Visitor,
+}
+
+/// A bus, and how to come to it.
+#[derive(Clone, Debug)]
+pub struct BusOptions {
+    /// Where it is.
+    pub address: Address,
+    /// A configuration file of Zenoh, JSON5 or YAML.
+    pub config: Option<PathBuf>,
+    /// Where others may connect, as `tcp/127.0.0.1:7447` (Zenoh); nothing listens unless it is said here or in the file.
+    pub listen: Vec<String>,
+    /// The domain of the nodes of ROS 2.
+    pub ros_domain: u32,
+    /// The nodes of ROS 2 speak DDS, and `zenoh-bridge-ros2dds` translates; else they speak Zenoh (`rmw_zenoh`).
+    pub ros_dds: bool,
+    /// The certificate of the authority that the other side's certificate is checked by (PEM).
+    pub ca: Option<PathBuf>,
+    /// Our certificate, for others that ask for it (PEM).
+    pub certificate: Option<PathBuf>,
+    /// The key of our certificate (PEM).
+    pub key: Option<PathBuf>,
+}
+
+impl BusOptions {
+    /// The bus at this address, with nothing else set.
+    #[must_use]
+    pub fn at(address: Address) -> BusOptions {
+        BusOptions {
+            address,
+            config: None,
+            listen: Vec::new(),
+            ros_domain: 0,
+            ros_dds: false,
+            ca: None,
+            certificate: None,
+            key: None,
+        }
+    }
+
+    /// Connects; what arrives waits in `inbox`. The bus in memory is `memory`.
+    ///
+    /// `name` is what we are called there, the same the next time.
+    ///
+    /// # Errors
+    /// When the address or the configuration cannot be used, the other side refuses, or this was built without the
+    /// middleware's feature.
+    pub fn open(&self, name: &str, inbox: Inbox, memory: &MemoryBus) -> Result<Box<dyn Bridge>, BridgeError> {
+        self.connect(Guest::Member(name), inbox, memory)
+    }
+
+    /// As [`BusOptions::open`] for somebody who only looks on, and leaves no trace.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn visit(&self, inbox: Inbox, memory: &MemoryBus) -> Result<Box<dyn Bridge>, BridgeError> {
+        self.connect(Guest::Visitor, inbox, memory)
+    }
+
+    /// Whether nobody but the other side reads what we send: it stays on this machine, or is encrypted. What a configuration
+    /// file says is not looked at.
+    #[must_use]
+    pub fn is_private(&self) -> bool {
+        let is_private = |place: &str| {
+            let (protocol, host) = place.split_once('/').unwrap_or(("tcp", place));
+            matches!(protocol, "tls" | "quic" | "wss") || protocol.starts_with("unix") || is_loopback(host)
+        };
+        match &self.address {
+            Address::Memory => true,
+            Address::Mqtt(address) => {
+                let (scheme, place) = address.split_once("://").unwrap_or_default();
+                matches!(scheme, "mqtts" | "ssl") || is_loopback(place)
+            }
+            Address::Zenoh(places) | Address::Ros2(places) => {
+                // Without a place, others are found by scouting, wherever they are.
+                let mut all = places.iter().chain(&self.listen);
+                !(places.is_empty() && self.listen.is_empty()) && all.all(|place| is_private(place))
+            }
+        }
+    }
+
+    fn connect(
+        &self,
+        guest: Guest<'_>,
+        inbox: Inbox,
+        memory: &MemoryBus,
+    ) -> Result<Box<dyn Bridge>, BridgeError> {
+        match &self.address {
+            Address::Memory => Ok(Box::new(memory.join_with(inbox))),
+            #[cfg(feature = "mqtt")]
+            Address::Mqtt(address) => {
+                Ok(Box::new(mqtt::MqttBridge::open(&self.mqtt(address, guest)?, inbox)?))
+            }
+            #[cfg(not(feature = "mqtt"))]
+            Address::Mqtt(_) => Err(not_built("mqtt", guest)),
+            #[cfg(feature = "zenoh")]
+            Address::Zenoh(places) => Ok(Box::new(zenoh::ZenohBridge::open(&self.zenoh(places), inbox)?)),
+            #[cfg(not(feature = "zenoh"))]
+            Address::Zenoh(_) => Err(not_built("zenoh", guest)),
+            #[cfg(feature = "ros2")]
+            Address::Ros2(places) => Ok(Box::new(ros2::Ros2Bridge::open(&self.ros2(places, guest), inbox)?)),
+            #[cfg(not(feature = "ros2"))]
+            Address::Ros2(_) => Err(not_built("ros2", guest)),
+        }
+    }
+
+    /// `shsa/NAME/status` says whether it is there.
+    #[cfg(feature = "mqtt")]
+    fn mqtt(&self, address: &str, guest: Guest<'_>) -> Result<mqtt::Options, BridgeError> {
+        let name = match guest {
+            Guest::Member(name) => name,
+            Guest::Visitor => &format!("shsa-visitor-{}", std::process::id()),
+        };
+        let mut options =
+            mqtt::Options::parse(address, name)?.with_environment(|key| std::env::var(key).ok());
+        if let Guest::Visitor = guest {
+            options.session = Duration::ZERO;
+            options.name = name.to_owned();
+        } else {
+            let (here, gone) = ("online".into(), "offline".into());
+            options.presence = Some(mqtt::Presence { topic: format!("shsa/{name}/status"), here, gone });
+        }
+        let files = [&self.ca, &self.certificate, &self.key];
+        if options.tls.is_none() && files.iter().any(|file| file.is_some()) {
+            return Err(BridgeError::Configuration("--ca, --certificate and --key need mqtts://".to_owned()));
+        }
+        if let Some(tls) = &mut options.tls {
+            tls.authorities = tls.authorities.take().or_else(|| self.ca.clone());
+            tls.certificate = tls.certificate.take().or_else(|| self.certificate.clone());
+            tls.key = tls.key.take().or_else(|| self.key.clone());
+        }
+        Ok(options)
+    }
+
+    #[cfg(feature = "ros2")]
+    fn ros2(&self, places: &[String], guest: Guest<'_>) -> ros2::Options {
+        let name = match guest {
+            Guest::Member(name) => name.replace('-', "_"),
+            Guest::Visitor => format!("shsa_visitor_{}", std::process::id()),
+        };
+        let usual = ros2::Options::new(self.zenoh(places));
+        ros2::Options {
+            wire: if self.ros_dds { ros2::Wire::Plain } else { ros2::Wire::Rmw },
+            domain: self.ros_domain,
+            node: ros2::Node { name, ..usual.node.clone() },
+            ..usual
+        }
+    }
+
+    /// Where nobody can connect to us, routers have to pass on what others say: they do so for clients, not for peers.
+    #[cfg(feature = "zenoh")]
+    fn zenoh(&self, places: &[String]) -> zenoh::Options {
+        let mode = match (&self.config, self.listen.is_empty()) {
+            (Some(_), _) => None,
+            (None, true) => Some(zenoh::Mode::Client),
+            (None, false) => Some(zenoh::Mode::Peer),
+        };
+        zenoh::Options {
+            mode,
+            connect: places.to_vec(),
+            listen: self.listen.clone(),
+            config: self.config.clone(),
+            ca: self.ca.clone(),
+            identity: self.certificate.clone().zip(self.key.clone()),
+            ..zenoh::Options::default()
+        }
+    }
+}
+
+/// Whether `HOST:PORT`, with settings or without, is this machine.
+fn is_loopback(place: &str) -> bool {
+    let place = place.split(['/', '?', '#']).next().unwrap_or_default();
+    let host = match place.strip_prefix('[') {
+        Some(rest) => rest.split(']').next().unwrap_or_default(),
+        None => place.split(':').next().unwrap_or_default(),
+    };
+    host == "localhost" || host.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
+}
+
+#[cfg(not(all(feature = "mqtt", feature = "ros2", feature = "zenoh")))]
+fn not_built(feature: &str, _: Guest<'_>) -> BridgeError {
+    BridgeError::Configuration(format!("this program was built without its feature `{feature}`"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check_private(address: &str, listen: &[&str], expected: bool) {
+        let listen = listen.iter().map(|place| (*place).to_owned()).collect();
+        let bus = BusOptions { listen, ..BusOptions::at(address.parse().unwrap()) };
+        assert_eq!(bus.is_private(), expected, "{address}");
+    }
+
+    #[test]
+    fn a_bus_is_private_on_this_machine_or_encrypted() {
+        for (address, expected) in [
+            ("memory", true),
+            ("mqtt://127.0.0.1:1883?qos=0", true),
+            ("mqtt://localhost", true),
+            ("mqtts://broker", true),
+            ("mqtt://broker:1883", false),
+            ("mqtt://127.0.0.1.example.org", false),
+            ("zenoh", false),
+            ("zenoh://127.0.0.1:7447", true),
+            ("zenoh://[::1]:7447,tls/router:7447", true),
+            ("zenoh://127.0.0.1:7447,router:7447", false),
+            ("ros2", true),
+        ] {
+            check_private(address, &[], expected);
+        }
+        check_private("zenoh", &["tcp/0.0.0.0:7447"], false);
+        check_private("zenoh", &["tcp/127.0.0.1:7447"], true);
+    }
+
+    #[test]
+    fn addresses_are_read_and_shown() {
+        for (text, shown) in [
+            ("memory", "memory"),
+            ("mqtt://broker:1883?qos=0", "mqtt://broker:1883?qos=0"),
+            ("zenoh", "zenoh"),
+            ("ros2", "ros2://tcp/127.0.0.1:7447"),
+            ("zenoh://127.0.0.1:7447", "zenoh://tcp/127.0.0.1:7447"),
+            ("zenoh://tls/router:7447,[::1]:7448", "zenoh://tls/router:7447,tcp/[::1]:7448"),
+        ] {
+            assert_eq!(text.parse::<Address>().unwrap().to_string(), shown);
+        }
+        for wrong in ["", "zenho", "memory://x", "carrier-pigeon://here"] {
+            assert!(wrong.parse::<Address>().unwrap_err().contains("is no bus"), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,406 @@
+//! How a way of knowing has done lately: how often it agreed with the others, how far it was from them, and how much of
+//! the time it gave a value.
+
+use crate::knowledge::Figure;
+use crate::time::{Span, Time};
+
+/// How long the past counts where nothing else is said.
+const MEMORY: Span = Span(60_000_000_000);
+
+/// A slow way is remembered for this many of its periods at least: fewer comparisons prove nothing.
+const LEAST_PERIODS: i64 = 20;
+
+/// As many comparisons must be remembered before a share of them is a figure.
+const LEAST_COMPARED: f64 = 3.0;
+
+/// A way gives a value for this many periods after one has come, as long as the port holds it.
+const HELD_PERIODS: i64 = 2;
+
+/// Up to this share of the memory a step is short.
+const SHORT: f64 = 1.0 / 64.0;
+
+/// How long ways are remembered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Memory(
+    /// The time after which something counts 1/e of what it did.
+    pub Span,
+);
+
+impl Default for Memory {
+    /// A minute.
+    fn default() -> Memory {
+        Memory(MEMORY)
+    }
+}
+
+/// What is known about a way from how it ran. What has no evidence is `None`: never good, never bad.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Figures {
+    /// The share of comparisons, 0 to 1, in which it agreed with the consensus of independent ways.
+    pub agreement: Option<f64>,
+    /// The mean distance of its middle from the middle of that consensus, SI.
+    pub error: Option<f64>,
+    /// The mean width of its values, SI.
+    pub width: Option<f64>,
+    /// The share of time, 0 to 1, in which it gave a value.
+    pub availability: Option<f64>,
+}
+
+impl Figures {
+    /// One of them.
+    #[must_use]
+    pub fn get(&self, figure: Figure) -> Option<f64> {
+        match figure {
+            Figure::Agreement => self.agreement,
+            Figure::Error => self.error,
+            Figure::Width => self.width,
+            Figure::Availability => self.availability,
+        }
+    }
+}
+
+/// A sum in which the past fades: what is `memory` old counts 1/e.
+#[derive(Clone, Copy, Debug)]
+struct Fading {
+    memory_s: f64,
+    /// The span of the last call and its factor: values mostly come at a steady rate.
+    span: Span,
+    factor: f64,
+}
+
+impl Fading {
+    fn new(memory: Span) -> Fading {
+        Fading { memory_s: memory.seconds().max(1e-9), span: Span::ZERO, factor: 1.0 }
+    }
+
+    fn at(&self, span: Span) -> f64 {
+        if span == self.span { self.factor } else { faded(span.seconds().max(0.0) / self.memory_s) }
+    }
+
+    #[inline]
+    fn over(&mut self, span: Span) -> f64 {
+        if span == Span::ZERO {
+            // Several at one moment: the steps from moment to moment stay as they are.
+            return 1.0;
+        }
+        if span != self.span {
+            self.factor = self.at(span);
+            self.span = span;
+        }
+        self.factor
+    }
+}
+
+/// `exp(-x)` for `x` from 0 on. Most steps are short beside the memory: there five terms of the series are within 1e-13, at a
+/// fifth of the cost.
+#[inline(never)]
+fn faded(x: f64) -> f64 {
+    if x > SHORT {
+        return libm::exp(-x);
+    }
+    let fifth = 1.0 - x * (1.0 / 5.0);
+    let fourth = 1.0 - x * (1.0 / 4.0) * fifth;
+    let third = 1.0 - x * (1.0 / 3.0) * fourth;
+    1.0 - x * (1.0 - x * 0.5 * third)
+}
+
+/// The running figures of one way: some sums, each comparison and each value changes them in O(1).
+///
+/// Exponentially weighted in time, and started without bias: a share is of what has been seen, not of what could have
+/// been (as Adam corrects its means, Kingma and Ba, "Adam: A Method for Stochastic Optimization", 2015,
+/// arXiv:1412.6980).
+#[derive(Clone, Copy, Debug)]
+pub struct Reliability {
+    comparisons: Fading,
+    /// Weights of all comparisons, of those that agreed, and of those with a consensus to measure from.
+    compared: f64,
+    agreed: f64,
+    measured: f64,
+    /// Weighted sums of distances and of widths.
+    distance: f64,
+    width: f64,
+    last_compared: Option<Time>,
+    presence: Presence,
+}
+
+/// When a way gave values.
+#[derive(Clone, Copy, Debug)]
+struct Presence {
+    stretches: Fading,
+    /// How long a value is one, where that is declared.
+    held: Option<Span>,
+    since: Option<Time>,
+    last: Option<Time>,
+    /// Between the last two values.
+    gap: Option<Span>,
+    /// The share of the time that counts, with a value and in all, until `counted`. From then until `last` there was a value
+    /// all the time, which is counted when it ends: mostly, a value just goes on.
+    given: f64,
+    all: f64,
+    counted: Time,
+}
+
+impl Reliability {
+    /// Of a way that gives a value every `period`, if that is declared.
+    #[must_use]
+    pub fn new(period: Option<Span>, memory: Memory) -> Reliability {
+        let memory = memory.0.max(period.unwrap_or(Span::ZERO).times(LEAST_PERIODS));
+        let presence = Presence {
+            stretches: Fading::new(memory),
+            held: period.map(|period| period.times(HELD_PERIODS)),
+            since: None,
+            last: None,
+            gap: None,
+            given: 0.0,
+            all: 0.0,
+            counted: Time::MIN,
+        };
+        Reliability {
+            comparisons: Fading::new(memory),
+            compared: 0.0,
+            agreed: 0.0,
+            measured: 0.0,
+            distance: 0.0,
+            width: 0.0,
+            last_compared: None,
+            presence,
+        }
+    }
+
+    /// Goes on from the record of the same way before a change of the model.
+    pub(super) fn inherit(&mut self, old: Reliability) {
+        let new = *self;
+        *self = old;
+        self.comparisons = new.comparisons;
+        if self.presence.stretches.memory_s != new.presence.stretches.memory_s {
+            self.presence.count();
+        }
+        self.presence.stretches = new.presence.stretches;
+        self.presence.held = new.presence.held;
+    }
+
+    /// From this moment on the way could give values.
+    pub fn begin(&mut self, now: Time) {
+        self.presence.since.get_or_insert(now);
+    }
+
+    /// Takes in that it has given a value.
+    #[inline]
+    pub fn deliver(&mut self, now: Time) {
+        self.presence.deliver(now);
+    }
+
+    /// Takes a comparison in: whether it agreed with the others, how far it was from their consensus where they had one
+    /// (SI), and how wide its value was (SI).
+    #[inline]
+    pub fn compare(&mut self, agrees: bool, distance: Option<f64>, width: f64, now: Time) {
+        let factor = self.last_compared.map_or(1.0, |last| self.comparisons.over(now - last));
+        let add = |sum: &mut f64, amount: f64| *sum = *sum * factor + amount;
+        let (measured, distance) = distance.map_or((0.0, 0.0), |distance| (1.0, distance));
+        add(&mut self.compared, 1.0);
+        add(&mut self.agreed, if agrees { 1.0 } else { 0.0 });
+        add(&mut self.measured, measured);
+        add(&mut self.distance, distance);
+        add(&mut self.width, width);
+        self.last_compared = Some(now);
+    }
+
+    /// What it says at a moment that is not before the last comparison or value.
+    #[must_use]
+    pub fn figures(&self, now: Time) -> Figures {
+        let factor = self.last_compared.map_or(0.0, |last| self.comparisons.at(now - last));
+        let known = |weight: f64| weight * factor >= LEAST_COMPARED;
+        let share = |sum: f64, weight: f64| known(weight).then(|| sum / weight);
+        let mut presence = self.presence;
+        presence.pass_until(now);
+        let availability = (presence.all > 0.0).then(|| (presence.given / presence.all).clamp(0.0, 1.0));
+        Figures {
+            agreement: share(self.agreed, self.compared).map(|share| share.clamp(0.0, 1.0)),
+            error: share(self.distance, self.measured),
+            width: share(self.width, self.compared),
+            availability,
+        }
+    }
+}
+
+impl Presence {
+    #[inline]
+    fn deliver(&mut self, now: Time) {
+        match self.last {
+            Some(last) if last <= now && now - last <= self.held() => self.gap = Some(now - last),
+            _ => self.resume(now),
+        }
+        self.last = Some(now);
+    }
+
+    /// The first value, or the first one after a pause.
+    #[cold]
+    fn resume(&mut self, now: Time) {
+        self.since.get_or_insert(now);
+        self.pass_until(now);
+        self.counted = now;
+        self.gap = self.last.map(|last| now - last).or(self.gap);
+    }
+
+    /// Counts the time until the last value in.
+    fn count(&mut self) {
+        if let Some(last) = self.last {
+            self.pass(last - self.counted, 1.0);
+            self.counted = last;
+        }
+    }
+
+    /// Counts the time until a moment in.
+    fn pass_until(&mut self, now: Time) {
+        self.count();
+        let Some(from) = self.last.or(self.since) else { return };
+        let span = (now - from).max(Span::ZERO);
+        let held = self.held();
+        self.pass(span.min(held), 1.0);
+        if span > held {
+            self.pass(span - held, 0.0);
+        }
+    }
+
+    /// How long a value is one: as declared, else as the last two came. Before the first value only a declared rate
+    /// says how long is no absence.
+    #[inline]
+    fn held(&self) -> Span {
+        let learnt = || self.gap.map(|gap| gap.times(HELD_PERIODS));
+        let nothing_yet = if self.last.is_some() { Span::MAX } else { Span::ZERO };
+        self.held.or_else(learnt).unwrap_or(nothing_yet)
+    }
+
+    fn pass(&mut self, span: Span, share: f64) {
+        if span <= Span::ZERO {
+            return;
+        }
+        let factor = self.stretches.over(span);
+        self.given = self.given * factor + share * (1.0 - factor);
+        self.all = self.all * factor + (1.0 - factor);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec::Vec;
+    use proptest::prelude::*;
+
+    const TENTH: Span = Span(100_000_000);
+
+    fn at(tenths: i64) -> Time {
+        Time::default() + TENTH.times(tenths)
+    }
+
+    fn close(found: Option<f64>, expected: f64) -> bool {
+        found.is_some_and(|found| (found - expected).abs() < 1e-9)
+    }
+
+    #[test]
+    fn short_steps_fade_as_the_exponential_function() {
+        for step in 0..=4_000 {
+            let x = f64::from(step) / 1e5;
+            assert!((faded(x) - (-x).exp()).abs() < 1e-13, "{x}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_known_without_evidence() {
+        let mut record = Reliability::new(Some(TENTH), Memory::default());
+        assert_eq!(record.figures(at(100)), Figures::default());
+        record.begin(at(0));
+        let silent = record.figures(at(1_000));
+        assert!(silent.availability.is_some_and(|share| share < 0.01), "{silent:?}");
+        assert_eq!((silent.agreement, silent.error), (None, None));
+        record.compare(true, Some(0.0), 1.0, at(1));
+        record.compare(true, Some(0.0), 1.0, at(2));
+        assert_eq!(record.figures(at(2)).agreement, None, "two comparisons prove nothing");
+    }
+
+    #[test]
+    fn what_is_proven_is_forgotten_in_the_end() {
+        let mut record = Reliability::new(Some(TENTH), Memory(Span::from_millis(1_000)));
+        (0..100).for_each(|n| record.compare(true, Some(0.5), 1.0, at(n)));
+        assert!(close(record.figures(at(100)).agreement, 1.0) && close(record.figures(at(100)).error, 0.5));
+        assert_eq!(record.figures(at(200)).agreement, None);
+    }
+
+    #[test]
+    fn a_slow_way_is_remembered_longer() {
+        let minute = Span(60_000_000_000);
+        let mut record = Reliability::new(Some(minute), Memory::default());
+        (0..30).for_each(|n| record.compare(n % 2 == 0, None, 1.0, Time::default() + minute.times(n)));
+        let figures = record.figures(Time::default() + minute.times(30));
+        assert!(figures.agreement.is_some_and(|share| (share - 0.5).abs() < 0.05), "{figures:?}");
+        assert_eq!(figures.error, None, "there was no consensus to measure from");
+    }
+
+    #[test]
+    fn outages_count_by_their_time() {
+        for period in [Some(TENTH), None] {
+            let mut record = Reliability::new(period, Memory(Span(1_000_000_000_000)));
+            record.begin(at(0));
+            // A second there, a second gone; a value holds for two periods.
+            (0..400).filter(|n| n / 10 % 2 == 0).for_each(|n| record.deliver(at(n)));
+            let share = record.figures(at(400)).availability.unwrap();
+            assert!((share - 11.0 / 20.0).abs() < 0.02, "{period:?}: {share}");
+        }
+    }
+
+    proptest! {
+        /// The sums say what the weighted means of the whole past say.
+        #[test]
+        fn running_figures_are_weighted_means(
+            past in prop::collection::vec((1..50_i64, any::<bool>(), prop::option::of(0.0..9.0_f64)), 40..80),
+            memory in 20..100_i64,
+        ) {
+            let mut record = Reliability::new(None, Memory(TENTH.times(memory)));
+            let mut now = at(0);
+            let mut told = Vec::new();
+            for &(wait, agrees, distance) in &past {
+                now = now + TENTH.times(wait);
+                record.compare(agrees, distance, 2.0, now);
+                told.push((now, agrees, distance));
+            }
+            let weight = |time: Time| (-(now - time).seconds() / TENTH.times(memory).seconds()).exp();
+            let all: f64 = told.iter().map(|told| weight(told.0)).sum();
+            let agreed: f64 = told.iter().filter(|told| told.1).map(|told| weight(told.0)).sum();
+            let measured: f64 = told.iter().filter(|told| told.2.is_some()).map(|told| weight(told.0)).sum();
+            let distance: f64 = told.iter().map(|told| weight(told.0) * told.2.unwrap_or(0.0)).sum();
+            let figures = record.figures(now);
+            match figures.agreement {
+                Some(share) => prop_assert!((share - agreed / all).abs() < 1e-9 && close(figures.width, 2.0)),
+                None => prop_assert!(all < LEAST_COMPARED + 1e-9),
+            }
+            match figures.error {
+                Some(error) => prop_assert!((error - distance / measured).abs() < 1e-9),
+                None => prop_assert!(measured < LEAST_COMPARED + 1e-9),
+            }
+        }
+
+        /// Asking does not change, and asking between two values is as asking at their times.
+        #[test]
+        fn availability_is_the_weighted_share_of_time(
+            gaps in prop::collection::vec(1..40_i64, 1..60), memory in 20..200_i64,
+        ) {
+            let mut record = Reliability::new(Some(TENTH), Memory(TENTH.times(memory)));
+            record.begin(at(0));
+            let mut there = alloc::vec![true, true];
+            let mut now = 0;
+            for &gap in &gaps {
+                now += gap;
+                there.resize(usize::try_from(now).unwrap(), false);
+                record.deliver(at(now));
+                there.extend([true, true]);
+            }
+            there.truncate(usize::try_from(now).unwrap());
+            let weight = |n: usize| (-((now as usize - n) as f64) / memory as f64).exp();
+            let all: f64 = (0..there.len()).map(weight).sum();
+            let given: f64 = (0..there.len()).filter(|&n| there[n]).map(weight).sum();
+            let share = record.figures(at(now)).availability;
+            prop_assert!(close(share, given / all), "{share:?} {}", given / all);
+            prop_assert_eq!(share, record.figures(at(now)).availability);
+        }
+    }
+}

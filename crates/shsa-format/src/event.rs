@@ -1,0 +1,42 @@
+//! Decisions as JSON: the fields of an event, and the word for what is thought of a signal.
+
+use serde_json::{Map, Value, json};
+use shsa_core::diagnosis::Verdict;
+use shsa_core::engine::Event;
+use shsa_core::knowledge::{KnowledgeBase, NeedId};
+use shsa_core::monitor::{Absence, Symptom};
+
+/// What an event says, without its time; `known` is what its ids belong to.
+#[must_use]
+pub fn fields(known: &KnowledgeBase, event: &Event) -> Map<String, Value> {
+    let always = [
+        ("kind", json!(event.kind.name())),
+        ("signal", json!(event.signal.map(|signal| &known.signals()[signal].name))),
+        ("variable", json!(event.variable.map(|variable| &known.variables()[variable].name))),
+        ("symptom", json!(event.symptom.map(Symptom::name))),
+        ("because", json!(event.because)),
+        ("substitution", json!(event.substitution)),
+    ];
+    let several =
+        |id: &NeedId| known.needs_named(&known.variables()[known.needs()[*id].variable].name).len() > 1;
+    let need = event.need.filter(several).map(|need| ("need", json!(known.needs()[need].signal)));
+    let accused = [
+        ("relation", event.relation.map(|relation| json!(known.relations()[relation].name))),
+        ("cause", event.cause.map(|cause| json!(known.causes()[cause].name))),
+        ("probability", event.probability.map(|probability| json!(probability))),
+    ];
+    let accused = accused.into_iter().filter_map(|(key, value)| Some((key, value?)));
+    always.into_iter().chain(need).chain(accused).map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
+/// The verdict about a signal in a word; what gives nothing is told before what is believed of it.
+#[must_use]
+pub fn verdict(absence: Option<Absence>, verdict: Verdict) -> &'static str {
+    match (absence, verdict) {
+        (Some(Absence::Silent), _) => "silent",
+        (Some(Absence::Invalid | Absence::OutOfRange), _) | (None, Verdict::Failed) => "failed",
+        (None, Verdict::Unknown) => "unknown",
+        (None, Verdict::Healthy) => "healthy",
+        (None, Verdict::Suspect) => "suspect",
+    }
+}

@@ -1,0 +1,196 @@
+//! The keys of a model: what each section may hold, and how it is written.
+//!
+//! The reader takes them from here, and so do the schema and the tests that hold the reference.
+
+use shsa_core::knowledge::{Aggregate, INTEGRITY_LEVELS, ISOLATIONS, Shape, WhenUnsure};
+
+/// A part of a model that stands at its top.
+#[derive(Clone, Copy, Debug)]
+pub struct Section {
+    /// Its key.
+    pub name: &'static str,
+    /// What stands under it.
+    pub holds: Holds,
+}
+
+/// What stands under the key of a section.
+#[derive(Clone, Copy, Debug)]
+pub enum Holds {
+    /// The version of the model's shape.
+    Version,
+    /// Names, each with a value.
+    Values(Form),
+    /// Names, each with a mapping of these keys.
+    Entries(&'static [Key], Short),
+    /// The mapping of these keys, or a word that stands for it.
+    Mapping(&'static [Key]),
+}
+
+/// What may stand in the place of an entry's mapping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Short {
+    /// Nothing.
+    None,
+    /// A text: the first key alone.
+    Text,
+    /// A list of several mappings.
+    List,
+}
+
+/// A key of a mapping.
+#[derive(Clone, Copy, Debug)]
+pub struct Key {
+    /// How it is written.
+    pub name: &'static str,
+    /// How its value is written.
+    pub form: Form,
+    /// What its value is, as messages call it.
+    pub what: &'static str,
+    /// A value.
+    pub example: &'static str,
+}
+
+/// How a value is written.
+#[derive(Clone, Copy, Debug)]
+pub enum Form {
+    /// A word, a number, a quantity or a formula.
+    Text,
+    /// One of these words.
+    Choice(fn() -> Vec<&'static str>),
+    /// One value, or a list of the lowest and the highest.
+    Bounds,
+    /// A list of the lowest and the highest.
+    Pair,
+    /// A list of names, or one name.
+    Names,
+    /// Names with a number each.
+    Numbers,
+    /// A list of names, or names with a number each.
+    Shares,
+}
+
+/// The sections of a model.
+pub const SECTIONS: [Section; 8] = [
+    Section { name: "shsa", holds: Holds::Version },
+    Section { name: "variables", holds: Holds::Entries(&VARIABLE, Short::None) },
+    Section { name: "constants", holds: Holds::Values(Form::Bounds) },
+    Section { name: "functions", holds: Holds::Values(Form::Text) },
+    Section { name: "relations", holds: Holds::Entries(&RELATION, Short::Text) },
+    Section { name: "signals", holds: Holds::Entries(&SIGNAL, Short::None) },
+    Section { name: "needs", holds: Holds::Entries(&NEED, Short::List) },
+    Section { name: "utility", holds: Holds::Mapping(&UTILITY) },
+];
+
+const fn text(name: &'static str, what: &'static str, example: &'static str) -> Key {
+    Key { name, form: Form::Text, what, example }
+}
+
+const fn span(name: &'static str) -> Key {
+    text(name, "a time", "300 ms")
+}
+
+const fn names(name: &'static str, what: &'static str) -> Key {
+    Key { name, form: Form::Names, what, example: "[speed, dmin]" }
+}
+
+const fn numbers(name: &'static str) -> Key {
+    Key { name, form: Form::Numbers, what: "named numbers", example: "{ accuracy: 0.9 }" }
+}
+
+const fn formed(name: &'static str, form: Form, what: &'static str, example: &'static str) -> Key {
+    Key { name, form, what, example }
+}
+
+/// The keys of a variable.
+pub const VARIABLE: [Key; 6] = [
+    text("unit", "a unit", "m/s"),
+    formed(
+        "shape",
+        Form::Choice(|| Shape::NAMES.map(|(name, _)| name).into()),
+        "`scalar` or `vector`",
+        "vector",
+    ),
+    formed("range", Form::Pair, "the lowest and the highest value", "[-3, 3]"),
+    text("max_rate", "a rate of change", "12 m/s^2"),
+    text("wraps", "a turn", "360 deg"),
+    numbers("properties"),
+];
+
+/// The keys of a relation.
+pub const RELATION: [Key; 8] = [
+    text("equation", "an equation", "dmin = min(distances)"),
+    names("for", "the variables to solve for"),
+    text("when", "a condition", "abs(speed) > 0.2"),
+    formed("error", Form::Bounds, "an error or its bounds", "0.1"),
+    names("output", "the output"),
+    names("outputs", "the outputs"),
+    names("inputs", "the inputs"),
+    numbers("properties"),
+];
+
+/// The keys of a signal.
+pub const SIGNAL: [Key; 19] = [
+    text("variable", "a variable", "speed"),
+    text("source", "a place", "scan#ranges"),
+    text("unit", "a unit", "m"),
+    text("scale", "a number", "0.01"),
+    text("offset", "a number or a quantity", "-40 degC"),
+    text("rate", "a frequency", "10 Hz"),
+    formed("value_error", Form::Bounds, "an error or its lowest and highest value", "[-0.1, 0.2]"),
+    text("noise", "a standard deviation", "0.1"),
+    formed("time_error", Form::Bounds, "a time or the lowest and the highest", "[-100 ms, 0 ms]"),
+    span("delay"),
+    span("mean_over"),
+    span("timeout"),
+    formed("range", Form::Pair, "the lowest and the highest reading", "[0, 5 V]"),
+    text("max_rate", "a rate of change", "12 m/s^2"),
+    span("max_delay"),
+    span("frozen_after"),
+    names("derived_from", "names of signals"),
+    formed("shares", Form::Shares, "what it shares with other signals", "[imu], or shares: { imu: 0.001 }"),
+    numbers("properties"),
+];
+
+/// The keys of a need.
+pub const NEED: [Key; 11] = [
+    text("signal", "a name", "/healed/dmin"),
+    span("max_age"),
+    text("max_width", "a width", "0.5 m"),
+    formed(
+        "integrity",
+        Form::Choice(|| INTEGRITY_LEVELS.map(|(name, _)| name).into()),
+        "a level from A to D",
+        "B",
+    ),
+    text("min_rate", "a frequency", "5 Hz"),
+    formed(
+        "when_unsure",
+        Form::Choice(|| WhenUnsure::ALL.map(WhenUnsure::name).into()),
+        "`hull`, `last` or `withhold`",
+        "hull",
+    ),
+    span("hold"),
+    span("probation"),
+    span("blend"),
+    text("hysteresis", "a share", "5 %"),
+    formed(
+        "isolation",
+        Form::Choice(|| ISOLATIONS.map(|(name, _)| name).into()),
+        "`engine` or `process`",
+        "process",
+    ),
+];
+
+/// The keys of a utility of the model's own.
+pub const UTILITY: [Key; 5] = [
+    formed(
+        "aggregate",
+        Form::Choice(|| Aggregate::NAMES.map(|(name, _)| name).into()),
+        "`product`, `sum` or `minimum`",
+        "product",
+    ),
+    text("relation", "a formula over properties of a relation", "1 / cost"),
+    text("signal", "a formula over properties of a signal", "accuracy"),
+    text("way", "a formula over how a way of knowing ran", "agreement * availability"),
+    numbers("defaults"),
+];

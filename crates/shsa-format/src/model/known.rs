@@ -1,0 +1,76 @@
+//! Reads a mapping by the table of its keys: what is wrong is told in the words of the table.
+
+use shsa_core::knowledge::{Bounds, PropertyDrafts, Text};
+
+use super::keys::Key;
+use super::reader::{Fields, Reader};
+use super::tree::Node;
+
+/// The values of one mapping.
+pub(crate) struct Known<'r, 'n> {
+    pub(crate) reader: &'r mut Reader,
+    fields: Fields<'n>,
+    keys: &'static [Key],
+}
+
+impl<'r, 'n> Known<'r, 'n> {
+    /// Of a node; unknown keys are reported. `what` says what was expected, `example` how it is written.
+    pub(crate) fn of(
+        reader: &'r mut Reader,
+        node: &'n Node,
+        keys: &'static [Key],
+        what: &str,
+        example: &str,
+    ) -> Self {
+        let fields = reader.fields_of(node, what, keys.iter().map(|key| key.name), example);
+        Known { reader, fields, keys }
+    }
+
+    pub(crate) fn get(&self, key: &str) -> Option<&'n Node> {
+        debug_assert!(self.keys.iter().any(|known| known.name == key), "`{key}` is in no table");
+        self.fields.get(key)
+    }
+
+    pub(crate) fn text(&mut self, key: &str) -> Option<Text> {
+        self.read(key, |reader, node, key| reader.text(node, key.what, written(key)))
+    }
+
+    pub(crate) fn names(&mut self, key: &str) -> Option<Vec<Text>> {
+        self.read(key, |reader, node, key| Some(reader.names(node, key.what, written(key))))
+    }
+
+    pub(crate) fn bounds(&mut self, key: &str) -> Option<Bounds> {
+        self.read(key, |reader, node, key| reader.bounds(node, key.what, written(key)))
+    }
+
+    pub(crate) fn pair(&mut self, key: &str) -> Option<(Text, Text)> {
+        self.read(key, |reader, node, key| reader.pair(node, key.what, written(key)))
+    }
+
+    pub(crate) fn numbers(&mut self, key: &str) -> PropertyDrafts {
+        let node = self.get(key);
+        self.reader.properties(node)
+    }
+
+    fn read<T>(
+        &mut self,
+        key: &str,
+        how: impl FnOnce(&mut Reader, &Node, &'static Key) -> Option<T>,
+    ) -> Option<T> {
+        let node = self.get(key)?;
+        let known = self.keys.iter().find(|known| known.name == key)?;
+        how(self.reader, node, known)
+    }
+}
+
+/// As it stands in a model; made only where something is wrong.
+fn written(key: &'static Key) -> impl std::fmt::Display + Copy {
+    #[derive(Clone, Copy)]
+    struct Written(&'static Key);
+    impl std::fmt::Display for Written {
+        fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            write!(f, "{}: {}", self.0.name, self.0.example)
+        }
+    }
+    Written(key)
+}

@@ -1,0 +1,307 @@
+//! The layout of a model's text: two blanks for each level, one between a key and its value, comments kept.
+//!
+//! The text that comes out is read again, and has to say the same: else there is none.
+
+use std::collections::BTreeMap;
+
+use super::live::Written;
+use super::report::Report;
+use super::tree::{self, Node, Value};
+
+/// Blanks for each level.
+const STEP: usize = 2;
+/// What may stand between two things of a line, and is written anew.
+const BETWEEN: [char; 3] = [' ', ':', ','];
+
+/// The text of a model in the one layout. Laid out again it stays as it is. Time: O(n log n).
+///
+/// # Errors
+/// What keeps the text from being read, and a text that would not say the same after it.
+///
+/// ```
+/// use shsa_format::model::{layout::laid_out, live::Written};
+///
+/// let text = "shsa: 1\nvariables:\n    speed: {unit: m/s}  # of the car\n";
+/// let laid_out = laid_out(Written { name: "car.yaml", text }).unwrap();
+/// assert_eq!(laid_out, "shsa: 1\nvariables:\n  speed: { unit: m/s }  # of the car\n");
+/// ```
+pub fn laid_out(model: Written<'_>) -> Result<String, Report> {
+    super::read(model.text, model.name, None)?;
+    let spaced = spaced(model.text);
+    let text = indented(&spaced);
+    match (tree::read(model.text).root, tree::read(&text).root) {
+        (Some(before), Some(after)) if is_same(&before, &after) => Ok(text),
+        _ => {
+            let message = "this text would not say the same in another layout";
+            Err(Report::whole(
+                model.name,
+                message.to_owned(),
+                "leave it as it is, or write it in simpler YAML",
+            ))
+        }
+    }
+}
+
+fn is_same(one: &Node, other: &Node) -> bool {
+    match (&one.value, &other.value) {
+        (Value::Null, Value::Null) => true,
+        (Value::Scalar(one), Value::Scalar(other)) => one.text == other.text,
+        (Value::List(one), Value::List(other)) => {
+            one.len() == other.len() && one.iter().zip(other).all(|(one, other)| is_same(one, other))
+        }
+        (Value::Map(one), Value::Map(other)) => {
+            let mut pairs = one.iter().zip(other);
+            one.len() == other.len()
+                && pairs.all(|(one, other)| one.0.text == other.0.text && is_same(&one.1, &other.1))
+        }
+        _ => false,
+    }
+}
+
+/// A text with one blank where something parts two things of a line.
+fn spaced(text: &str) -> String {
+    let Some(root) = tree::read(text).root else { return text.to_owned() };
+    let mut gaps = Gaps { text, gaps: BTreeMap::new() };
+    gaps.visit(&root);
+    let mut spaced = text.to_owned();
+    for ((from, to), with) in gaps.gaps.into_iter().rev() {
+        spaced.replace_range(from..to, with);
+    }
+    spaced
+}
+
+/// The gaps of a text, and what they should be.
+struct Gaps<'t> {
+    text: &'t str,
+    gaps: BTreeMap<(usize, usize), &'static str>,
+}
+
+impl Gaps<'_> {
+    fn visit(&mut self, node: &Node) {
+        match &node.value {
+            Value::Map(entries) => {
+                let places = entries.iter().map(|(key, value)| {
+                    let key = start(self.text, key.place.from)..end_of_scalar(self.text, key.place.to);
+                    (key.start, key.end, start_of(self.text, value), end_of(self.text, value))
+                });
+                let places: Vec<_> = places.collect();
+                for &(_, key_end, value, _) in &places {
+                    self.colon(node, key_end, value);
+                }
+                let items = places.iter().map(|&(key, _, _, end)| (key, end));
+                self.brackets(node, &items.collect::<Vec<_>>(), " ");
+                entries.iter().for_each(|(_, value)| self.visit(value));
+            }
+            Value::List(items) => {
+                let places = items.iter().map(|item| (start_of(self.text, item), end_of(self.text, item)));
+                let places: Vec<_> = places.collect();
+                self.brackets(node, &places, "");
+                items.iter().for_each(|item| self.visit(item));
+            }
+            Value::Null | Value::Scalar(_) | Value::Unread => {}
+        }
+    }
+
+    /// Between a key and its value; in block style, what aligns the values of several lines stays.
+    fn colon(&mut self, node: &Node, from: usize, to: usize) {
+        let is_aligned = self.text.get(from..to).is_some_and(|it| it.starts_with(": "));
+        if is_flow(self.text, node) || !is_aligned {
+            self.gap(from, to, ": ");
+        }
+    }
+
+    /// What is in brackets: the gaps behind the first one, between the items, and before the last one.
+    fn brackets(&mut self, node: &Node, items: &[(usize, usize)], inner: &'static str) {
+        if !is_flow(self.text, node) {
+            return;
+        }
+        let (open, close) = (node.place.from as usize + 1, (node.place.to as usize).saturating_sub(1));
+        let (Some(&(first, _)), Some(&(_, last))) = (items.first(), items.last()) else {
+            return self.gap(open, close, "");
+        };
+        self.gap(open, first, inner);
+        self.gap(last, close, inner);
+        for pair in items.windows(2) {
+            if let [(_, end), (next, _)] = pair {
+                self.gap(*end, *next, ", ");
+            }
+        }
+    }
+
+    /// Nothing is done where a comment or an anchor stands there; of a gap that goes on in the next line, a comma is left.
+    fn gap(&mut self, from: usize, to: usize, with: &'static str) {
+        let between = if from <= to { self.text.get(from..to) } else { None };
+        if let Some((line, _)) = between.and_then(|it| it.split_once('\n')) {
+            return match line.trim_matches(' ') {
+                "," if line != "," => self.gap(from, from + line.len(), ","),
+                _ => {}
+            };
+        }
+        if between.is_some_and(|it| it != with && it.chars().all(|it| BETWEEN.contains(&it))) {
+            self.gaps.insert((from, to), with);
+        }
+    }
+}
+
+/// What becomes of a line.
+#[derive(Clone, Copy)]
+enum Line {
+    /// It begins with a key or an item, which stands in this column.
+    At(usize),
+    /// It goes on with what began further up, and moves with it.
+    GoesOn,
+}
+
+/// A text whose lines are indented by their level.
+fn indented(text: &str) -> String {
+    let Some(root) = tree::read(text).root else { return text.to_owned() };
+    let mut levels = Levels { text, starts: starts(text), lines: BTreeMap::new() };
+    levels.visit(&root, 0);
+    let lines: Vec<&str> = text.lines().collect();
+    // The next key or item below each line: its column, and that it had.
+    let mut next = (0, 0);
+    let mut below = vec![next; lines.len()];
+    for (number, (line, below)) in lines.iter().zip(&mut below).enumerate().rev() {
+        if let Some(Line::At(column)) = levels.lines.get(&number) {
+            next = (*column, indent(line));
+        }
+        *below = next;
+    }
+    let mut out = String::with_capacity(text.len());
+    let (mut moved, mut blank) = (0, 0);
+    for (number, (line, below)) in lines.iter().zip(below).enumerate() {
+        let own = indent(line);
+        let rest = line.get(own..).unwrap_or_default();
+        let line = match levels.lines.get(&number) {
+            Some(Line::GoesOn) => shifted(line, own, moved),
+            Some(Line::At(column)) => {
+                moved = *column as isize - own as isize;
+                format!("{}{}", " ".repeat(*column), rest.trim_end())
+            }
+            None if rest.trim().is_empty() => {
+                blank = usize::from(!out.is_empty());
+                continue;
+            }
+            // A comment belongs to what follows, or, where it stands further in, to what it follows.
+            None if own > below.1 => shifted(line.trim_end(), own, moved),
+            None => format!("{}{}", " ".repeat(below.0), rest.trim_end()),
+        };
+        out += &"\n".repeat(std::mem::take(&mut blank));
+        out += &line;
+        out.push('\n');
+    }
+    out
+}
+
+/// A line that goes on moves as far as the one where it began; what is blank in it stays.
+fn shifted(line: &str, own: usize, moved: isize) -> String {
+    if line.trim().is_empty() {
+        return line.to_owned();
+    }
+    let column = own.saturating_add_signed(moved);
+    format!("{}{}", " ".repeat(column), line.get(own..).unwrap_or_default())
+}
+
+/// The levels of the lines of a text.
+struct Levels<'t> {
+    text: &'t str,
+    /// Where each line starts.
+    starts: Vec<usize>,
+    lines: BTreeMap<usize, Line>,
+}
+
+impl Levels<'_> {
+    fn visit(&mut self, node: &Node, column: usize) {
+        let is_block = !is_flow(self.text, node);
+        match &node.value {
+            Value::Map(entries) if is_block => {
+                for (key, value) in entries {
+                    self.begin(start(self.text, key.place.from), column);
+                    self.visit(value, column + STEP);
+                }
+            }
+            Value::List(items) if is_block => {
+                for item in items {
+                    let at = start_of(self.text, item);
+                    self.begin(at, column);
+                    self.visit(item, column + self.behind_sign(at).unwrap_or(STEP));
+                }
+            }
+            _ => {
+                let (from, to) = (self.line(node.place.from as usize), self.line(end_of(self.text, node)));
+                let behind = self.starts.get(to).is_some_and(|start| *start == end_of(self.text, node));
+                for number in from + 1..=to.saturating_sub(usize::from(behind)) {
+                    self.lines.entry(number).or_insert(Line::GoesOn);
+                }
+            }
+        }
+    }
+
+    /// Something begins here: its line is indented, when nothing but the sign of an item stands before it.
+    fn begin(&mut self, at: usize, column: usize) {
+        let line = self.line(at);
+        let before = self.starts.get(line).and_then(|start| self.text.get(*start..at)).unwrap_or_default();
+        let is_first = before.chars().all(|it| it == ' ' || it == '-');
+        if is_first {
+            self.lines.entry(line).or_insert(Line::At(column));
+        }
+    }
+
+    /// How far behind the sign of an item in the same line it stands.
+    fn behind_sign(&self, at: usize) -> Option<usize> {
+        let before = self.text.get(..at)?;
+        let blanks = before.len() - before.trim_end_matches(' ').len();
+        before.trim_end_matches(' ').ends_with('-').then_some(blanks + 1)
+    }
+
+    fn line(&self, at: usize) -> usize {
+        self.starts.partition_point(|start| *start <= at).saturating_sub(1)
+    }
+}
+
+fn starts(text: &str) -> Vec<usize> {
+    let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+    [0].into_iter().chain(ends.map(|(at, _)| at + 1)).collect()
+}
+
+fn indent(line: &str) -> usize {
+    line.len() - line.trim_start_matches(' ').len()
+}
+
+pub(super) fn is_flow(text: &str, node: &Node) -> bool {
+    text.get(node.place.from as usize..).is_some_and(|rest| rest.starts_with(['{', '[']))
+}
+
+/// The place before the quote of a text in quotes.
+pub(super) fn start(text: &str, from: u32) -> usize {
+    let from = from as usize;
+    let is_quoted = text.get(..from).is_some_and(|before| before.ends_with(['"', '\'']));
+    from - usize::from(is_quoted)
+}
+
+/// The place behind a text, and its quote.
+pub(super) fn end_of_scalar(text: &str, to: u32) -> usize {
+    let to = to as usize;
+    to + usize::from(text.get(to..).is_some_and(|rest| rest.starts_with(['"', '\''])))
+}
+
+fn start_of(text: &str, node: &Node) -> usize {
+    match node.value {
+        Value::Scalar(_) => start(text, node.place.from),
+        _ => node.place.from as usize,
+    }
+}
+
+/// The place behind a value, and its quote.
+pub(super) fn end_of(text: &str, node: &Node) -> usize {
+    let last = match &node.value {
+        Value::Map(entries) if !is_flow(text, node) => entries.last().map(|(_, node)| node),
+        Value::List(items) if !is_flow(text, node) => items.last(),
+        _ => None,
+    };
+    match (last, &node.value) {
+        (Some(last), _) => end_of(text, last),
+        (None, Value::Scalar(_)) => end_of_scalar(text, node.place.to),
+        (None, _) => node.place.to as usize,
+    }
+}

@@ -1,0 +1,60 @@
+//! `docs/events.md` against the kinds of the core; the stories that it names show what it says.
+
+use super::document::{Document, code};
+use shsa_core::engine::{Event, EventKind, Quality};
+use shsa_core::monitor::Symptom;
+use shsa_format::story;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+fn page() -> Document {
+    Document::read("events.md")
+}
+
+/// The path in a link such as `[02](../stories/02.yaml)`.
+fn linked(cell: &str) -> String {
+    let path = cell.split_once("](../").and_then(|(_, rest)| rest.strip_suffix(')'));
+    path.unwrap_or_else(|| panic!("no link to a story in {cell}")).to_owned()
+}
+
+/// The events of stories, each told once.
+#[derive(Default)]
+struct Told(BTreeMap<String, Vec<Event>>);
+
+impl Told {
+    fn of(&mut self, path: &str) -> &[Event] {
+        self.0.entry(path.to_owned()).or_insert_with(|| {
+            let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path);
+            let story = story::load_file(&file).story.unwrap_or_else(|| panic!("{path} is no story"));
+            story.run().run.events
+        })
+    }
+}
+
+#[test]
+fn every_kind_is_described_and_shown_by_its_story() {
+    let section = page().section("Kinds");
+    section.names_exactly("kind", EventKind::ALL.map(EventKind::name));
+    let mut told = Told::default();
+    for row in section.rows("kind") {
+        let (kind, story) = (code(&row[0]).remove(0), linked(&row[3]));
+        assert!(told.of(&story).iter().any(|event| event.kind.name() == kind), "no `{kind}` in {story}");
+    }
+}
+
+#[test]
+fn every_symptom_is_described_and_shown_by_its_story() {
+    let section = page().section("Symptoms");
+    section.names_exactly("symptom", Symptom::ALL.map(Symptom::name));
+    let mut told = Told::default();
+    for row in section.rows("symptom") {
+        let (symptom, story) = (code(&row[0]).remove(0), linked(&row[3]));
+        let is_seen = |event: &Event| event.symptom.is_some_and(|seen| seen.name() == symptom);
+        assert!(told.of(&story).iter().any(is_seen), "no `{symptom}` in {story}");
+    }
+}
+
+#[test]
+fn every_quality_is_described() {
+    page().section("Qualities").names_exactly("quality", Quality::ALL.map(Quality::name));
+}

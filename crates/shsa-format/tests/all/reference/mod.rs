@@ -1,0 +1,8 @@
+//! The reference in `docs/` holds what the code's tables hold, no more and no less, and its examples are true.
+
+mod document;
+
+mod events;
+mod formulas;
+mod model;
+mod recordings;

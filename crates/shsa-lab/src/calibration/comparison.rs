@@ -1,0 +1,132 @@
+//! Every comparison that the engine's monitor makes over observations, as numbers.
+
+use shsa_core::alignment::{Known, Sample};
+use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::monitor::{self, Monitor, Residual, WatchedWay, WayIndex};
+use shsa_core::observation::Observation;
+use shsa_core::substitution::Way;
+use shsa_core::time::{Time, Validity};
+use std::collections::VecDeque;
+
+/// No more outputs wait for another way.
+const MOST_WAITING: usize = 64;
+
+/// One comparison of two ways, all in SI.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Comparison {
+    pub(crate) received: Time,
+    pub(crate) validity: Validity,
+    /// The middle of the slower way's value, and of what the other says about the same moment.
+    pub(crate) value: f64,
+    pub(crate) known: f64,
+    /// The widths of both.
+    pub(crate) width: f64,
+}
+
+/// All ways of a model with what they said, and all pairs with what they compared.
+pub(crate) struct Watched {
+    pub(crate) monitor: Monitor,
+    /// The pairs whose slower way each way is, and all pairs that it is in.
+    compares: Vec<Vec<usize>>,
+    touches: Vec<Vec<usize>>,
+    /// What the slower way of each pair has said and the other has yet to say something about.
+    waiting: Vec<VecDeque<Sample>>,
+    /// When and what each way said: the middle of its value, SI.
+    pub(crate) outputs: Vec<Vec<(Validity, f64)>>,
+    pub(crate) comparisons: Vec<Vec<Comparison>>,
+}
+
+impl Watched {
+    /// Compares as the engine does, in each stretch anew. Observations are in the order of reception. Time: that of the
+    /// monitor.
+    pub(crate) fn over<'o>(
+        knowledge: &KnowledgeBase,
+        ways: &[Way],
+        stretches: impl IntoIterator<Item = &'o [Observation]>,
+    ) -> Watched {
+        let monitor = || Monitor::new(knowledge, ways.to_vec(), monitor::Options::default());
+        let mut watched = Watched::empty(monitor());
+        for (number, stretch) in stretches.into_iter().enumerate() {
+            if number > 0 {
+                watched.monitor = monitor();
+                watched.waiting.iter_mut().for_each(VecDeque::clear);
+            }
+            watched.go_on(knowledge, stretch);
+        }
+        watched
+    }
+
+    fn empty(monitor: Monitor) -> Watched {
+        let mut compares = vec![Vec::new(); monitor.ways().len()];
+        let mut touches = compares.clone();
+        for (number, pair) in monitor.residuals().iter().enumerate() {
+            compares[pair.way.0 as usize].push(number);
+            touches[pair.way.0 as usize].push(number);
+            touches[pair.other.0 as usize].push(number);
+        }
+        let waiting = vec![VecDeque::new(); monitor.residuals().len()];
+        let outputs = vec![Vec::new(); monitor.ways().len()];
+        let comparisons = vec![Vec::new(); monitor.residuals().len()];
+        Watched { monitor, compares, touches, waiting, outputs, comparisons }
+    }
+
+    fn go_on(&mut self, knowledge: &KnowledgeBase, observations: &[Observation]) {
+        for moment in observations.chunk_by(|one, next| one.received == next.received) {
+            let Some(now) = moment.first().map(|first| first.received) else { continue };
+            for observation in moment {
+                self.monitor.observe(knowledge, observation, now);
+            }
+            self.monitor.settle(now);
+            self.note(now);
+        }
+    }
+
+    fn note(&mut self, now: Time) {
+        let fresh: Vec<(WayIndex, Sample)> = self.monitor.fresh().collect();
+        for (WayIndex(way), sample) in &fresh {
+            self.outputs[*way as usize].push((sample.validity, sample.value.midpoint()));
+            for &number in &self.compares[*way as usize] {
+                let waiting = &mut self.waiting[number];
+                waiting.push_back(*sample);
+                if waiting.len() > MOST_WAITING {
+                    waiting.pop_front();
+                }
+            }
+        }
+        for (WayIndex(way), _) in &fresh {
+            for at in 0..self.touches[*way as usize].len() {
+                self.compare(self.touches[*way as usize][at], now);
+            }
+        }
+    }
+
+    /// Compares what waits for a pair, oldest first, as far as the other way has spoken.
+    fn compare(&mut self, number: usize, now: Time) {
+        while let Some(sample) = self.waiting[number].front().copied() {
+            let (slow, other) = self.sides(&self.monitor.residuals()[number]);
+            let comparison = match other.beside(slow, sample.validity) {
+                Known::Later => return,
+                Known::Never => None,
+                Known::Value(known) => {
+                    let known = slow.in_turn(known, sample.value);
+                    let guess = other.guess(sample.validity);
+                    Some(Comparison {
+                        received: now,
+                        validity: sample.validity,
+                        value: sample.value.midpoint(),
+                        known: guess.unwrap_or(known.midpoint()),
+                        width: sample.value.width() + known.width(),
+                    })
+                }
+            };
+            self.waiting[number].pop_front();
+            self.comparisons[number].extend(comparison);
+        }
+    }
+
+    /// The slower and the faster way of a pair.
+    pub(crate) fn sides(&self, pair: &Residual) -> (&WatchedWay, &WatchedWay) {
+        let way = |index: WayIndex| &self.monitor.ways()[index.0 as usize];
+        (way(pair.way), way(pair.other))
+    }
+}

@@ -1,0 +1,180 @@
+//! How much later one way tells the same as another: the shift with the least spread of their difference.
+
+use crate::calibration::comparison::Comparison;
+use crate::calibration::order::{median, spread};
+use shsa_core::time::Validity;
+
+/// Shifts that are tried to either side.
+const STEPS: i32 = 40;
+
+/// No more comparisons are used; they are taken evenly.
+const MOST_COMPARISONS: usize = 2_000;
+
+/// A shift is believed when it leaves no more than this share of the spread in each half of the time: a tenth less variance.
+const WORTH: f64 = 0.948;
+
+/// A delay that explains a part of the difference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Delay {
+    /// By how much the slower way is later than the other; negative when the other is. Seconds.
+    pub(crate) late_s: f64,
+    /// The spread of the difference that is left, as a share of what it is without.
+    pub(crate) left: f64,
+}
+
+/// What the other way said, to be read at any time: straight lines between its values.
+pub(crate) struct Curve {
+    times: Vec<f64>,
+    values: Vec<f64>,
+    /// The integral up to each time.
+    sums: Vec<f64>,
+    /// The median time between two values.
+    period: f64,
+}
+
+impl Curve {
+    /// Of values at the ends of their validities, in the order of time.
+    pub(crate) fn new(outputs: &[(Validity, f64)]) -> Curve {
+        let mut points: Vec<(f64, f64)> =
+            outputs.iter().map(|(at, value)| (at.to.seconds(), *value)).collect();
+        points.sort_by(|one, other| one.0.total_cmp(&other.0));
+        points.dedup_by_key(|point| point.0);
+        let mut sum = 0.0;
+        let mut sums = vec![0.0];
+        for pair in points.windows(2) {
+            sum += 0.5 * (pair[0].1 + pair[1].1) * (pair[1].0 - pair[0].0);
+            sums.push(sum);
+        }
+        let period = median(points.windows(2).map(|pair| pair[1].0 - pair[0].0));
+        let (times, values) = points.into_iter().unzip();
+        Curve { times, values, sums, period }
+    }
+
+    /// The value, and the integral up to there.
+    fn read(&self, time: f64) -> Option<(f64, f64)> {
+        let after = self.times.partition_point(|it| *it < time);
+        let end = *self.times.get(after)?;
+        let before = if end == time { after } else { after.checked_sub(1)? };
+        let (start, value) = (self.times[before], self.values[before]);
+        let share = if end > start { (time - start) / (end - start) } else { 0.0 };
+        let here = value + share * (self.values[after] - value);
+        Some((here, self.sums[before] + 0.5 * (value + here) * (time - start)))
+    }
+
+    /// The value at a moment, or its mean where the moment is long.
+    fn at(&self, from: f64, to: f64) -> Option<f64> {
+        let (value, end) = self.read(to)?;
+        if to - from < 1e-9 {
+            return Some(value);
+        }
+        Some((end - self.read(from)?.1) / (to - from))
+    }
+}
+
+/// The delay between the two ways of a pair, within `most_s` to either side; `None` when there is none worth
+/// believing: it leaves too much, lies at the end of what was searched, or makes one half of the time worse.
+/// Time: O(shifts * comparisons * log n).
+pub(crate) fn between(comparisons: &[Comparison], other: &Curve, most_s: f64) -> Option<Delay> {
+    let every = comparisons.len().div_ceil(MOST_COMPARISONS).max(1);
+    let used: Vec<&Comparison> = comparisons.iter().step_by(every).collect();
+    let halves = used.split_at(used.len() / 2);
+    let step = most_s / f64::from(STEPS);
+    let left = |used: &[&Comparison], shift: f64| left(used, other, shift, most_s);
+    let tried: Vec<f64> = (-STEPS..=STEPS).map(|at| left(&used, f64::from(at) * step)).collect();
+    let best = (0..tried.len()).min_by(|one, next| tried[*one].total_cmp(&tried[*next]))?;
+    let (before, after) = (tried.get(best.checked_sub(1)?)?, tried.get(best + 1)?);
+    // The lowest point of the parabola through the best and its neighbours.
+    let curvature = before - 2.0 * tried[best] + after;
+    let off = if curvature > 0.0 { 0.5 * (before - after) / curvature } else { 0.0 };
+    let shift = (best as f64 - f64::from(STEPS) + off) * step;
+    let share = left(&used, shift) / left(&used, 0.0);
+    let helps = |half: &[&Comparison]| left(half, shift) <= WORTH * left(half, 0.0);
+    let is_worth = helps(halves.0) && helps(halves.1);
+    is_worth.then_some(Delay { late_s: -shift, left: share })
+}
+
+/// The spread of the difference with the other way shifted; only comparisons that all shifts can make count.
+///
+/// The other way is read as a mean over two of its periods: between two values a straight line has less noise than at
+/// them, and a shift by half a period would look like a delay.
+fn left(used: &[&Comparison], other: &Curve, shift: f64, most_s: f64) -> f64 {
+    let difference = |it: &&Comparison| {
+        let (from, to) = (it.validity.from.seconds(), it.validity.to.seconds());
+        let around = other.period;
+        other.read(from - most_s - around).and(other.read(to + most_s + around))?;
+        Some(it.value - other.at(from + shift - around, to + shift + around)?)
+    };
+    let differences: Vec<f64> = used.iter().filter_map(difference).collect();
+    spread(&differences)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shsa_core::time::Time;
+
+    fn wave(time: f64) -> f64 {
+        (0.7 * time).sin() + 0.3 * (1.9 * time).cos()
+    }
+
+    /// A slower way that says what was so `late_s` ago, and whose values are means over `window_s`.
+    fn comparisons(late_s: f64, window_s: f64) -> Vec<Comparison> {
+        (20..300)
+            .map(|at| {
+                let to = f64::from(at) * 0.1;
+                let mean =
+                    (0..=100).map(|part| wave(to - late_s - window_s * f64::from(part) / 100.0)).sum::<f64>()
+                        / 101.0;
+                let validity =
+                    Validity { from: Time::from_seconds(to - window_s), to: Time::from_seconds(to) };
+                Comparison { received: validity.to, validity, value: mean, known: 0.0, width: 0.0 }
+            })
+            .collect()
+    }
+
+    #[track_caller]
+    fn check(late_s: f64, window_s: f64, expected: Option<f64>) {
+        let fast: Vec<(Validity, f64)> = (0..3200)
+            .map(|at| f64::from(at) * 0.01)
+            .map(|time| (Validity::at(Time::from_seconds(time)), wave(time)))
+            .collect();
+        let found =
+            between(&comparisons(late_s, window_s), &Curve::new(&fast), 1.0).map(|delay| delay.late_s);
+        let is_right = match (found, expected) {
+            (Some(found), Some(expected)) => (found - expected).abs() < 0.01,
+            (found, expected) => found == expected,
+        };
+        assert!(is_right, "{found:?} is not {expected:?}");
+    }
+
+    #[test]
+    fn delays_are_found_whoever_is_late() {
+        check(0.37, 0.0, Some(0.37));
+        check(-0.37, 0.0, Some(-0.37));
+        check(0.2, 0.5, Some(0.2));
+    }
+
+    /// Two that measure the same at the same moments: half a period of the other averages its noise, and is no delay.
+    #[test]
+    fn noise_is_no_delay() {
+        let mut chance = crate::calibration::chance::Chance::new(3);
+        let mut noise = || chance.normal();
+        let fast: Vec<(Validity, f64)> =
+            (0..400).map(|at| (Validity::at(Time::from_seconds(f64::from(at))), noise())).collect();
+        let compared = |(validity, known): &(Validity, f64)| Comparison {
+            received: validity.to,
+            validity: *validity,
+            value: 0.0,
+            known: *known,
+            width: 0.0,
+        };
+        let compared: Vec<Comparison> = fast.iter().map(compared).collect();
+        assert_eq!(between(&compared, &Curve::new(&fast), 4.0), None);
+    }
+
+    #[test]
+    fn what_cannot_be_known_is_not_told() {
+        check(1.5, 0.0, None);
+        check(0.0, 0.0, None);
+    }
+}

@@ -1,0 +1,192 @@
+//! Models changed to try something, and the model with what was found.
+
+use super::{Bounds, Parameter, Problem};
+use crate::calibration::rhythm::Rhythm;
+use shsa_core::knowledge::{Draft, Id, IdVec, KnowledgeBase, Severity, SignalId, Text, build};
+use shsa_core::time::Span;
+
+/// A signal that was away for longer than its time-out although all was well gets this many times that gap.
+const TIMEOUT_FACTOR: f64 = 2.0;
+
+/// A signal that said the same for longer than it may although all was well gets this many times that time.
+const HOLD_FACTOR: f64 = 2.0;
+
+/// A rate of change that is declared too small gets this many times the fastest that was seen.
+const RATE_FACTOR: f64 = 1.5;
+
+/// The model with errors that are tried.
+#[derive(Clone)]
+pub(super) struct Trial {
+    pub(super) parameters: Vec<Parameter>,
+    /// The errors, by parameter and in its unit; `None` leaves one as the model has it.
+    pub(super) errors: Vec<Option<f64>>,
+    /// How much later each tells than the model says.
+    pub(super) delays: IdVec<SignalId, Span>,
+    /// What the model says.
+    pub(super) known: IdVec<SignalId, Span>,
+}
+
+impl Trial {
+    /// Without any errors.
+    pub(super) fn new(parameters: &[Parameter], knowledge: &KnowledgeBase) -> Trial {
+        let count = knowledge.signals().len();
+        Trial {
+            parameters: parameters.to_vec(),
+            errors: vec![Some(0.0); parameters.len()],
+            delays: IdVec::filled(count, |_| Span::ZERO),
+            known: IdVec::filled(count, |signal| knowledge.signals()[signal].delay),
+        }
+    }
+
+    /// The model with these, in which no reading is refused because it comes too fast: without errors, noise would be.
+    pub(super) fn ungated(&self, draft: &Draft) -> Draft {
+        let mut draft = self.applied(draft);
+        draft.signals.iter_mut().for_each(|it| it.max_rate = Some(text("none".to_owned())));
+        draft
+    }
+
+    pub(super) fn applied(&self, draft: &Draft) -> Draft {
+        let mut draft = draft.clone();
+        for (parameter, error) in self.parameters.iter().zip(&self.errors) {
+            let Some(error) = error else { continue };
+            set_error(&mut draft, *parameter, Bounds::One(text(rounded_up(*error).to_string())));
+        }
+        for (signal, delay) in self.delays.enumerate().filter(|(_, delay)| **delay > Span::ZERO) {
+            set_delay(&mut draft, signal, self.known[signal] + *delay);
+        }
+        draft
+    }
+}
+
+/// Builds a draft that should be right.
+pub(super) fn built(draft: &Draft) -> Result<KnowledgeBase, Problem> {
+    let (knowledge, found) = build(draft);
+    match found.into_iter().find(|it| it.severity == Severity::Error) {
+        Some(error) => Err(Problem::Model(error.message)),
+        None => Ok(knowledge),
+    }
+}
+
+/// SI for one of a signal's unit, as a difference.
+pub(super) fn scale(knowledge: &KnowledgeBase, signal: SignalId) -> f64 {
+    knowledge.signals()[signal].unit.as_ref().map_or(1.0, |unit| unit.to_si_difference(1.0).abs())
+}
+
+fn text(text: String) -> Text {
+    Text { text, ..Text::default() }
+}
+
+fn set_error(draft: &mut Draft, parameter: Parameter, error: Bounds) {
+    match parameter {
+        Parameter::Signal(signal) => {
+            draft
+                .signals
+                .iter_mut()
+                .skip(signal.index())
+                .take(1)
+                .for_each(|it| it.value_error = Some(error.clone()));
+        }
+        Parameter::Relation(relation) => {
+            draft
+                .relations
+                .iter_mut()
+                .skip(relation.index())
+                .take(1)
+                .for_each(|it| it.error = Some(error.clone()));
+        }
+    }
+}
+
+/// Sets how old a signal's content is, in milliseconds.
+fn set_delay(draft: &mut Draft, signal: SignalId, delay: Span) {
+    let written = text(format!("{} ms", delay.seconds() * 1e3));
+    draft.signals.iter_mut().skip(signal.index()).take(1).for_each(|it| it.delay = Some(written.clone()));
+}
+
+/// The model with the limits that healthy signals need: rates, and times from which on they are frozen, where there are none;
+/// time-outs and rates of change only where they are exceeded.
+pub(super) fn limited(draft: &Draft, rhythms: &[Rhythm], knowledge: &KnowledgeBase) -> Draft {
+    let mut draft = draft.clone();
+    let signals = draft.signals.iter_mut().zip(knowledge.signals().iter());
+    for ((written, signal), rhythm) in signals.zip(rhythms) {
+        if let (None, Some(rate)) = (&written.rate, rhythm.rate_hz) {
+            written.rate = Some(text(format!("{} Hz", to_digits(rate, 3, f64::round))));
+        }
+        let gap = rhythm.longest_gap_s.unwrap_or(0.0);
+        if signal.timeout.is_some_and(|timeout| timeout.seconds() < gap) {
+            written.timeout = Some(text(format!("{} s", rounded_up(TIMEOUT_FACTOR * gap))));
+        }
+        let hold = rhythm.longest_hold_s.unwrap_or(0.0);
+        let frozen_after = match signal.limits.frozen_after {
+            Some(most) => (most.seconds() <= hold).then_some(HOLD_FACTOR * hold),
+            None if written.frozen_after.is_none() => rhythm.frozen_after_s,
+            None => None,
+        };
+        if let Some(seconds) = frozen_after {
+            written.frozen_after = Some(text(format!("{} s", rounded_up(seconds))));
+        }
+    }
+    for (id, variable) in knowledge.variables().enumerate() {
+        let fastest = knowledge
+            .carriers(id)
+            .iter()
+            .filter_map(|&signal| Some(rhythms.get(signal.index())?.fastest? * scale(knowledge, signal)));
+        let fastest = fastest.fold(0.0, f64::max);
+        let is_exceeded = variable.max_rate.is_some_and(|most| most < fastest);
+        let unit = variable.unit.as_ref().map_or(1.0, |unit| unit.to_si_difference(1.0).abs());
+        let written = draft.variables.iter_mut().find(|it| it.name.text == variable.name);
+        for written in written.into_iter().filter(|_| is_exceeded) {
+            written.max_rate = Some(text(rounded_up(RATE_FACTOR * fastest / unit).to_string()));
+        }
+    }
+    draft
+}
+
+/// The model with the noise of signals declared where it is not: their standard deviations, by the number of the parameter.
+pub(super) fn with_noise(
+    mut draft: Draft,
+    parameters: &[Parameter],
+    deviation: impl Fn(usize) -> Option<f64>,
+) -> Draft {
+    for (number, parameter) in parameters.iter().enumerate() {
+        let Parameter::Signal(signal) = *parameter else { continue };
+        let Some(noise) = deviation(number).filter(|it| *it > 0.0) else { continue };
+        let written = draft.signals.iter_mut().skip(signal.index()).take(1);
+        written
+            .filter(|it| it.noise.is_none())
+            .for_each(|it| it.noise = Some(text(rounded_up(noise).to_string())));
+    }
+    draft
+}
+
+/// A positive number with three digits, no smaller than it was.
+pub(super) fn rounded_up(value: f64) -> f64 {
+    // What is a little above for no other reason than its last bits need not go up by a whole digit.
+    to_digits(value * (1.0 - 1e-9), 3, f64::ceil)
+}
+
+fn to_digits(value: f64, digits: i32, round: fn(f64) -> f64) -> f64 {
+    if value <= 0.0 {
+        return 0.0;
+    }
+    let below = digits - 1 - value.log10().floor() as i32;
+    // Through its decimal form, so that it is written with these digits and no more.
+    let whole = round(value * 10.0_f64.powi(below));
+    format!("{whole}e{}", -below).parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_rounded_up_to_three_digits() {
+        let check = |value: f64, expected: &str| assert_eq!(rounded_up(value).to_string(), expected);
+        check(0.123_41, "0.124");
+        check(0.123, "0.123");
+        check(1.0 / 3.0, "0.334");
+        check(98_760.0, "98800");
+        check(1.234e-7, "0.000000124");
+        check(0.0, "0");
+    }
+}

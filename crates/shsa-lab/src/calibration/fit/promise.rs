@@ -1,0 +1,288 @@
+//! The one factor of a model, found with the engine itself over recordings that could have been.
+
+use super::surrogate::Source;
+use super::{Fit, Problem};
+use crate::calibration::chance::Chance;
+use shsa_core::engine::{self, Engine, EventKind, Input, Output, Ticks};
+use shsa_core::knowledge::{Draft, KnowledgeBase};
+use shsa_core::observation::Observation;
+use shsa_core::time::Time;
+
+/// The factor is searched for between these, in so many steps of bisection.
+const FACTORS: (f64, f64) = (0.8, 12.0);
+const STEPS: usize = 8;
+/// So many alarms in all surrogate hours are few.
+const FEW: usize = 3;
+/// More are not counted.
+const MANY: usize = 300;
+/// Surrogate time, in promised alarms.
+const ALARMS: f64 = 10.0;
+/// Calibrations on other hours differ: the rate that is aimed at is the promised one over this.
+const RESERVE: f64 = 5.0;
+/// A sound signal called failed is worse than a suspicion: one for so many alarms that are promised.
+const FAILED: f64 = 50_000.0;
+/// What a factor grows by for each e-fold fewer alarms, as a share of it: within these.
+const SLOPES: (f64, f64) = (0.06, 0.18);
+/// Noise is declared as so many times what was found, when that costs no alarm in these series of surrogate sessions.
+const NOISES: [f64; 7] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0];
+/// One more of these than was enough, as other hours differ; two where no stretch lasts long enough for the detectors of noise
+/// and drift to have seen what hours hold.
+const MARGIN: f64 = 1.4;
+const MARGIN_OF_SHORT: f64 = 2.0;
+/// From so many seconds on, a stretch is long.
+const LONG_S: f64 = 1_200.0;
+const NOISE_SERIES: [u64; 4] = [100, 101, 102, 103];
+/// No factor is followed further than this beyond one that was tried.
+const FURTHEST: f64 = 1.85;
+/// So many pairs cost as much as all else.
+const PAIRS: f64 = 10.0;
+/// While new surrogate hours have more than one alarm, the factor grows by this,
+const GROWS: f64 = 1.05;
+/// so many times at most.
+const ROUNDS: usize = 6;
+
+/// What an engine says about observations that should all be healthy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Verdicts {
+    /// Signals called faulty: false alarms.
+    pub failed: usize,
+    /// Signals suspected.
+    pub suspected: usize,
+    /// Signals called silent.
+    pub silent: usize,
+    /// Moments at which a signal was suspected or called faulty.
+    pub alarms: usize,
+}
+
+impl Verdicts {
+    /// Of one engine for each stretch; ticks come when they are due.
+    #[must_use]
+    pub fn over<'o>(
+        knowledge: &KnowledgeBase,
+        stretches: impl IntoIterator<Item = &'o [Observation]>,
+    ) -> Verdicts {
+        let mut verdicts = Verdicts::default();
+        for stretch in stretches {
+            verdicts.go_on(knowledge, stretch);
+        }
+        verdicts
+    }
+
+    fn go_on(&mut self, knowledge: &KnowledgeBase, observations: &[Observation]) {
+        let mut engine = Engine::new(knowledge.clone(), engine::Options::default());
+        let mut last = None;
+        for observation in observations {
+            engine.pass(Ticks::before(observation.received));
+            engine.handle(Input::Observation(observation.clone()));
+            self.take(&mut engine, &mut last);
+        }
+        if let Some(observation) = observations.last() {
+            engine.handle(Input::Tick(observation.received));
+            self.take(&mut engine, &mut last);
+        }
+    }
+
+    fn take(&mut self, engine: &mut Engine, last: &mut Option<Time>) {
+        while let Some(output) = engine.poll() {
+            let Output::Event(event) = output else { continue };
+            match event.kind {
+                EventKind::Failed => self.failed += 1,
+                EventKind::Suspected => self.suspected += 1,
+                EventKind::Silent => self.silent += 1,
+                _ => {}
+            }
+            let is_alarm = matches!(event.kind, EventKind::Failed | EventKind::Suspected);
+            if is_alarm && last.replace(event.time) != Some(event.time) {
+                self.alarms += 1;
+            }
+        }
+    }
+}
+
+/// What stands behind the numbers of a calibrated model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Promise {
+    /// Alarms an hour at most.
+    pub alarms_per_hour: f64,
+    /// How many deviations every error is wide.
+    pub factor: f64,
+    /// The noise of signals is declared as so many times what was found; `None` where that would cost alarms, so that only
+    /// bounds accuse.
+    pub noise: Option<f64>,
+    /// Surrogate hours that were watched with the final numbers, which the search has not seen, and alarms in them.
+    pub hours: f64,
+    /// Alarms in them.
+    pub alarms: usize,
+    /// By how much sessions differ, in standard deviations of a signal.
+    pub between: f64,
+    /// Whether that was seen: of one session it is assumed.
+    pub is_measured: bool,
+    /// Alarms an hour that remain however wide the errors are, such as of values that change too fast; 0 for none.
+    pub remaining_per_hour: f64,
+    /// How far the factor was followed beyond the hours that were watched: a rate so many times lower.
+    pub extrapolated: f64,
+}
+
+/// Surrogate recordings, each with its seed.
+struct Trials<'a, 'b> {
+    fit: &'a Fit<'a>,
+    source: &'a Source<'b>,
+    draft: &'a (dyn Fn(f64, Option<f64>) -> Draft + Sync),
+    sessions: usize,
+    hours: f64,
+}
+
+/// How often a factor alarmed.
+#[derive(Clone, Copy, Debug)]
+struct Tried {
+    factor: f64,
+    alarms: f64,
+    failed: f64,
+}
+
+impl Fit<'_> {
+    /// The factor that keeps the promise; `draft` gives the model with a factor, and with noise declared as so many times
+    /// what was found.
+    pub(super) fn promise(
+        &self,
+        source: &Source<'_>,
+        between: f64,
+        draft: &(dyn Fn(f64, Option<f64>) -> Draft + Sync),
+    ) -> Result<Promise, Problem> {
+        let trials = Trials::new(self, source, draft);
+        let wanted = self.options.alarms_per_hour;
+        let mut tried = Vec::new();
+        let (mut low, mut high) = FACTORS;
+        let most = trials.run(high, None, 0)?;
+        let floor = most.alarms;
+        tried.push(most);
+        for _ in 0..STEPS {
+            let middle = (low * high).sqrt();
+            let one = trials.run(middle, None, 0)?;
+            (self.options.progress)();
+            tried.push(one);
+            *(if one.alarms - floor <= FEW as f64 { &mut high } else { &mut low }) = middle;
+        }
+        let known = || tried.iter().filter(|it| it.alarms - floor <= MANY as f64 && it.factor < FACTORS.1);
+        let (alarms, failed) =
+            known().fold((20.0, 1.0), |sum, it| (sum.0 + it.alarms - floor, sum.1 + it.failed));
+        let aim = (wanted / RESERVE).min(wanted / FAILED * alarms / failed);
+        let few = tried.iter().filter(|it| it.factor == high).map(|it| it.alarms - floor).fold(0.0, f64::max);
+        let extrapolated = (few.max(1.0) / trials.hours / aim).max(1.0);
+        let mut factor = high * (1.0 + slope(&tried, floor, high) * extrapolated.ln()).min(FURTHEST);
+        let mut last = trials.run(factor, None, 1)?;
+        for round in 2..2 + ROUNDS as u64 {
+            if last.alarms - floor <= 1.0 || floor > FEW as f64 {
+                break;
+            }
+            factor *= GROWS;
+            last = trials.run(factor, None, round)?;
+            (self.options.progress)();
+        }
+        let noise = trials.noise(factor)?;
+
+        Ok(Promise {
+            alarms_per_hour: wanted,
+            factor,
+            noise,
+            hours: trials.hours,
+            alarms: last.alarms.round() as usize,
+            between,
+            is_measured: self.sessions.len() > 1,
+            remaining_per_hour: floor / trials.hours,
+            extrapolated,
+        })
+    }
+}
+
+/// What a factor grows by, as a share of it, for each e-fold fewer alarms: least squares of their logarithm, weighted by them.
+fn slope(tried: &[Tried], floor: f64, around: f64) -> f64 {
+    let is_known = |it: &&Tried| (1.0..=MANY as f64).contains(&(it.alarms - floor)) && it.factor < FACTORS.1;
+    let points: Vec<(f64, f64, f64)> = tried
+        .iter()
+        .filter(is_known)
+        .map(|it| (it.factor, (it.alarms - floor).ln(), (it.alarms - floor).min(20.0)))
+        .collect();
+    let weight: f64 = points.iter().map(|it| it.2).sum();
+    let mean = |of: fn(&(f64, f64, f64)) -> f64| points.iter().map(|it| it.2 * of(it)).sum::<f64>() / weight;
+    let (x, y) = (mean(|it| it.0), mean(|it| it.1));
+    let (mut both, mut own) = (0.0, 0.0);
+    for point in &points {
+        both += point.2 * (point.0 - x) * (point.1 - y);
+        own += point.2 * (point.0 - x).powi(2);
+    }
+    let fitted = if both < 0.0 { -own / both / around } else { 0.05 };
+    fitted.clamp(SLOPES.0, SLOPES.1)
+}
+
+impl<'a, 'b> Trials<'a, 'b> {
+    fn new(
+        fit: &'a Fit<'a>,
+        source: &'a Source<'b>,
+        draft: &'a (dyn Fn(f64, Option<f64>) -> Draft + Sync),
+    ) -> Trials<'a, 'b> {
+        let hours: f64 = fit.sessions.iter().map(|it| it.duration().seconds() / 3600.0).sum();
+        let observations: usize = fit.sessions.iter().map(|it| it.observations().count()).sum();
+        let count = fit.sessions.len() as f64;
+        let wanted = ALARMS / fit.options.alarms_per_hour / hours * count;
+        // Where more is compared, an observation costs more.
+        let cost = observations.max(1) as f64 * (1.0 + fit.pairs.len() as f64 / PAIRS);
+        let affordable = fit.options.most_observations as f64 / cost * count;
+        let sessions = wanted.min(affordable).ceil().clamp(4.0, 1_000.0);
+        Trials { fit, source, draft, sessions: sessions as usize, hours: hours / count * sessions }
+    }
+
+    /// Of some multiples of the noise that was found, the first that costs no alarm in surrogate sessions.
+    fn noise(&self, factor: f64) -> Result<Option<f64>, Problem> {
+        for multiple in NOISES {
+            let mut costs = false;
+            for series in NOISE_SERIES {
+                let (with, without) =
+                    (self.run(factor, Some(multiple), series)?, self.run(factor, None, series)?);
+                costs |= with.alarms > without.alarms;
+            }
+            if !costs {
+                let is_long = self.source.longest_s() >= LONG_S;
+                return Ok(Some(multiple * if is_long { MARGIN } else { MARGIN_OF_SHORT }));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Alarms with a factor in surrogate sessions of a series; beyond [`MANY`], as many as there would be.
+    fn run(&self, factor: f64, noise: Option<f64>, series: u64) -> Result<Tried, Problem> {
+        let knowledge = super::edit::built(&(self.draft)(factor, noise))?;
+        let (mut alarms, mut failed) = (0, 0);
+        let mut done = 0;
+        while done < self.sessions && alarms <= MANY {
+            let threads = self.fit.options.threads.clamp(1, self.sessions - done);
+            let all: Vec<Verdicts> = if threads == 1 {
+                vec![self.one(&knowledge, done, series)]
+            } else {
+                std::thread::scope(|scope| {
+                    let spawned: Vec<_> = (0..threads)
+                        .map(|at| {
+                            scope.spawn({
+                                let knowledge = &knowledge;
+                                move || self.one(knowledge, done + at, series)
+                            })
+                        })
+                        .collect();
+                    spawned.into_iter().filter_map(|it| it.join().ok()).collect()
+                })
+            };
+            done += threads;
+            alarms += all.iter().map(|it| it.alarms).sum::<usize>();
+            failed += all.iter().map(|it| it.failed).sum::<usize>();
+        }
+        let share = self.sessions as f64 / done as f64;
+        Ok(Tried { factor, alarms: alarms as f64 * share, failed: failed as f64 * share })
+    }
+
+    fn one(&self, knowledge: &KnowledgeBase, number: usize, series: u64) -> Verdicts {
+        let mut chance = Chance::new(self.fit.options.seed ^ (series << 32) ^ number as u64);
+        let session = number % self.fit.sessions.len();
+        let drawn = self.source.drawn(session, &mut chance);
+        Verdicts::over(knowledge, drawn.iter().map(Vec::as_slice))
+    }
+}

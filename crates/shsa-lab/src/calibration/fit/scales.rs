@@ -1,0 +1,285 @@
+//! How far healthy signals and relations scatter: variance components of all that is compared.
+
+use super::edit;
+use super::parts::Parts;
+use super::surrogate::{period, quantum};
+use super::{Fit, Parameter};
+use crate::calibration::comparison::Comparison;
+use crate::calibration::order::{median, quantile, sorted, variance, winsorised};
+use crate::calibration::widening::{Demand, least_widening};
+use shsa_core::knowledge::{Id, IdVec, SignalId};
+
+/// The quantile at which the width of a distribution is compared with that of a normal one, and the normal one's there.
+const WIDTH_AT: f64 = 0.99;
+const NORMAL_WIDTH: f64 = 2.576;
+/// Limits of that comparison.
+const SHAPES: (f64, f64) = (0.6, 4.0);
+/// Passes over all pairs of a variable.
+const PASSES: usize = 200;
+/// Signals of one kind share a variance when the largest is no more than this times the smallest.
+const SAME: f64 = 1.5;
+/// Two rates are of one kind up to this ratio.
+const SAME_RATE: f64 = 1.1;
+/// What is assumed of how much sessions differ, in standard deviations of a signal, and how many degrees of freedom that is
+/// worth.
+const ASSUMED: (f64, f64) = (1.0, 4.0);
+/// A pair needs so many standard deviations of its difference where two equal signals give each other as many of theirs.
+const PAIR: f64 = std::f64::consts::SQRT_2;
+/// Comparisons that are taken together to see whether a relation holds.
+const TOGETHER: usize = 31;
+/// So many of these are needed.
+const FEWEST_BLOCKS: usize = 10;
+/// Above this share of what the values themselves vary, nothing shows that two ways tell the same.
+pub(super) const UNEXPLAINED: f64 = 0.5;
+
+/// How far one signal scatters, in its own unit.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Scale {
+    /// The standard deviation.
+    pub(super) deviation: f64,
+    /// How much wider than a normal distribution the values are where comparisons come to disagree.
+    pub(super) shape: f64,
+}
+
+/// What an error consists of, in the unit of its parameter.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Share {
+    /// What is there all the time.
+    pub(super) offset: f64,
+    /// What is multiplied by the one factor of the model.
+    pub(super) spread: f64,
+}
+
+/// All pairs' comparisons, by pair and then by session.
+pub(super) type Compared = Vec<Vec<Vec<Comparison>>>;
+
+impl Fit<'_> {
+    /// How far each signal scatters.
+    pub(super) fn scales(&self, parts: &Parts<'_>, compared: &Compared) -> IdVec<SignalId, Scale> {
+        let count = self.knowledge.signals().len();
+        let mut variances: IdVec<SignalId, f64> = IdVec::filled(count, |signal| parts.noise(signal));
+        for variable in self.knowledge.variables().ids() {
+            self.components(variable, compared, &mut variances);
+            self.share_kinds(parts, variable, &mut variances);
+        }
+        IdVec::filled(count, |signal: SignalId| {
+            let rounding = quantum(parts, signal) / 12.0_f64.sqrt();
+            let rests = parts.rests(signal);
+            let deviation = variance(&rests).sqrt();
+            let wide = quantile(&sorted(rests.iter().map(|it| it.abs())), WIDTH_AT).unwrap_or(0.0);
+            let shape = if deviation > 0.0 { wide / NORMAL_WIDTH / deviation } else { 1.0 };
+            Scale {
+                deviation: variances[signal].sqrt().max(rounding),
+                shape: shape.clamp(SHAPES.0, SHAPES.1),
+            }
+        })
+    }
+
+    /// Variances of the signals of a variable from those of their differences: least squares, none below 0 (F. E. Grubbs 1948,
+    /// doi:10.1080/01621459.1948.10483261). Of two, each has half.
+    fn components(
+        &self,
+        variable: shsa_core::knowledge::VariableId,
+        compared: &Compared,
+        variances: &mut IdVec<SignalId, f64>,
+    ) {
+        let known: Vec<(SignalId, SignalId, f64)> = (self.pairs.iter().zip(compared))
+            .filter(|(pair, _)| pair.variable == variable)
+            .filter_map(|(pair, compared)| {
+                let (one, other) = pair.direct()?;
+                let apart = apart(compared);
+                (apart.len() > TOGETHER).then(|| (one, other, winsorised(&apart)))
+            })
+            .collect();
+        let base = |signal: SignalId| edit::scale(self.knowledge, signal).powi(2);
+        let signals = self.knowledge.carriers(variable);
+        let of = |signal: SignalId| {
+            known.iter().filter(move |(one, other, _)| *one == signal || *other == signal).copied()
+        };
+        let mut found: Vec<(SignalId, f64)> = signals
+            .iter()
+            .filter_map(|&signal| Some((signal, of(signal).map(|it| 0.5 * it.2).reduce(f64::min)?)))
+            .collect();
+        for _ in 0..PASSES {
+            for at in 0..found.len() {
+                let signal = found[at].0;
+                let (mut sum, mut weights) = (0.0, 0.0);
+                for (one, other, it) in of(signal) {
+                    let partner = if one == signal { other } else { one };
+                    let other = found.iter().find(|(it, _)| *it == partner).map_or(0.0, |(_, it)| *it);
+                    let weight = (it * it).max(f64::MIN_POSITIVE).recip().min(1e300);
+                    sum += weight * (it - other);
+                    weights += weight;
+                }
+                found[at].1 = (sum / weights).max(0.0);
+            }
+        }
+        for (signal, it) in found {
+            // A share of what it shows by itself remains: none is perfect because others are worse.
+            let least = 0.1 * of(signal).map(|it| it.2).reduce(f64::min).unwrap_or(0.0);
+            variances[signal] = it.max(least) / base(signal);
+        }
+    }
+
+    /// Signals of one kind, whose variances do not differ much, share one.
+    fn share_kinds(
+        &self,
+        parts: &Parts<'_>,
+        variable: shsa_core::knowledge::VariableId,
+        variances: &mut IdVec<SignalId, f64>,
+    ) {
+        let signals = self.knowledge.carriers(variable);
+        let is_same = |one: SignalId, other: SignalId| {
+            let (one_s, other_s) = (period(parts, one), period(parts, other));
+            let units = |signal| edit::scale(self.knowledge, signal);
+            units(one) == units(other)
+                && one_s.max(other_s) <= SAME_RATE * one_s.min(other_s)
+                && quantum(parts, one) == quantum(parts, other)
+        };
+        for &signal in signals {
+            let kind: Vec<SignalId> = signals.iter().copied().filter(|it| is_same(signal, *it)).collect();
+            let of: Vec<f64> = kind.iter().map(|it| variances[*it]).collect();
+            let (least, most) =
+                (of.iter().fold(f64::INFINITY, |a, b| a.min(*b)), of.iter().fold(0.0, |a: f64, b| a.max(*b)));
+            if kind.len() > 1 && most <= SAME * least {
+                let mean = crate::calibration::order::mean(&of);
+                kind.iter().for_each(|it| variances[*it] = mean);
+            }
+        }
+    }
+
+    /// Whether the model declares an error of a relation.
+    fn has_error(&self, number: usize) -> bool {
+        let Parameter::Relation(relation) = self.parameters[number] else { return false };
+        self.draft.relations.get(relation.index()).is_some_and(|it| it.error.is_some())
+    }
+
+    /// By how much sessions differ, in standard deviations of each signal: what is seen of it, and what is assumed.
+    pub(super) fn between_sessions(&self, parts: &Parts<'_>, scales: &IdVec<SignalId, Scale>) -> f64 {
+        let sessions = parts.offsets.len();
+        let (assumed, worth) = ASSUMED;
+        let (mut sum, mut freedom) = (worth * assumed * assumed, worth);
+        for variable in self.knowledge.variables().ids() {
+            let signals = self.knowledge.carriers(variable);
+            for &signal in signals.iter().filter(|_| signals.len() > 1 && sessions > 1) {
+                let of: Vec<f64> = parts.offsets.iter().map(|it| it[signal]).collect();
+                let squares = sessions as f64 * variance(&of) / scales[signal].deviation.max(1e-300).powi(2);
+                sum += squares.min(1e6);
+                freedom += (sessions - 1) as f64 * (signals.len() - 1) as f64 / signals.len() as f64;
+            }
+        }
+        (sum / freedom).sqrt()
+    }
+
+    /// What the errors of all parameters consist of; `None` of those that nothing shows.
+    ///
+    /// `gains` says how much wider each pair becomes by each parameter, in SI. What is not explained by the signals of a pair
+    /// is put to its relations.
+    pub(super) fn shares(
+        &self,
+        parts: &Parts<'_>,
+        scales: &IdVec<SignalId, Scale>,
+        between: f64,
+        compared: &Compared,
+        gains: &[Vec<(usize, f64)>],
+    ) -> Vec<Option<Share>> {
+        let mut shares: Vec<Option<Share>> = vec![None; self.parameters.len()];
+        let is_shown = |signal: SignalId| {
+            let reads = |it: &super::PairFit| it.one.1.contains(&signal) || it.other.1.contains(&signal);
+            self.pairs.iter().any(|it| it.holds && it.compared.0 > 0 && reads(it))
+        };
+        for (number, parameter) in self.parameters.iter().enumerate() {
+            if let Some(signal) = parameter.signal().filter(|it| is_shown(*it)) {
+                let scale = scales[signal];
+                let spread = scale.deviation * (scale.shape.powi(2) + between * between).sqrt();
+                shares[number] = (spread > 0.0).then(|| Share { offset: parts.offset(signal).abs(), spread });
+            }
+        }
+        let is_relation = |at: usize| matches!(self.parameters[at], Parameter::Relation(_));
+        let (mut spreads, mut offsets) = (Vec::new(), Vec::new());
+        for (pair, (compared, gains)) in self.pairs.iter().zip(compared.iter().zip(gains)) {
+            let mut own: Vec<(usize, f64)> =
+                gains.iter().copied().filter(|(at, _)| is_relation(*at)).collect();
+            // Where the model says which of them is inexact, the others are not.
+            if own.iter().any(|(at, _)| self.has_error(*at)) {
+                own.retain(|(at, _)| self.has_error(*at));
+            }
+            if own.is_empty() || !pair.holds || compared.iter().all(Vec::is_empty) {
+                continue;
+            }
+            let by_signals = |of: fn(&Share) -> f64| -> f64 {
+                let known = gains.iter().filter_map(|(at, gain)| Some(gain * of(shares[*at].as_ref()?)));
+                known.sum()
+            };
+            let all: Vec<f64> = compared.iter().flatten().map(|it| it.value - it.known).collect();
+            let middle = median(all.iter().copied());
+            let wide = quantile(&sorted(all.iter().map(|it| (it - middle).abs())), WIDTH_AT).unwrap_or(0.0);
+            let needed = PAIR * (wide / NORMAL_WIDTH).max(0.5 * variance(&all).sqrt());
+            let least = (needed - by_signals(|it| it.spread)).max(0.05 * needed);
+            spreads.push(Demand { gains: own.clone(), least });
+            let least = middle.abs() - by_signals(|it| it.offset);
+            if least > 0.0 {
+                offsets.push(Demand { gains: own, least });
+            }
+        }
+        let solved = |demands: &[Demand]| {
+            least_widening(&vec![1.0; self.parameters.len()], &normalised(demands, self.parameters.len()))
+        };
+        let units = units(&spreads, self.parameters.len());
+        let (spreads, offsets) = (solved(&spreads), solved(&offsets));
+        for (number, share) in shares.iter_mut().enumerate().filter(|(at, _)| is_relation(*at)) {
+            let spread = spreads[number] * units[number];
+            *share = (spread > 0.0).then(|| Share { offset: offsets[number] * units[number], spread });
+        }
+        shares
+    }
+}
+
+/// The unit in which each parameter moves its pairs by about as much.
+fn units(demands: &[Demand], count: usize) -> Vec<f64> {
+    let largest = |number: usize| {
+        let gains = demands.iter().flat_map(|it| it.gains.iter()).filter(|(at, _)| *at == number);
+        gains.map(|(_, gain)| *gain).fold(0.0, f64::max)
+    };
+    (0..count).map(|number| if largest(number) > 0.0 { largest(number).recip() } else { 1.0 }).collect()
+}
+
+fn normalised(demands: &[Demand], count: usize) -> Vec<Demand> {
+    let units = units(demands, count);
+    let one = |it: &Demand| Demand {
+        gains: it.gains.iter().map(|(at, gain)| (*at, gain * units[*at])).collect(),
+        least: it.least,
+    };
+    demands.iter().map(one).collect()
+}
+
+/// The differences of a pair, without the mean of each session.
+fn apart(compared: &[Vec<Comparison>]) -> Vec<f64> {
+    let of = |session: &Vec<Comparison>| {
+        let all: Vec<f64> = session.iter().map(|it| it.value - it.known).collect();
+        let middle = crate::calibration::order::mean(&all);
+        all.into_iter().map(move |it| it - middle)
+    };
+    compared.iter().flat_map(of).collect()
+}
+
+/// The spread of the difference of two ways as a share of how much the first varies, both as means over some comparisons;
+/// of relations between noisy signals, only these show anything.
+pub(super) fn unexplained(compared: &[Vec<Comparison>]) -> f64 {
+    let means = |of: fn(&Comparison) -> f64, size: usize| -> Vec<f64> {
+        let blocks = compared.iter().flat_map(|session| session.chunks_exact(size));
+        blocks.map(|block| block.iter().map(of).sum::<f64>() / size as f64).collect()
+    };
+    let count: usize = compared.iter().map(Vec::len).sum();
+    let size = TOGETHER.min(count / FEWEST_BLOCKS).max(1);
+    let (apart, values) = (means(|it| it.value - it.known, size), means(|it| it.value, size));
+    let (apart, values) =
+        (crate::calibration::order::spread(&apart), crate::calibration::order::spread(&values));
+    if values > 0.0 {
+        apart / values
+    } else if apart > 0.0 {
+        f64::INFINITY
+    } else {
+        0.0
+    }
+}

@@ -1,0 +1,129 @@
+//! The smallest step of a signal that the whole loop tells, found by trying it.
+
+use super::edit;
+use super::parts::number;
+use super::{Fit, Problem};
+use crate::calibration::session::Session;
+use shsa_core::engine::{self, Engine, EventKind, Input, Output, Ticks};
+use shsa_core::knowledge::{Draft, Id, IdVec, KnowledgeBase, SignalId};
+use shsa_core::observation::{Observation, RawValue};
+use shsa_core::time::{Span, Time};
+
+/// Moments at which a step is tried.
+const ONSETS: i64 = 2;
+/// Doublings at most, and halvings of the interval after them.
+const DOUBLINGS: usize = 12;
+const HALVINGS: usize = 3;
+/// A step is told within so many seconds, and within so many times its signal's period.
+const WITHIN_S: f64 = 10.0;
+const WITHIN_PERIODS: f64 = 100.0;
+/// So many observations before the end of a trial are watched at least.
+const BEFORE: usize = 10_000;
+/// No more observations are tried a step with.
+const MOST_OBSERVATIONS: usize = 40_000;
+
+impl Fit<'_> {
+    /// The smallest step of each signal, in its unit, that is told whichever way it points and at whichever of some moments of
+    /// the longest stretch it begins; `None` where none is. Time: some dozen runs of the engine for each signal.
+    pub(super) fn smallest_steps(
+        &self,
+        draft: &Draft,
+        sessions: &[Session],
+        first: &IdVec<SignalId, f64>,
+    ) -> Result<IdVec<SignalId, Option<f64>>, Problem> {
+        let knowledge = edit::built(draft)?;
+        let longest = sessions.iter().flat_map(Session::stretches).max_by_key(|it| it.len());
+        let all = longest.map_or(&[][..], Vec::as_slice);
+        let tried = Tried { knowledge: &knowledge, all: &all[..all.len().min(MOST_OBSERVATIONS)] };
+        let signals: Vec<SignalId> = self.knowledge.signals().ids().collect();
+        let mut found = IdVec::filled(signals.len(), |_: SignalId| None);
+        for chunk in signals.chunks(self.options.threads.max(1)) {
+            let told: Vec<Option<f64>> = std::thread::scope(|scope| {
+                let one = |signal: SignalId| {
+                    scope.spawn({
+                        let tried = &tried;
+                        move || tried.smallest(signal, first[signal])
+                    })
+                };
+                let spawned: Vec<_> = chunk.iter().map(|it| one(*it)).collect();
+                spawned.into_iter().map(|it| it.join().ok().flatten()).collect()
+            });
+            chunk.iter().zip(told).for_each(|(signal, it)| found[*signal] = it);
+            (self.options.progress)();
+        }
+        Ok(found)
+    }
+}
+
+struct Tried<'a> {
+    knowledge: &'a KnowledgeBase,
+    all: &'a [Observation],
+}
+
+impl Tried<'_> {
+    fn smallest(&self, signal: SignalId, first: f64) -> Option<f64> {
+        let mut high = first.max(1e-12);
+        let is_told = |step: f64| self.is_told(signal, step) && self.is_told(signal, -step);
+        (0..DOUBLINGS).find(|_| {
+            let told = is_told(high);
+            high *= if told { 1.0 } else { 2.0 };
+            told
+        })?;
+        let mut low = 0.5 * high;
+        if high <= first.max(1e-12) {
+            low = 0.0;
+        }
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            *(if is_told(middle) { &mut high } else { &mut low }) = middle;
+        }
+        Some(high)
+    }
+
+    fn is_told(&self, signal: SignalId, step: f64) -> bool {
+        let Some((begin, end)) = self.all.first().zip(self.all.last()) else { return false };
+        let lasts = end.received - begin.received;
+        // It may come less often than is declared.
+        let count = self.all.iter().filter(|it| it.signal == signal).count().max(1);
+        let declared = self.knowledge.signals()[signal].rate_hz.map_or(0.0, f64::recip);
+        let period = declared.max(lasts.seconds() / count as f64);
+        let within = Span::from_seconds(WITHIN_S.max(WITHIN_PERIODS * period)).min(Span(lasts.0 / 2));
+        let onsets = (0..ONSETS).map(|at| begin.received + Span(lasts.0 * (at + 1) / (2 * ONSETS + 1)));
+        onsets.into_iter().all(|onset| self.is_told_at(signal, step, onset, within))
+    }
+
+    fn is_told_at(&self, signal: SignalId, step: f64, onset: Time, within: Span) -> bool {
+        // What was long before says nothing, but what is usual must be known: a run begins some time before the step.
+        let to = self.all.partition_point(|it| it.received < onset + within);
+        let from = self.all.partition_point(|it| it.received < onset - within).min(to.saturating_sub(BEFORE));
+        let mut engine = Engine::new(self.knowledge.clone(), engine::Options::default());
+        let scaling = self.knowledge.signals()[signal].scaling;
+        let step = scaling.map_or(step, |it| step / it.scale);
+        for observation in self.all.get(from..to).unwrap_or_default() {
+            let mut observation = observation.clone();
+            if observation.signal == signal
+                && observation.received >= onset
+                && number(&observation.value, scaling).is_some()
+            {
+                match &mut observation.value {
+                    RawValue::Number(value) => *value += step,
+                    RawValue::Interval { lo, hi } => (*lo, *hi) = (*lo + step, *hi + step),
+                    RawValue::Vector(_) => {}
+                }
+            }
+            engine.pass(Ticks::before(observation.received));
+            engine.handle(Input::Observation(observation));
+            while let Some(output) = engine.poll() {
+                let Output::Event(event) = output else { continue };
+                let is_alarm = matches!(event.kind, EventKind::Failed | EventKind::Suspected);
+                if is_alarm
+                    && event.time >= onset
+                    && event.signal.is_some_and(|it| it.index() == signal.index())
+                {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+}

@@ -1,0 +1,22 @@
+//! Numbers from recordings: tolerances, delays and rhythms that healthy observations need.
+//!
+//! `sessions -> rhythm (each signal) -> comparison (each pair of ways) -> delay -> calibration (scales, tails, surrogate
+//! recordings through the engine; the changed model, tested on what it has not seen)`
+
+mod order;
+mod chance;
+mod session;
+mod frozen;
+mod rhythm;
+mod comparison;
+mod delay;
+mod widening;
+mod fit;
+
+pub use chance::Chance;
+pub use fit::{
+    Calibration, Fitted, Options, PairFit, Parameter, Problem, Promise, STEPS, Stretch, Verdicts, calibrate,
+    fewest_expected, most_expected,
+};
+pub use rhythm::Rhythm;
+pub use session::Session;

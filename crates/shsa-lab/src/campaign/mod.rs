@@ -1,0 +1,56 @@
+//! A campaign: a grid of faults on recordings, and how many of them are found, named and healed.
+//!
+//! `recordings -> Baseline (the clean run) -> Grid (cells, trials) -> measure (one run each, all cores) -> Campaign -> JSON`
+//!
+//! A **cell** is a kind of fault with an amount for one signal; a **trial** is a cell at one onset with one seed. Each
+//! trial is a replay with one fault, up to the end of its fault: what happens after it is not looked at. The
+//! recordings are read once and shared; a thread holds one engine and the samples of one signal. The results are put
+//! into the order of the grid, so they are the same for any number of threads. What the figures mean is in
+//! [`LEGEND`].
+
+mod parallel;
+mod grid;
+mod baseline;
+mod smallest;
+mod amount;
+mod tally;
+mod compare;
+mod detectable;
+
+pub use amount::{AmountSpec, instead};
+pub use baseline::{Alarm, Baseline, Measured, Served};
+pub use compare::{Change, Comparison, check_settings};
+pub use detectable::{HalfSpec, calibrated};
+pub use grid::{
+    Cell, DRIFT_REACHES, Detectable, Grid, GridSpec, Kind, Onset, Reason, Recorded, Trial, Untried, What,
+};
+pub use parallel::Progress;
+pub use smallest::{Found, Limit, SearchSpec, Smallest};
+pub use tally::{Campaign, LEGEND, Tally, settings};
+
+use crate::LabError;
+use parallel::on_all_cores;
+use std::num::NonZeroUsize;
+
+/// Runs all trials; the results are in the order of the trials, `None` for a fault that changes no value.
+///
+/// # Errors
+/// When a run broke off.
+pub fn measure(
+    baselines: &[Baseline<'_>],
+    grid: &Grid,
+    threads: Option<NonZeroUsize>,
+    progress: &dyn Progress,
+) -> Result<Vec<Option<Measured>>, LabError> {
+    on_all_cores(grid.trials.len(), threads, (progress, "runs"), |number| {
+        let trial = grid.trials.get(number)?;
+        baselines.get(trial.session)?.measure(trial, grid.cells.get(trial.cell)?.signal)
+    })
+}
+
+/// Four digits that count.
+#[must_use]
+pub fn rounded(value: f64) -> String {
+    let text = format!("{value:.3e}");
+    text.parse::<f64>().map_or(text, |value| value.to_string())
+}

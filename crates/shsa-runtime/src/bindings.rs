@@ -1,0 +1,84 @@
+//! What a model needs on a bus: where its signals are heard, how its needs go out, and whose names may be taken over.
+
+use super::inputs::Inputs;
+use super::outlet::Outlet;
+use super::wiring::Takeover;
+use crate::error::{Context, RuntimeError};
+use shsa_bridge::BridgeError;
+use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
+use shsa_format::wiring::{Form, Wiring};
+use std::collections::BTreeMap;
+
+/// Messages of others cannot be told from our own.
+const NO_IDENTITY: &str = "a takeover needs MQTT 5: in 3.1.1 nobody can tell our messages from those of the source that must be silent";
+
+/// How needs go out.
+#[derive(Clone, Debug)]
+pub(super) struct OutputOptions {
+    /// Where nothing else is said.
+    pub(super) form: Form,
+    /// What is said for single needs.
+    pub(super) wiring: Wiring,
+}
+
+/// The signal that serves a need when nothing is wrong, by the names of both.
+pub(super) type Carriers = BTreeMap<String, String>;
+
+/// All of it for one model, as at its beginning.
+#[derive(Debug, Default)]
+pub(super) struct Bindings {
+    pub(super) inputs: Inputs,
+    pub(super) outlets: IdVec<NeedId, Outlet>,
+    pub(super) takeovers: Vec<Takeover>,
+    pub(super) carriers: Carriers,
+}
+
+impl Bindings {
+    /// `carriers` is what was found out before, `serving` tells which signal serves a need now, and `knows_own` whether the bus
+    /// is sure which messages are ours.
+    ///
+    /// # Errors
+    /// When a signal's source cannot be found on a bus, or a need cannot go out as is said.
+    pub(super) fn new(
+        knowledge: &KnowledgeBase,
+        output_options: &OutputOptions,
+        carriers: &Carriers,
+        serving: impl Fn(NeedId) -> Option<SignalId>,
+        knows_own: bool,
+    ) -> Result<Bindings, RuntimeError> {
+        let (inputs, carriers) = (Inputs::new(knowledge)?, carriers.clone());
+        let mut bindings = Bindings { inputs, carriers, ..Bindings::default() };
+        for (id, need) in knowledge.needs().enumerate() {
+            let own = own(knowledge, id, bindings.carriers.get(&need.signal), &serving);
+            let name = |signal: SignalId| knowledge.signals()[signal].name.clone();
+            bindings.carriers.extend(own.map(|own| (need.signal.clone(), name(own))));
+            let OutputOptions { form, wiring } = output_options;
+            let wiring = wiring.of(&knowledge.variables()[need.variable].name, &need.signal);
+            let form = wiring.and_then(|wiring| wiring.form).unwrap_or(*form);
+            bindings.outlets.push(Outlet::new(knowledge, id, form, own)?);
+            let Some(settings) = wiring.and_then(|wiring| wiring.takeover.as_ref()) else { continue };
+            if !knows_own {
+                return Err(BridgeError::Configuration(NO_IDENTITY.to_owned()).into());
+            }
+            let named = settings.signal.as_ref().map(|name| knowledge.signal(name));
+            let signal =
+                named.unwrap_or(own).with_context(|| format!("takeover for {}: no signal", need.signal))?;
+            bindings.takeovers.push(Takeover::new(knowledge, id, signal, settings)?);
+        }
+        Ok(bindings)
+    }
+}
+
+/// The signal that serves a need when nothing is wrong, as it was found out before, or else now; else the first one.
+fn own(
+    knowledge: &KnowledgeBase,
+    need: NeedId,
+    before: Option<&String>,
+    serving: impl Fn(NeedId) -> Option<SignalId>,
+) -> Option<SignalId> {
+    let variable = knowledge.needs()[need].variable;
+    let of_variable = |signal: &SignalId| knowledge.signals()[*signal].variable == variable;
+    let before = before.and_then(|name| knowledge.signal(name));
+    let found = before.or_else(|| serving(need)).filter(of_variable);
+    found.or_else(|| knowledge.signals().ids().find(of_variable))
+}

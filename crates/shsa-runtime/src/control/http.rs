@@ -1,0 +1,176 @@
+//! The control interface over HTTP: state, events, metrics and health for everyone who can reach it, orders for who has
+//! the token.
+//!
+//! | request | gives |
+//! |---|---|
+//! | `GET /health` | 200 while every need is served, else 503; the needs with their quality |
+//! | `GET /state` | everything: needs, signals with verdicts and counts, figures |
+//! | `GET /events?since=N` | the last decisions from number N on |
+//! | `GET /events/stream` | every decision from now on, as server-sent events |
+//! | `GET /metrics` | figures for Prometheus |
+//! | `POST /orders` | an order as JSON, with `Authorization: Bearer TOKEN` |
+
+use super::token::Answer;
+use super::{Desk, Guard, Order, Reply, Request};
+use crate::error::{Context, RuntimeError};
+use axum::extract::{DefaultBodyLimit, Query, Request as HttpRequest, State};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::middleware::{Next, from_fn};
+use axum::response::sse::{Event, KeepAlive, Sse};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use serde::Deserialize;
+use serde_json::json;
+use std::convert::Infallible;
+use std::net::{SocketAddr, TcpListener};
+use std::thread;
+use tokio::sync::{broadcast, oneshot};
+use tokio_stream::StreamExt;
+use tokio_stream::wrappers::BroadcastStream;
+
+/// The largest order, bytes.
+const LARGEST: usize = 4 * 1024 * 1024;
+
+/// What the requests have in common.
+#[derive(Clone)]
+struct Shared {
+    desk: Desk,
+    guard: Guard,
+    listeners: broadcast::WeakSender<String>,
+}
+
+/// Serves requests from a thread of its own until the process ends; the address that it listens on.
+///
+/// # Errors
+/// When the address cannot be had.
+pub(in super::super) fn serve(
+    address: SocketAddr,
+    desk: Desk,
+    guard: Guard,
+    listeners: broadcast::WeakSender<String>,
+) -> Result<SocketAddr, RuntimeError> {
+    let listener = TcpListener::bind(address).with_context(|| format!("listening on {address}"))?;
+    listener.set_nonblocking(true)?;
+    let address = listener.local_addr()?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let routes = routes(Shared { desk, guard, listeners });
+    thread::Builder::new().name("http".into()).spawn(move || {
+        runtime.block_on(async move {
+            let listener = tokio::net::TcpListener::from_std(listener)?;
+            axum::serve(listener, routes).await
+        })
+    })?;
+    Ok(address)
+}
+
+fn routes(shared: Shared) -> Router {
+    Router::new()
+        .route("/health", get(health))
+        .route("/state", get(state))
+        .route("/events", get(events))
+        .route("/events/stream", get(stream))
+        .route("/metrics", get(metrics))
+        .route("/orders", post(order))
+        .layer(DefaultBodyLimit::max(LARGEST))
+        .layer(from_fn(refuse_foreign_names))
+        .with_state(shared)
+}
+
+/// A page of somewhere else whose name was made to point here is not answered (DNS rebinding).
+async fn refuse_foreign_names(request: HttpRequest, next: Next) -> Response {
+    let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
+    let name = host.rsplit_once(':').filter(|(_, port)| port.bytes().all(|byte| byte.is_ascii_digit()));
+    let name = name.map_or(host, |(name, _)| name);
+    let is_address = name.trim_start_matches('[').trim_end_matches(']').parse::<std::net::IpAddr>().is_ok();
+    if is_address || name == "localhost" {
+        return next.run(request).await;
+    }
+    problem(StatusCode::FORBIDDEN, "ask by address or as localhost")
+}
+
+fn problem(status: StatusCode, why: &str) -> Response {
+    (status, Json(json!({ "error": why }))).into_response()
+}
+
+async fn ask(shared: &Shared, request: Request) -> Result<Reply, Response> {
+    let (sender, receiver) = oneshot::channel();
+    let handed = shared.desk.call(request, move |reply| {
+        // Who has asked may have gone.
+        let _ = sender.send(reply);
+    });
+    if !handed {
+        return Err(problem(StatusCode::SERVICE_UNAVAILABLE, "too many requests wait"));
+    }
+    receiver.await.map_err(|_| problem(StatusCode::SERVICE_UNAVAILABLE, "the run is ending"))
+}
+
+fn answer(reply: Result<Reply, Response>) -> Response {
+    match reply {
+        Ok(Reply::Json(value)) => Json(value).into_response(),
+        Ok(Reply::Text(text)) => text.into_response(),
+        Ok(Reply::Refused(why)) => problem(StatusCode::UNPROCESSABLE_ENTITY, &why),
+        Err(response) => response,
+    }
+}
+
+async fn state(State(shared): State<Shared>) -> Response {
+    answer(ask(&shared, Request::State).await)
+}
+
+async fn health(State(shared): State<Shared>) -> Response {
+    match ask(&shared, Request::Health).await {
+        Ok(Reply::Json(health)) if health["ok"] != true => {
+            (StatusCode::SERVICE_UNAVAILABLE, Json(health)).into_response()
+        }
+        reply => answer(reply),
+    }
+}
+
+async fn metrics(State(shared): State<Shared>) -> Response {
+    answer(ask(&shared, Request::Metrics).await)
+}
+
+#[derive(Deserialize)]
+struct Since {
+    #[serde(default)]
+    since: u64,
+}
+
+async fn events(State(shared): State<Shared>, Query(Since { since }): Query<Since>) -> Response {
+    answer(ask(&shared, Request::Events(since)).await)
+}
+
+async fn stream(State(shared): State<Shared>) -> Response {
+    let Some(listeners) = shared.listeners.upgrade() else {
+        return problem(StatusCode::SERVICE_UNAVAILABLE, "the run is ending");
+    };
+    let events = BroadcastStream::new(listeners.subscribe()).map(|event| {
+        Ok::<_, Infallible>(match event {
+            Ok(event) => Event::default().data(event),
+            Err(missed) => Event::default().event("missed").data(missed.to_string()),
+        })
+    });
+    Sse::new(events).keep_alive(KeepAlive::default()).into_response()
+}
+
+fn status_of(seen: Answer) -> StatusCode {
+    match seen {
+        Answer::Pass => StatusCode::OK,
+        Answer::Wrong => StatusCode::UNAUTHORIZED,
+        Answer::Later => StatusCode::TOO_MANY_REQUESTS,
+        Answer::Never => StatusCode::FORBIDDEN,
+    }
+}
+
+async fn order(State(shared): State<Shared>, headers: HeaderMap, body: String) -> Response {
+    let shown = headers.get(header::AUTHORIZATION).and_then(|value| value.to_str().ok());
+    let seen = shared.guard.look(shown.and_then(|shown| shown.strip_prefix("Bearer ")));
+    if let Some(why) = seen.refusal("`Authorization: Bearer TOKEN`") {
+        return problem(status_of(seen), &why);
+    }
+    match Order::read(&body) {
+        Ok(order) => answer(ask(&shared, Request::Order(order)).await),
+        Err(error) => problem(StatusCode::BAD_REQUEST, &format!("no order: {error}")),
+    }
+}

@@ -1,0 +1,197 @@
+//! What may be asked of a run, over HTTP and over the bus: to see everything, and with a token to change something.
+
+pub(super) mod bus;
+pub(super) mod http;
+mod token;
+
+pub(super) use token::Guard;
+pub use token::Token;
+
+use serde::Deserialize;
+use serde_json::{Map, Value};
+use shsa_bridge::Inbox;
+use shsa_core::engine;
+use shsa_format::order::OrderForm;
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+
+/// Requests that may wait; more are refused.
+const WAITING: usize = 64;
+
+/// What is asked.
+#[derive(Debug)]
+pub(super) enum Request {
+    /// How everything stands.
+    State,
+    /// Whether every need is served.
+    Health,
+    /// The decisions from this number on.
+    Events(u64),
+    /// Figures in the text format of Prometheus.
+    Metrics,
+    /// To change something; whoever passes it on has seen the token.
+    Order(Order),
+}
+
+/// What an operator may order.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Order {
+    /// Reads the files of the models again.
+    Reload,
+    /// Changes a model by a text: its entries are added, or replace those of the same name, and null removes.
+    Change {
+        /// The name of the model; may be left out where there is only one.
+        model: Option<String>,
+        /// YAML or JSON, as in a file given to `replay --reload`.
+        text: String,
+    },
+    /// To the engine of a model.
+    Engine {
+        /// The name of the model; may be left out where there is only one.
+        model: Option<String>,
+        /// What it shall do.
+        order: engine::Order,
+    },
+}
+
+/// The fields of [`Order::Change`].
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Change {
+    text: String,
+}
+
+impl Order {
+    /// Reads `{"order": "reload"}`, `{"order": "change", "text": ".."}`, or an order to the engine such as
+    /// `{"order": "forbid", "signal": "/a"}`; the two last may have `"model": ".."`.
+    ///
+    /// # Errors
+    /// Says what is missing or wrong.
+    pub fn read(text: &str) -> Result<Order, String> {
+        Order::from_fields(serde_json::from_str(text).map_err(|error| error.to_string())?)
+    }
+
+    /// As [`Order::read`], from what is already read as JSON.
+    ///
+    /// # Errors
+    /// As there.
+    fn from_fields(mut fields: Map<String, Value>) -> Result<Order, String> {
+        let model = match fields.remove("model") {
+            None | Some(Value::Null) => None,
+            Some(Value::String(model)) => Some(model),
+            Some(other) => return Err(format!("`model` is the name of a model, not {other}")),
+        };
+        match fields.get("order").and_then(Value::as_str) {
+            Some("reload") if fields.len() == 1 && model.is_none() => Ok(Order::Reload),
+            Some("reload") => Err("`reload` takes nothing else".into()),
+            Some("change") => {
+                fields.remove("order");
+                let Change { text } = from_fields(fields)?;
+                Ok(Order::Change { model, text })
+            }
+            _ => {
+                let form: OrderForm = from_fields(fields)?;
+                let order =
+                    form.order().map_err(|error| format!("{error}; and here also: reload, change"))?;
+                Ok(Order::Engine { model, order })
+            }
+        }
+    }
+}
+
+fn from_fields<T: for<'de> Deserialize<'de>>(fields: Map<String, Value>) -> Result<T, String> {
+    serde_json::from_value(Value::Object(fields)).map_err(|error| error.to_string())
+}
+
+/// What comes back.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Reply {
+    /// What was asked for, or what was done.
+    Json(Value),
+    /// The same as plain text.
+    Text(String),
+    /// It cannot be done, for this reason; nothing has changed.
+    Refused(String),
+}
+
+/// A request on its way to the run.
+pub(super) struct Call {
+    pub(super) request: Request,
+    /// Takes the reply where it belongs.
+    pub(super) reply: Box<dyn FnOnce(Reply) + Send>,
+}
+
+/// Where requests are handed in, from any thread.
+#[derive(Clone)]
+pub(super) struct Desk {
+    calls: SyncSender<Call>,
+    inbox: Inbox,
+}
+
+impl Desk {
+    /// A desk, and the end at which the run takes the calls; each ends the wait for the inbox.
+    pub(super) fn new(inbox: Inbox) -> (Desk, Receiver<Call>) {
+        let (calls, taken) = sync_channel(WAITING);
+        (Desk { calls, inbox }, taken)
+    }
+
+    /// Hands a request in; `false` when too many wait, or the run has ended.
+    pub(super) fn call(&self, request: Request, reply: impl FnOnce(Reply) + Send + 'static) -> bool {
+        match self.calls.try_send(Call { request, reply: Box::new(reply) }) {
+            Ok(()) => {
+                self.inbox.wake();
+                true
+            }
+            Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => false,
+        }
+    }
+
+    /// Lets the run look up though nobody asks.
+    pub(super) fn wake(&self) {
+        self.inbox.wake();
+    }
+
+    /// Hands a request in and waits for the reply; `None` when there will be none.
+    pub(super) fn ask(&self, request: Request) -> Option<Reply> {
+        let (sender, replies) = sync_channel(1);
+        let is_taken = self.call(request, move |reply| drop(sender.send(reply)));
+        if is_taken { replies.recv().ok() } else { None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orders_are_read_strictly() {
+        assert_eq!(Order::read(r#"{"order": "reload"}"#).unwrap(), Order::Reload);
+        let change = Order::Change { model: Some("car".into()), text: "relations: {}".into() };
+        let text = r#"{"order": "change", "model": "car", "text": "relations: {}"}"#;
+        assert_eq!(Order::read(text).unwrap(), change);
+        let order = engine::Order::Forbid(engine::Subject::Signal("/a".into()));
+        let forbid = Order::read(r#"{"order": "forbid", "signal": "/a"}"#).unwrap();
+        assert_eq!(forbid, Order::Engine { model: None, order });
+        for wrong in [
+            r#"{"order": "explode"}"#,
+            r#"{"order": "change"}"#,
+            r#"{"order": "change", "txt": ""}"#,
+            r#"{"order": "reload", "signal": "/a"}"#,
+            r#"{"order": "forbid"}"#,
+            r#"{"order": "forbid", "signal": "/a", "model": 7}"#,
+            "[]",
+            "{}",
+        ] {
+            assert!(Order::read(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_desk_does_not_take_more_than_it_can_hold() {
+        let inbox = Inbox::new(1, shsa_bridge::Clock::manual());
+        let (desk, calls) = Desk::new(inbox);
+        let taken = (0..WAITING + 3).filter(|_| desk.call(Request::State, |_| ())).count();
+        assert_eq!((taken, calls.try_iter().count()), (WAITING, WAITING));
+        drop(calls);
+        assert!(!desk.call(Request::State, |_| ()));
+    }
+}

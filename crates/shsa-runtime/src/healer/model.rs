@@ -1,0 +1,132 @@
+//! What a healer knows, and how that changes: by an operator's order, and by the parts of others.
+
+use super::Healer;
+use crate::bindings::Bindings;
+use crate::error::RuntimeError;
+use crate::execution::Execution;
+use crate::wiring::Takeover;
+use shsa_bridge::{Bridge, BridgeError};
+use shsa_core::knowledge::{Draft, KnowledgeBase, NeedId, SignalId};
+use shsa_core::time::Time;
+use shsa_format::drive::{Era, Given};
+use shsa_format::model::live::Written;
+use shsa_format::model::write;
+use std::fs;
+use std::sync::Arc;
+
+impl Healer {
+    /// What its model needs on the bus; `serving` tells which signal serves a need now.
+    fn bindings(
+        &self,
+        knowledge: &KnowledgeBase,
+        serving: impl Fn(NeedId) -> Option<SignalId>,
+    ) -> Result<Bindings, RuntimeError> {
+        Bindings::new(knowledge, &self.output_options, &self.carriers, serving, self.knows_own)
+    }
+
+    /// Fits it to the model that its engine works with now; the topics that the bus refuses, and why.
+    ///
+    /// # Errors
+    /// When the model does not fit a bus; it was looked at before, unless it is the first.
+    pub(super) fn connect(
+        &mut self,
+        bridge: &mut dyn Bridge,
+    ) -> Result<Vec<(Arc<str>, BridgeError)>, RuntimeError> {
+        let knowledge = self.engine.knowledge();
+        let serving =
+            |need| self.engine.need_status(need).source.and_then(|source| knowledge.signal(&source));
+        let bindings = self.bindings(knowledge, serving).or_else(|_| self.bindings(knowledge, |_| None))?;
+        let Bindings { inputs, outlets, takeovers, carriers } = bindings;
+        let subscribed = inputs.topics().map(|topic| (topic.clone(), bridge.subscribe(topic, None)));
+        let refused = subscribed.filter_map(|(topic, done)| Some((topic, done.err()?))).collect();
+        let before = std::mem::take(&mut self.outlets);
+        for outlet in outlets.iter() {
+            let same = before.iter().find(|before| before.topic() == outlet.topic());
+            self.outlets.push(same.map_or_else(|| outlet.clone(), |before| outlet.succeeding(before)));
+        }
+        let mut taken = std::mem::take(&mut self.takeovers);
+        for takeover in takeovers {
+            let same = taken.iter().position(|before| takeover.is_same(before)).map(|at| taken.remove(at));
+            self.takeovers.push(match same {
+                Some(before) => takeover.succeeding(before),
+                None => takeover,
+            });
+        }
+        self.leaving.extend(taken.into_iter().filter(Takeover::is_silencing));
+        self.backlog.clear();
+        self.executions.clear();
+        for _ in knowledge.needs() {
+            self.executions.push(Execution::new()?);
+        }
+        if let Some(workers) = &mut self.workers {
+            workers.renew(knowledge)?;
+        }
+        (self.inputs, self.carriers) = (inputs, carriers);
+        Ok(refused)
+    }
+
+    /// Lets the model that its file holds now take over.
+    ///
+    /// # Errors
+    /// What is wrong with it; nothing has changed then.
+    pub(in super::super) fn reload(&mut self, now: Time) -> Result<(), String> {
+        let Some(path) = &self.path else { return Err(format!("the model {} is in no file", self.name)) };
+        let name = path.display().to_string();
+        let text = fs::read_to_string(path).map_err(|error| format!("{name}: {error}"))?;
+        self.change(&name, &text, now)
+    }
+
+    /// Lets a change of the model, or a whole new one, take over.
+    ///
+    /// # Errors
+    /// What is wrong with it; nothing has changed then.
+    pub(in super::super) fn change(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
+        let mut own = self.own.clone();
+        if let Some(own) = &mut own {
+            own.change(Written { name, text }).map_err(|report| report.render(false))?;
+        }
+        self.adopt(name, text, now)?;
+        self.own = own;
+        Ok(())
+    }
+
+    /// What it knows without the parts of others.
+    pub(in super::super) fn own(&self) -> &Draft {
+        self.own.as_ref().unwrap_or(&self.live).draft()
+    }
+
+    /// Another one whenever what it knows of its own is.
+    pub(in super::super) fn version(&self) -> u64 {
+        self.own.as_ref().unwrap_or(&self.live).knowledge().version()
+    }
+
+    /// Lets its own knowledge with parts of others take over.
+    ///
+    /// # Errors
+    /// What is wrong with it; nothing has changed then.
+    pub(in super::super) fn join(&mut self, whole: &Draft, now: Time) -> Result<(), String> {
+        let text = write::yaml(whole);
+        if text == write::yaml(self.live.draft()) {
+            return Ok(());
+        }
+        let own = self.own.clone().unwrap_or_else(|| self.live.clone());
+        self.adopt("parts", &text, now)?;
+        self.own = (text != write::yaml(own.draft())).then_some(own);
+        Ok(())
+    }
+
+    /// Works with another model from now on.
+    fn adopt(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
+        let mut live = self.live.clone();
+        live.change(Written { name, text }).map_err(|report| report.render(false))?;
+        self.bindings(live.knowledge(), |_| None).map_err(|error| error.chain())?;
+        let change = Some((name.to_owned(), text.to_owned()));
+        let era = Era { from: now, knowledge: live.knowledge().clone(), change, inputs: Vec::new() };
+        if let Some(journal) = &mut self.journal {
+            journal.record(Given::Era(&era)).map_err(|error| error.to_string())?;
+        }
+        self.engine.reload(era.knowledge, now);
+        self.live = live;
+        Ok(())
+    }
+}

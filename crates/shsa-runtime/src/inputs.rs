@@ -1,0 +1,213 @@
+//! Where the signals of a model are found on the bus: messages become observations.
+
+use crate::error::{Context, RuntimeError, unfit};
+use shsa_bridge::payload::{Field, Reader, Reading, SIZE_LIMIT, StampField, Unreadable};
+use shsa_bridge::{Clock, Message, Payload, Quality};
+use shsa_core::knowledge::{IdVec, KnowledgeBase, SignalId};
+use shsa_core::observation::{Observation, RawValue};
+use shsa_format::recording::Source;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The signals of a model, topic by topic.
+#[derive(Debug, Default)]
+pub struct Inputs {
+    topics: BTreeMap<Arc<str>, Bundle>,
+    ends: IdVec<SignalId, End>,
+}
+
+/// All that is read of one topic.
+#[derive(Debug)]
+struct Bundle {
+    reader: Reader,
+    /// The signal of each field of the reader.
+    signals: Vec<SignalId>,
+}
+
+/// What is known of one signal's messages.
+#[derive(Clone, Debug, Default)]
+struct End {
+    /// A value equal to the one before is no observation.
+    only_changes: bool,
+    last: Option<RawValue>,
+    /// How many could not be read, and why the last one could not.
+    unreadable: u64,
+    because: Option<Unreadable>,
+}
+
+impl Inputs {
+    /// # Errors
+    /// When a signal's source names no topic and field.
+    pub fn new(knowledge: &KnowledgeBase) -> Result<Inputs, RuntimeError> {
+        let mut fields: BTreeMap<Arc<str>, Vec<(Field, SignalId)>> = BTreeMap::new();
+        let mut ends = IdVec::filled(knowledge.signals().len(), |_| End::default());
+        for (id, signal) in knowledge.signals().enumerate() {
+            let text = if signal.source.is_empty() { &signal.name } else { &signal.source };
+            let source: Source =
+                text.parse().map_err(|why| unfit(format!("the source of {}: {why}", signal.name)))?;
+            ends[id].only_changes = source.changed;
+            let (topic, field) = topic_and_field(source);
+            fields.entry(topic).or_default().push((field, id));
+        }
+        let bundle = |(topic, fields): (Arc<str>, Vec<(Field, SignalId)>)| {
+            let (fields, signals): (Vec<_>, Vec<_>) = fields.into_iter().unzip();
+            let reader =
+                Reader::new(&fields, SIZE_LIMIT).with_context(|| format!("the fields of {topic}"))?;
+            Ok((topic, Bundle { reader, signals }))
+        };
+        let topics = fields.into_iter().map(bundle).collect::<Result<_, RuntimeError>>()?;
+        Ok(Inputs { topics, ends })
+    }
+
+    /// Every topic once.
+    pub(super) fn topics(&self) -> impl Iterator<Item = &Arc<str>> {
+        self.topics.keys()
+    }
+
+    /// How many messages of a signal could not be read, and why the last one could not.
+    pub fn unreadable(&self, signal: SignalId) -> (u64, Option<String>) {
+        let end = &self.ends[signal];
+        (end.unreadable, end.because.as_ref().map(ToString::to_string))
+    }
+
+    /// What a message says about signals. What cannot be read is an invalid value. A substitute of somebody else says
+    /// nothing about the signal whose place it takes, nor does a kept message that does not say how old it is.
+    pub fn read(&mut self, message: &Message, clock: &Clock, mut each: impl FnMut(Observation)) {
+        if message.quality.is_some_and(|quality| quality != Quality::Good) {
+            return;
+        }
+        let Some(Bundle { reader, signals }) = self.topics.get_mut(&message.topic) else { return };
+        let ends = &mut self.ends;
+        let mut tell = |signal: SignalId, reading: Result<Reading, Unreadable>| {
+            let (value, stamp) = match reading {
+                Ok(Reading { value, stamp }) => (value, stamp),
+                Err(because) => {
+                    ends[signal].unreadable += 1;
+                    ends[signal].because = Some(because);
+                    (RawValue::Number(f64::NAN), None)
+                }
+            };
+            let stamp = stamp.or(message.stamp);
+            if ends[signal].repeats(&value) || message.retained && stamp.is_none() {
+                return;
+            }
+            let stamp = stamp.map_or(message.received, |stamp| clock.steady(stamp, message.received));
+            each(Observation { signal, stamp, received: message.received, value });
+        };
+        match &message.payload {
+            // Within one process a topic carries the value itself.
+            Payload::Value(value) => {
+                let reading = |value: &RawValue| Reading { value: value.clone(), stamp: None };
+                signals.iter().for_each(|signal| tell(*signal, Ok(reading(value))));
+            }
+            Payload::Bytes(_) => reader.read(message, |field, reading| {
+                if let Some(signal) = signals.get(field) {
+                    tell(*signal, reading);
+                }
+            }),
+        }
+    }
+}
+
+impl End {
+    /// Whether this is the value of before, where that is no observation.
+    fn repeats(&mut self, value: &RawValue) -> bool {
+        if !self.only_changes {
+            return false;
+        }
+        let repeats = self.last.as_ref() == Some(value);
+        self.last = Some(value.clone());
+        repeats
+    }
+}
+
+/// A source that names only one thing names the topic.
+pub fn topic_and_field(source: Source) -> (Arc<str>, Field) {
+    let (topic, field) = match source.file {
+        Some(topic) => (topic, source.field),
+        None => (source.field, String::new()),
+    };
+    let conditions = source.filters.iter().map(|(column, value)| format!("[{column}={value}]"));
+    let path = field + &conditions.collect::<String>();
+    let stamp = source.time.map(|time| StampField { path: time.column, step: time.scale });
+    (topic.into(), Field { path, stamp })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shsa_core::time::Time;
+
+    const MODEL: &str = "
+shsa: 1
+variables: { speed: { unit: m/s }, place: { unit: m } }
+signals:
+  left:  { variable: speed, source: wheels#left@at }
+  right: { variable: speed, source: wheels#right }
+  where: { variable: place, source: place!changed }
+";
+
+    fn inputs() -> (KnowledgeBase, Inputs) {
+        let loaded = shsa_format::model::load(MODEL, "test.yaml");
+        assert!(loaded.report.ok(), "{}", loaded.report.render(false));
+        let inputs = Inputs::new(&loaded.knowledge).unwrap();
+        (loaded.knowledge, inputs)
+    }
+
+    /// What comes of a message: signal, stamp, value.
+    fn read(knowledge: &KnowledgeBase, inputs: &mut Inputs, topic: &str, payload: &str) -> String {
+        let payload = Payload::Bytes(payload.to_owned().into());
+        told(knowledge, inputs, &Message::new(topic.into(), Time(70), payload))
+    }
+
+    fn told(knowledge: &KnowledgeBase, inputs: &mut Inputs, message: &Message) -> String {
+        let mut told = Vec::new();
+        inputs.read(message, &Clock::manual(), |observation| {
+            let name = &knowledge.signals()[observation.signal].name;
+            let RawValue::Number(number) = observation.value else { panic!("only numbers") };
+            told.push(format!("{name}@{}={number}", observation.stamp.0));
+        });
+        told.join(" ")
+    }
+
+    #[test]
+    fn one_message_may_carry_several_signals() {
+        let (knowledge, mut inputs) = inputs();
+        assert_eq!(inputs.topics().map(|topic| &**topic).collect::<Vec<_>>(), ["place", "wheels"]);
+        let told = read(&knowledge, &mut inputs, "wheels", r#"{"left": 1.5, "right": 2, "at": 1e-7}"#);
+        assert_eq!(told, "left@100=1.5 right@70=2");
+        assert_eq!(read(&knowledge, &mut inputs, "elsewhere", "1"), "");
+    }
+
+    #[test]
+    fn substitutes_and_values_of_unknown_age_are_no_evidence() {
+        let (knowledge, mut inputs) = inputs();
+        let payload = Payload::Bytes(r#"{"left": 1, "right": 2, "at": 1e-7}"#.into());
+        let message = Message::new("wheels".into(), Time(70), payload);
+        let substitute = Message { quality: Some(Quality::Substitute), ..message.clone() };
+        assert_eq!(told(&knowledge, &mut inputs, &substitute), "");
+        let good = Message { quality: Some(Quality::Good), ..message.clone() };
+        assert_eq!(told(&knowledge, &mut inputs, &good), "left@100=1 right@70=2");
+        let kept = Message { retained: true, ..message };
+        assert_eq!(told(&knowledge, &mut inputs, &kept), "left@100=1");
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_invalid_and_counted_with_its_reason() {
+        let (knowledge, mut inputs) = inputs();
+        let told = read(&knowledge, &mut inputs, "wheels", r#"{"left": 1.5, "at": 1e-7}"#);
+        assert_eq!(told, "left@100=1.5 right@70=NaN");
+        assert_eq!(read(&knowledge, &mut inputs, "wheels", "{"), "left@70=NaN right@70=NaN");
+        let right = knowledge.signal("right").unwrap();
+        let (count, because) = inputs.unreadable(right);
+        assert_eq!(count, 2);
+        assert!(because.unwrap().contains("JSON"));
+    }
+
+    #[test]
+    fn a_repetition_is_no_observation_where_only_changes_count() {
+        let (knowledge, mut inputs) = inputs();
+        let told = ["3", "3", "4"].map(|payload| read(&knowledge, &mut inputs, "place", payload));
+        assert_eq!(told, ["where@70=3", "", "where@70=4"]);
+    }
+}

@@ -1,0 +1,255 @@
+//! How a need goes out: its value under its name, and beside it where the value comes from.
+
+use super::message_template::{MessageTemplate, raw};
+use crate::error::RuntimeError;
+use serde_json::{Value, json};
+use shsa_bridge::payload::{self, SIZE_LIMIT, Writer};
+use shsa_bridge::{Bridge, BridgeError, Clock, Outgoing, Payload, Provenance, Quality};
+use shsa_core::engine::{self, EventKind, Publication};
+use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId};
+use shsa_core::time::{Span, Time};
+use shsa_core::unit::Unit;
+use shsa_format::wiring::Form;
+
+/// What makes messages of values.
+#[derive(Clone, Debug)]
+enum Shape {
+    /// The middleware writes the value itself.
+    Value,
+    Envelope(Box<Writer>),
+    Like(Box<MessageTemplate>),
+}
+
+/// One need on the bus.
+#[derive(Clone, Debug)]
+pub(super) struct Outlet {
+    topic: String,
+    variable: String,
+    /// Its variable, or, where that has several needs, the name under which it is published.
+    key: String,
+    unit: Option<Unit>,
+    max_age: Span,
+    provenance: Provenance,
+    /// What the provenance says at its end about where the value was computed.
+    place: &'static str,
+    shape: Shape,
+    /// Whether somebody serves it.
+    served: bool,
+    /// When there was a value last, whoever has sent it.
+    known: Option<Time>,
+    /// When the last value went out.
+    last: Option<Time>,
+    /// Why the last value could not be written or sent.
+    unwritten: Option<String>,
+}
+
+impl Outlet {
+    /// `own` is the signal that serves the need when nothing is wrong.
+    ///
+    /// # Errors
+    /// When its messages cannot be copied.
+    pub(super) fn new(
+        knowledge: &KnowledgeBase,
+        need: NeedId,
+        form: Form,
+        own: Option<SignalId>,
+    ) -> Result<Outlet, RuntimeError> {
+        let key = knowledge.need_name(need).to_owned();
+        let need = &knowledge.needs()[need];
+        let variable = &knowledge.variables()[need.variable];
+        let shape = match (form, own) {
+            (Form::Plain, _) => Shape::Value,
+            (Form::Json, _) => Shape::Envelope(Box::new(Writer::new(payload::Form::Json, SIZE_LIMIT)?)),
+            (Form::Like, Some(own)) => Shape::Like(Box::new(MessageTemplate::new(knowledge, own)?)),
+            (Form::Like, None) => {
+                let name = &variable.name;
+                let why = format!(
+                    "the form `like` of {name}: no signal carries it, so there is nothing to be like"
+                );
+                return Err(RuntimeError::Unfit(why));
+            }
+        };
+        Ok(Outlet {
+            topic: need.signal.clone(),
+            variable: variable.name.clone(),
+            key,
+            unit: variable.unit.clone(),
+            max_age: need.max_age,
+            provenance: Provenance { quality: Quality::Bad, source: String::new() },
+            place: "",
+            shape,
+            served: true,
+            known: None,
+            last: None,
+            unwritten: None,
+        })
+    }
+
+    /// Goes on where another one of the same name was.
+    pub(super) fn succeeding(&self, before: &Outlet) -> Outlet {
+        Outlet {
+            provenance: before.provenance.clone(),
+            place: before.place,
+            served: before.served,
+            known: before.known,
+            last: before.last,
+            ..self.clone()
+        }
+    }
+
+    /// The name under which it is published.
+    pub(super) fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// What it is called among the needs: its variable, or, where that has several needs, the name under which it is published.
+    pub(super) fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// Whether it is known what it is served from.
+    pub(super) fn has_source(&self) -> bool {
+        !self.provenance.source.is_empty()
+    }
+
+    /// Something was decided about the need, and this serves it now.
+    pub(super) fn follow(&mut self, kind: EventKind, source: Option<String>) {
+        self.served = kind != EventKind::Unhealable;
+        self.provenance.source = source.unwrap_or_default();
+        self.place = "";
+    }
+
+    /// The next value was computed there; said at the end of its source.
+    pub(super) fn place(&mut self, place: &'static str) {
+        if self.place != place {
+            let source = &mut self.provenance.source;
+            source.truncate(source.len().saturating_sub(self.place.len()));
+            source.push_str(place);
+            self.place = place;
+        }
+    }
+
+    /// There is a value of this quality, whoever sends it.
+    pub(super) fn note(&mut self, publication: &Publication, quality: Quality) {
+        self.provenance.quality = quality;
+        self.known = Some(publication.time);
+    }
+
+    /// The value that is there goes out without us: from another instance, or from the source itself.
+    pub(super) fn leave(&mut self) {
+        self.last = self.known;
+    }
+
+    /// Whether there are values to serve it with, be they sent or not.
+    pub(super) fn is_able(&self, now: Time) -> bool {
+        let is_sound = matches!(self.provenance.quality, Quality::Good | Quality::Substitute);
+        self.served && is_sound && self.known.is_some_and(|known| self.is_fresh(known, now))
+    }
+
+    /// Until when its quality and ability stay as they are if nothing comes and nothing is decided.
+    pub(super) fn lasts_until(&self, now: Time) -> Time {
+        let fresh = |last: &Time| self.is_fresh(*last, now);
+        let ends = self.last.into_iter().chain(self.known).filter(fresh).map(|last| last + self.max_age);
+        ends.fold(Time::MAX, Time::min)
+    }
+
+    /// When a value was true, by the wall clock.
+    pub(super) fn stamp(publication: &Publication, clock: &Clock) -> Time {
+        clock.by_wall(Time(publication.validity.from.0.midpoint(publication.validity.to.0)))
+    }
+
+    /// Sends a value; nothing where the messages that it shall be like are not known yet, or it cannot be written.
+    ///
+    /// # Errors
+    /// Those of the bus; the need is not served by this value then.
+    pub(super) fn send(
+        &mut self,
+        publication: &Publication,
+        stamp: Time,
+        bridge: &mut dyn Bridge,
+    ) -> Result<(), BridgeError> {
+        let sent = match self.payload(publication, stamp, bridge) {
+            Ok(Some(payload)) => {
+                let message = Outgoing::new(&self.topic, stamp, payload);
+                bridge.publish(Outgoing { provenance: Some(&self.provenance), ..message })
+            }
+            Ok(None) => return Ok(()),
+            Err(why) => {
+                self.unwritten = Some(why);
+                return Ok(());
+            }
+        };
+        match &sent {
+            Ok(()) => (self.last, self.unwritten) = (Some(publication.time), None),
+            Err(error) => self.unwritten = Some(error.to_string()),
+        }
+        sent
+    }
+
+    fn payload(
+        &mut self,
+        publication: &Publication,
+        stamp: Time,
+        bridge: &mut dyn Bridge,
+    ) -> Result<Option<Payload>, String> {
+        let (topic, value, provenance) = (&self.topic, &publication.value, &self.provenance);
+        match &mut self.shape {
+            Shape::Value | Shape::Like(_) if publication.quality == engine::Quality::Uncertain => {
+                Err("a value that is uncertain goes out only with its bounds, in the form `json`".to_owned())
+            }
+            Shape::Value => Ok(Some(Payload::Value(raw(value, self.unit.as_ref(), None)))),
+            Shape::Envelope(writer) => {
+                let written = writer.write(Some(&raw(value, self.unit.as_ref(), None)), stamp, provenance);
+                Ok(written.map_err(|why| why.to_string())?.map(Payload::Bytes))
+            }
+            Shape::Like(template) if !template.is_known() => Ok(None),
+            Shape::Like(template) => template.message(topic, value, stamp, provenance, bridge),
+        }
+    }
+
+    /// The messages that its values are like.
+    pub(super) fn template(&mut self) -> Option<&mut MessageTemplate> {
+        match &mut self.shape {
+            Shape::Like(template) => Some(template),
+            Shape::Value | Shape::Envelope(_) => None,
+        }
+    }
+
+    /// What serves it, and how far that can be trusted.
+    pub(super) fn provenance(&self) -> &Provenance {
+        &self.provenance
+    }
+
+    /// Whether it is served by something else than this signal.
+    pub(super) fn is_served_without(&self, signal: &str) -> bool {
+        self.served && self.has_source() && self.provenance.source != signal
+    }
+
+    /// Whether a value of then may still be used.
+    pub(super) fn is_fresh(&self, then: Time, now: Time) -> bool {
+        now - then <= self.max_age
+    }
+
+    /// How far what was published last can be trusted now.
+    pub(super) fn quality(&self, now: Time) -> Quality {
+        match self.last {
+            Some(last) if self.is_fresh(last, now) && self.served => self.provenance.quality,
+            Some(last) if self.is_fresh(last, now) => Quality::LastUsable,
+            _ => Quality::Bad,
+        }
+    }
+
+    /// The words of the status topic.
+    pub(super) fn status(&self, now: Time, clock: &Clock) -> Value {
+        let quality = self.quality(now);
+        json!({
+            "variable": self.variable,
+            "signal": self.topic,
+            "quality": quality.name(),
+            "status": quality.code(),
+            "source": (quality != Quality::Bad).then_some(&self.provenance.source),
+            "last_ns": self.last.map(|last| clock.by_wall(last).0),
+            "unwritten": self.unwritten,
+        })
+    }
+}

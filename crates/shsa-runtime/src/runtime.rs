@@ -1,0 +1,153 @@
+//! A run: built from models, options and a bus, and run in a thread of the caller's.
+
+use crate::bindings::OutputOptions;
+use crate::control::{Desk, Guard, bus, http};
+use crate::error::RuntimeError;
+use crate::event_log::EventLog;
+use crate::federation::Federation;
+use crate::figures::Figures;
+use crate::handle::Handle;
+use crate::healer::Healer;
+use crate::journal::Bounds;
+use crate::options::{Model, Options};
+use crate::ownership::Ownership;
+use crate::session::{Reported, Session};
+use crate::shared_session::SharedSession;
+use shsa_bridge::Bridge;
+use shsa_core::time::{Span, Time};
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Models at work on a bus.
+///
+/// ```
+/// use shsa_bridge::memory::MemoryBus;
+/// use shsa_bridge::{Bridge, Clock, Outgoing, Payload};
+/// use shsa_core::observation::RawValue;
+/// use shsa_format::model::live::{Live, Written};
+/// use shsa_runtime::{Ending, Model, Options, Runtime};
+///
+/// let text = "
+/// shsa: 1
+/// variables: { speed: { unit: m/s } }
+/// signals: { wheel: { variable: speed } }
+/// needs: { speed: { signal: healed/speed, max_age: 1 min } }
+/// ";
+/// let (live, _) = Live::load(Written { name: "car", text }).unwrap();
+/// let model = Model { name: "car".to_owned(), path: None, live };
+///
+/// let bus = MemoryBus::new(Clock::running());
+/// let (mut wheel, mut reader) = (bus.join(16), bus.join(16));
+/// reader.subscribe("healed/speed", None)?;
+/// let runtime = Runtime::new(vec![model], Options::default(), Box::new(bus.join(16)))?;
+/// let handle = runtime.handle();
+/// let run = std::thread::spawn(move || runtime.run());
+///
+/// let now = bus.clock().by_wall(bus.clock().now());
+/// wheel.publish(Outgoing::new("wheel", now, Payload::Value(RawValue::Number(5.0))))?;
+/// let healed = loop {
+///     match reader.receive() {
+///         Some(message) => break message,
+///         None => std::thread::yield_now(),
+///     }
+/// };
+/// assert_eq!(healed.value(), Some(&RawValue::Interval { lo: 5.0, hi: 5.0 }));
+///
+/// handle.stop();
+/// assert_eq!(run.join().unwrap()?, Ending::Served);
+/// # Ok::<(), shsa_runtime::RuntimeError>(())
+/// ```
+pub struct Runtime {
+    pub(super) session: Session,
+    handle: Handle,
+    guard: Guard,
+    duration: Option<Span>,
+}
+
+/// How a run has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// While every need was served.
+    Served,
+    /// While some need was not.
+    Unserved,
+}
+
+impl Runtime {
+    /// Subscribes to the signals of the models, goes on from their states where there are some, and answers on the bus from then on.
+    ///
+    /// # Errors
+    /// When models, options and bus do not fit each other, the bus refuses, or a file cannot be had.
+    pub fn new(
+        models: Vec<Model>,
+        options: Options,
+        mut bridge: Box<dyn Bridge>,
+    ) -> Result<Runtime, RuntimeError> {
+        let Options { name, engine, form, wiring, sandbox, .. } = options;
+        let (inbox, clock) = (bridge.inbox().clone(), bridge.inbox().clock().clone());
+        let output_options = OutputOptions { form, wiring };
+        let healer = |model: Model| Healer::new(model, engine, output_options.clone(), bridge.as_mut());
+        let mut healers = models.into_iter().map(healer).collect::<Result<Vec<_>, _>>()?;
+        for healer in &mut healers {
+            healer.isolate(&sandbox, inbox.clone())?;
+        }
+        if let Some(journal) = &options.journal {
+            let bounds = Bounds { size: journal.size, older: journal.older };
+            healers.iter_mut().try_for_each(|healer| healer.keep_journal(&journal.folder, bounds))?;
+        }
+        if let Some(folder) = &options.state {
+            healers.iter_mut().try_for_each(|healer| healer.keep_state(folder, clock.now()))?;
+        }
+        let log = EventLog::new(format!("shsa/{name}/events"), options.printer, clock.now())?;
+        let (desk, requests) = Desk::new(inbox);
+        let guard = Guard::new(options.token);
+        let tally = bus::serve(&name, bridge.as_mut(), desk.clone(), guard.clone())?;
+        let stop: Arc<AtomicBool> = Arc::default();
+        let handle = Handle { desk, stop: stop.clone(), listeners: log.listeners() };
+        let ownership = Ownership::new(&name, bridge.as_ref())?;
+        let federation = if options.join { Federation::new(&name, &healers, bridge.as_mut())? } else { None };
+        let session = Session {
+            name,
+            healers,
+            log,
+            figures: Figures::new()?,
+            requests,
+            stop,
+            until: None,
+            rests_until: Time::MIN,
+            ownership,
+            federation,
+            reported: Reported::new(),
+            tally,
+            bridge,
+        };
+        Ok(Runtime { session, handle, guard, duration: options.duration })
+    }
+
+    /// What stops it, asks it, gives it orders and hears its decisions, from other threads.
+    #[must_use]
+    pub fn handle(&self) -> Handle {
+        self.handle.clone()
+    }
+
+    /// Offers state, decisions, figures and orders over HTTP, until the process ends; the address that it listens on. Orders need
+    /// the token of the options.
+    ///
+    /// # Errors
+    /// When the address cannot be had.
+    pub fn serve_http(&self, address: SocketAddr) -> Result<SocketAddr, RuntimeError> {
+        let Handle { desk, listeners, .. } = self.handle();
+        http::serve(address, desk, self.guard.clone(), listeners)
+    }
+
+    /// Runs until it is stopped, or its time is over.
+    ///
+    /// # Errors
+    /// When the bus refuses a model that has just taken over.
+    pub fn run(mut self) -> Result<Ending, RuntimeError> {
+        let now = self.session.bridge.inbox().clock().now();
+        self.session.until = self.duration.map(|duration| now + duration);
+        SharedSession::run(self.session)
+    }
+}

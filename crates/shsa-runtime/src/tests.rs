@@ -1,0 +1,423 @@
+//! Whole runs within this process, over a bus that can be made to fail.
+
+use super::{Ending, Handle, Model, Options, Order, Runtime, RuntimeError};
+use serde_json::Value;
+use shsa_bridge::memory::{MemoryBridge, MemoryBus};
+use shsa_bridge::{
+    Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, PublisherId, payload,
+};
+use shsa_core::observation::RawValue;
+use shsa_core::time::Time;
+use shsa_format::model::live::{Live, Written};
+use shsa_format::wiring::Wiring;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::PathBuf;
+use std::slice::from_ref;
+use std::sync::{Arc, Mutex};
+use std::thread::{JoinHandle, sleep, spawn};
+use std::time::{Duration, Instant};
+
+const MODEL: &str = "
+shsa: 1
+variables: { speed: { unit: m/s }, height: { unit: m } }
+signals:
+  wheel: { variable: speed, source: robot/wheel }
+  baro:  { variable: height, source: robot/baro }
+needs:
+  speed:  { signal: healed/speed, max_age: 1 s }
+  height: { signal: healed/height, max_age: 1 s }
+";
+/// Longer than anything here takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// What the bus says to messages of some names.
+type Refusals = Arc<Mutex<BTreeMap<&'static str, BridgeError>>>;
+
+/// A bus that does not take everything.
+struct Faulty {
+    bus: MemoryBridge,
+    refusals: Refusals,
+}
+
+impl Bridge for Faulty {
+    fn publisher(&self) -> PublisherId {
+        self.bus.publisher()
+    }
+    fn inbox(&self) -> &Inbox {
+        self.bus.inbox()
+    }
+    fn subscribe(&mut self, topic: &str, message_type: Option<&str>) -> Result<(), BridgeError> {
+        if topic == "REFUSED" {
+            return Err(BridgeError::Refused("no such name".into()));
+        }
+        self.bus.subscribe(topic, message_type)
+    }
+    fn subscribe_all(&mut self) -> Result<(), BridgeError> {
+        self.bus.subscribe_all()
+    }
+    fn publish(&mut self, message: Outgoing<'_>) -> Result<(), BridgeError> {
+        match self.refusals.lock().unwrap().get(message.topic) {
+            Some(refusal) => Err(refusal.clone()),
+            None => self.bus.publish(message),
+        }
+    }
+    fn link(&self) -> Link {
+        Link::Up
+    }
+}
+
+/// A run, somebody who publishes, and somebody who hears everything.
+struct Bench {
+    refusals: Refusals,
+    sensors: MemoryBridge,
+    listener: MemoryBridge,
+    handle: Handle,
+    run: Option<JoinHandle<Result<Ending, RuntimeError>>>,
+}
+
+impl Bench {
+    fn new(refusals: &[(&'static str, BridgeError)]) -> Bench {
+        Bench::wired(MODEL, "{ form: plain }", refusals)
+    }
+
+    /// With the wiring of the need for the speed.
+    fn wired(model: &str, wiring: &str, refusals: &[(&'static str, BridgeError)]) -> Bench {
+        let bus = MemoryBus::new(Clock::running());
+        let (sensors, mut listener) = (bus.join(64), bus.join(4096));
+        listener.subscribe_all().unwrap();
+        let refusals: Refusals = Arc::new(Mutex::new(refusals.iter().cloned().collect()));
+        let faulty = Faulty { bus: bus.join(64), refusals: refusals.clone() };
+        let (live, _) = Live::load(Written { name: "model", text: model })
+            .unwrap_or_else(|report| panic!("{}", report.render(false)));
+        let wiring = format!("wiring: {{ speed: {wiring} }}");
+        let wiring = Wiring::read(&wiring, "wiring", &[live.knowledge()])
+            .unwrap_or_else(|report| panic!("{}", report.render(false)));
+        let runtime = Runtime::new(vec![named(live)], options(wiring), Box::new(faulty)).unwrap();
+        let handle = runtime.handle();
+        Bench { refusals, sensors, listener, handle, run: Some(spawn(move || runtime.run())) }
+    }
+
+    fn say(&mut self, topic: &str, value: f64) {
+        let clock = self.sensors.inbox().clock();
+        let stamp = clock.by_wall(clock.now());
+        let payload = Payload::Value(RawValue::Number(value));
+        self.sensors.publish(Outgoing::new(topic, stamp, payload)).unwrap();
+    }
+
+    fn state(&self) -> Value {
+        self.handle.state().unwrap()
+    }
+
+    #[track_caller]
+    fn order(&self, order: &str) {
+        self.handle.order(Order::read(order).unwrap()).unwrap();
+    }
+
+    /// Says that the model changes by this.
+    #[track_caller]
+    fn change(&self, text: &str) -> Result<(), String> {
+        match self.handle.order(Order::Change { model: None, text: text.to_owned() }) {
+            Ok(_) => Ok(()),
+            Err(RuntimeError::Refused(why)) => Err(why),
+            Err(other) => panic!("the run goes on, and says {other}"),
+        }
+    }
+
+    /// The wheel is lost, and its name is taken for the radar.
+    #[track_caller]
+    fn lose_the_wheel(&mut self) {
+        self.say("robot/wheel", 5.0);
+        self.say("robot/radar", 5.0);
+        self.hear("healed/speed", "5");
+        self.order(r#"{"order": "forbid", "signal": "wheel"}"#);
+        self.say("robot/radar", 6.0);
+        self.hear("healed/speed", "6");
+        self.hear("shsa/model/events", "\"kind\":\"silenced\"");
+    }
+
+    /// The next message that is as wanted.
+    #[track_caller]
+    fn hear(&mut self, topic: &str, words: &str) -> Message {
+        let end = Instant::now() + PATIENCE;
+        while Instant::now() < end {
+            let Some(message) = self.listener.receive() else {
+                sleep(Duration::from_millis(1));
+                continue;
+            };
+            if &*message.topic == topic && text(&message).contains(words) {
+                return message;
+            }
+        }
+        panic!("on {topic} never came: {words}");
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        self.handle.stop();
+        let ended_well = self.run.take().is_some_and(|run| run.join().is_ok_and(|ended| ended.is_ok()));
+        assert!(ended_well || std::thread::panicking());
+    }
+}
+
+fn named(live: Live) -> Model {
+    Model { name: "model".to_owned(), path: None, live }
+}
+
+fn options(wiring: Wiring) -> Options {
+    Options { name: "model".to_owned(), wiring, ..Options::default() }
+}
+
+fn text(message: &Message) -> String {
+    match &message.payload {
+        Payload::Bytes(bytes) => String::from_utf8_lossy(bytes).into_owned(),
+        Payload::Value(value) => payload::plain(value),
+    }
+}
+
+#[test]
+fn what_the_bus_refuses_ends_no_run_and_is_told_once_with_its_count() {
+    let refused = BridgeError::Refused("no such name".into());
+    let mut bench = Bench::new(&[("healed/speed", refused)]);
+    for at in 0..25_u32 {
+        bench.say("robot/wheel", 5.0);
+        // The other need is served as ever.
+        bench.say("robot/baro", f64::from(at));
+        bench.hear("healed/height", &at.to_string());
+    }
+    let state = bench.state();
+    assert_eq!(state["undelivered"]["healed/speed"]["refused"]["count"], 25, "{state}");
+    let needs = &state["models"]["model"]["needs"];
+    assert_eq!((&needs["speed"]["quality"], &needs["height"]["quality"]), (&"Bad".into(), &"Good".into()));
+    assert_eq!(needs["speed"]["unwritten"], "refused: no such name");
+    bench.refusals.lock().unwrap().clear();
+    bench.say("robot/wheel", 6.0);
+    bench.hear("healed/speed", "6");
+    let needs = bench.state()["models"]["model"]["needs"].clone();
+    assert_eq!((&needs["speed"]["quality"], &needs["speed"]["unwritten"]), (&"Good".into(), &Value::Null));
+}
+
+#[test]
+fn a_refusal_is_told_when_it_begins_and_when_it_has_grown_tenfold() {
+    let mut bench = Bench::new(&[("healed/speed", BridgeError::Refused("no such name".into()))]);
+    bench.say("robot/wheel", 5.0);
+    bench.hear("shsa/model/events", "a message on healed/speed was not sent: refused: no such name");
+    for _ in 0..9 {
+        bench.say("robot/wheel", 5.0);
+        sleep(Duration::from_millis(5));
+    }
+    bench.hear("shsa/model/events", "10 messages on healed/speed were not sent: refused: no such name");
+}
+
+#[test]
+fn a_value_that_was_lost_on_its_way_is_sent_again() {
+    let lost = BridgeError::Lost("nobody there".into());
+    let mut bench = Bench::new(&[("healed/speed", lost)]);
+    bench.say("robot/wheel", 5.0);
+    bench.hear("shsa/model/events", "a message on healed/speed was not sent: connection lost");
+    bench.refusals.lock().unwrap().clear();
+    // Without another observation.
+    bench.hear("healed/speed", "5");
+    assert_eq!(bench.state()["models"]["model"]["needs"]["speed"]["quality"], "Good");
+}
+
+#[test]
+fn a_run_whose_events_nobody_takes_goes_on() {
+    let refused = BridgeError::Refused("no rights".into());
+    let of_status = ("shsa/model/need/speed", refused.clone());
+    let mut bench = Bench::new(&[("shsa/model/events", refused.clone()), of_status]);
+    bench.say("robot/wheel", 5.0);
+    bench.hear("healed/speed", "5");
+    bench.hear("shsa/model/need/height", "Bad");
+    let state = bench.state();
+    assert!(state["undelivered"]["shsa/model/events"]["refused"]["count"].as_u64() >= Some(1), "{state}");
+    assert!(state["undelivered"]["shsa/model/need/speed"]["refused"]["count"].as_u64() >= Some(1), "{state}");
+}
+
+const TWO: &str = "
+shsa: 1
+variables: { speed: { unit: m/s }, height: { unit: m } }
+signals:
+  wheel: { variable: speed, source: robot/wheel, properties: { accuracy: 0.9 } }
+  radar: { variable: speed, source: robot/radar, properties: { accuracy: 0.8 } }
+  baro:  { variable: height, source: robot/baro }
+needs:
+  speed:  { signal: healed/speed, max_age: 20 s }
+  height: { signal: healed/height, max_age: 1 s }
+";
+
+/// A file that actions write to.
+struct Diary(PathBuf);
+
+impl Diary {
+    fn new(name: &str) -> Diary {
+        let path = std::env::temp_dir().join(format!("shsa-run-{}-{name}", std::process::id()));
+        fs::write(&path, "").unwrap();
+        Diary(path)
+    }
+
+    /// How a takeover writes its actions down; the way back works the second time only.
+    fn wiring(&self) -> String {
+        let write = |word: &str| format!("[sh, -c, 'echo {word} >> {}']", self.0.display());
+        let back = format!(
+            "[sh, -c, 'echo on >> {path}; test $(grep -c on {path}) -gt 1']",
+            path = self.0.display()
+        );
+        format!(
+            "{{ silence: {{ command: {} }}, restore: {{ command: {back} }}, check: 100 ms, retry: 200 ms }}",
+            write("off")
+        )
+    }
+
+    /// Waits until these actions were done.
+    #[track_caller]
+    fn wait_for(&self, words: &str) {
+        let end = Instant::now() + PATIENCE;
+        let read = || fs::read_to_string(&self.0).unwrap().replace('\n', " ");
+        while read() != words {
+            assert!(Instant::now() < end, "{}", read());
+            sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+impl Drop for Diary {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.0);
+    }
+}
+
+#[test]
+fn a_source_whose_need_is_removed_is_let_back() {
+    let diary = Diary::new("removed");
+    let mut bench = Bench::wired(TWO, &diary.wiring(), &[]);
+    bench.lose_the_wheel();
+    bench.change("needs: { speed: null }").unwrap();
+    bench.hear("shsa/model/events", "wheel is let publish robot/wheel again by the command sh (the model has changed, and its name is not taken any more)");
+    bench.hear("shsa/model/events", "wheel cannot be let publish again: sh ended with status 1");
+    // Tried again until it works, and not after that.
+    diary.wait_for("off on on ");
+    sleep(Duration::from_millis(500));
+    diary.wait_for("off on on ");
+}
+
+#[test]
+fn a_source_whose_signal_is_renamed_is_let_back() {
+    let diary = Diary::new("renamed");
+    let mut bench = Bench::wired(TWO, &diary.wiring(), &[]);
+    bench.lose_the_wheel();
+    bench.change("signals: { wheel: null, wheel_1: { variable: speed, source: robot/wheel } }").unwrap();
+    bench.hear("shsa/model/events", "the model has changed, and its name is not taken any more");
+    diary.wait_for("off on on ");
+}
+
+#[test]
+fn the_stage_of_a_takeover_stands_on_the_topic_of_its_need() {
+    let diary = Diary::new("stage");
+    let mut bench = Bench::wired(TWO, &diary.wiring(), &[]);
+    bench.hear("shsa/model/need/speed", "\"stage\":\"watching\"");
+    bench.say("robot/wheel", 5.0);
+    bench.say("robot/radar", 5.0);
+    bench.hear("healed/speed", "5");
+    bench.order(r#"{"order": "forbid", "signal": "wheel"}"#);
+    bench.say("robot/radar", 6.0);
+    for stage in ["silencing", "checking", "taken"] {
+        bench.hear("shsa/model/need/speed", &format!("\"stage\":\"{stage}\""));
+    }
+    // The source does not keep to it.
+    bench.say("robot/wheel", 5.0);
+    let told = text(&bench.hear("shsa/model/need/speed", "\"stage\":\"waiting\""));
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(
+        (&told["takeover"]["last"], &told["takeover"]["name"]),
+        (&"returned".into(), &"robot/wheel".into())
+    );
+}
+
+#[test]
+fn a_model_that_does_not_fit_the_bus_is_refused_and_the_run_goes_on() {
+    let mut bench = Bench::wired(TWO, "{ silence: { command: ['true'] } }", &[]);
+    // The wheel's name would carry the radar, too.
+    let why = bench.change("signals: { radar: { variable: speed, source: robot/wheel } }").unwrap_err();
+    assert!(why.contains("wire the need as a gate"), "{why}");
+    // The bus does not take the name.
+    bench.change("signals: { optic: { variable: speed, source: REFUSED } }").unwrap();
+    bench.hear("shsa/model/events", "subscribing to REFUSED: refused: no such name");
+    bench.say("robot/wheel", 5.0);
+    bench.hear("healed/speed", "5");
+}
+
+/// The allocations of so many observations of each signal, once a run has been under way for two seconds; between what is told
+/// once a second.
+#[track_caller]
+fn allocations(model: &str, says: &[(&str, Payload)], consumes: &str) -> (u64, usize) {
+    let bus = MemoryBus::new(Clock::manual());
+    let (mut sensors, mut consumer) = (bus.join(8), bus.join(8));
+    consumer.subscribe(consumes, None).unwrap();
+    let (live, _) = Live::load(Written { name: "model", text: model })
+        .unwrap_or_else(|report| panic!("{}", report.render(false)));
+    let options = options(Wiring::default());
+    let mut run = Runtime::new(vec![named(live)], options, Box::new(bus.join(8))).unwrap().session;
+    let mut consumed = 0;
+    let mut drive = |milliseconds: std::ops::Range<i64>| {
+        for at in milliseconds {
+            bus.clock().set(Time(at * 1_000_000));
+            for (topic, payload) in says {
+                let stamp = bus.clock().by_wall(bus.clock().now());
+                sensors.publish(Outgoing::new(topic, stamp, payload.clone())).unwrap();
+            }
+            run.turn().unwrap();
+            consumed += std::iter::from_fn(|| consumer.receive()).count();
+        }
+    };
+    drive(0..2_020);
+    let counted = allocation_counter::measure(|| drive(2_020..2_990)).count_total;
+    (counted, consumed)
+}
+
+#[test]
+fn an_observation_allocates_nothing_on_its_way_through_the_run() {
+    let number = |value: f64| Payload::Value(RawValue::Number(value));
+    let json = |text: &'static str| Payload::Bytes(text.into());
+    let height = ("robot/baro", number(7.0));
+    let check = |model: &str, says: &[(&str, Payload)]| {
+        let (counted, consumed) = allocations(model, &[says, from_ref(&height)].concat(), "healed/speed");
+        assert_eq!(counted, 0);
+        assert!(consumed >= 2_900, "{consumed}");
+    };
+    // As a value, as JSON, and with a second way of knowing it.
+    check(MODEL, &[("robot/wheel", number(5.0))]);
+    let json_model = MODEL.replace("robot/wheel", "'robot/wheel#v'");
+    check(&json_model, &[("robot/wheel", json(r#"{"t": 12.5, "v": 5.25}"#))]);
+    check(TWO, &[("robot/wheel", number(5.0)), ("robot/radar", number(5.0))]);
+}
+
+#[test]
+fn a_subscriber_hears_every_decision_and_the_end() {
+    let mut bench = Bench::wired(TWO, "{ form: plain }", &[]);
+    let mut events = bench.handle.subscribe();
+    bench.say("robot/wheel", 5.0);
+    bench.say("robot/radar", 5.0);
+    bench.hear("healed/speed", "5");
+    bench.order(r#"{"order": "forbid", "signal": "wheel"}"#);
+    bench.say("robot/radar", 6.0);
+    bench.hear("healed/speed", "6");
+    let state = bench.state();
+    let kinds: Vec<Value> = std::iter::from_fn(|| events.poll()).map(|event| event["kind"].clone()).collect();
+    assert!(kinds.contains(&"ordered".into()) && kinds.contains(&"substituted".into()), "{kinds:?}");
+    assert_eq!(state["figures"]["events"]["substituted"], 1, "{state}");
+    bench.handle.stop();
+    assert!(events.all(|event| event["number"].is_u64()));
+}
+
+#[test]
+fn who_asks_after_the_end_is_told_that_there_is_no_answer() {
+    let handle = {
+        let bench = Bench::new(&[]);
+        bench.handle.health().unwrap();
+        bench.handle.clone()
+    };
+    assert!(matches!(handle.state(), Err(RuntimeError::NoAnswer)));
+    assert!(handle.subscribe().next().is_none());
+}

@@ -1,0 +1,57 @@
+//! `shsa fmt`: models in one layout, with their comments kept.
+
+use crate::outcome::{AlreadyTold, Outcome};
+use crate::show;
+use anyhow::Context;
+use shsa_format::model::live::Written;
+use shsa_format::model::{Report, layout, read_text};
+use std::fs;
+use std::io::{IsTerminal, Write, stderr, stdout};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `shsa fmt`.
+#[derive(clap::Args)]
+#[command(after_help = "Example: shsa fmt --check models/car.yaml
+
+Two blanks for each level, one behind a comma and a colon, no blanks at the end of a line, no two empty lines in a row. Blanks \
+behind a line's key stay, as they align values; comments, the order of entries and the breaks of lines stay, and so does what the model says: \
+what would change it is refused. Files are written only where something changes.")]
+pub(crate) struct Arguments {
+    /// Knowledge bases, YAML or JSON; each is replaced.
+    #[arg(required = true)]
+    models: Vec<PathBuf>,
+    /// Write nothing; the answer is no (exit status 1) when one is laid out otherwise, with its name.
+    #[arg(long)]
+    check: bool,
+}
+
+/// Lays out the models, all or none.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let texts: Vec<(&Path, String)> = arguments
+        .models
+        .iter()
+        .map(|model| changed(model))
+        .filter_map(Result::transpose)
+        .collect::<Result<_, _>>()?;
+    for (path, text) in &texts {
+        writeln!(stdout().lock(), "{}", path.display())?;
+        if !arguments.check {
+            fs::write(path, text).with_context(|| format!("writing {}", path.display()))?;
+        }
+    }
+    Ok(if arguments.check && !texts.is_empty() { Outcome::No } else { Outcome::Done })
+}
+
+/// A model with the text that it should have, if that is another one.
+fn changed(model: &Path) -> anyhow::Result<Option<(&Path, String)>> {
+    let text = read_text(model, "model").map_err(|report| told(&report))?;
+    let name = model.display().to_string();
+    let laid_out = layout::laid_out(Written { name: &name, text: &text }).map_err(|report| told(&report))?;
+    Ok((laid_out != text).then_some((model, laid_out)))
+}
+
+fn told(report: &Report) -> anyhow::Error {
+    // Nothing is left to do where the words cannot be written.
+    let _ = writeln!(stderr(), "{}", report.render(show::colour(stderr().is_terminal())).trim_end());
+    AlreadyTold.into()
+}

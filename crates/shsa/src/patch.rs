@@ -1,0 +1,52 @@
+//! `shsa patch`: a change of a model, put into its file with the comments kept.
+
+use crate::outcome::{AlreadyTold, Outcome};
+use crate::show;
+use anyhow::Context;
+use shsa_format::model::live::Written;
+use shsa_format::model::{Report, patch, read_text};
+use std::fs;
+use std::io::{IsTerminal, Write, stderr, stdout};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `shsa patch`.
+#[derive(clap::Args)]
+#[command(after_help = "Example: shsa patch models/car.yaml tuned.yaml -o car.yaml
+
+A change is written as for `shsa replay --reload`, and as `shsa calibrate --patch` writes it: its entries are added, or replace \
+those of the same name, and null removes. What it does not touch stays as it is: comments, order, layout. The output may be the \
+model itself.")]
+pub(crate) struct Arguments {
+    /// The knowledge base, YAML.
+    model: PathBuf,
+    /// The change.
+    patch: PathBuf,
+    /// Where to write the model as it is then; to standard output when not given.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+/// Writes the changed model; bad input when it would be wrong.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let (model, change) = (text(&arguments.model, "model")?, text(&arguments.patch, "change")?);
+    let (model_name, change_name) =
+        (arguments.model.display().to_string(), arguments.patch.display().to_string());
+    let model = Written { name: &model_name, text: &model };
+    let change = Written { name: &change_name, text: &change };
+    let patched = patch::patched(model, change).map_err(|report| told(&report))?;
+    match &arguments.output {
+        Some(file) => fs::write(file, patched).with_context(|| format!("writing {}", file.display()))?,
+        None => stdout().write_all(patched.as_bytes())?,
+    }
+    Ok(Outcome::Done)
+}
+
+fn text(path: &Path, what: &str) -> anyhow::Result<String> {
+    read_text(path, what).map_err(|report| told(&report))
+}
+
+fn told(report: &Report) -> anyhow::Error {
+    // Nothing is left to do where the words cannot be written.
+    let _ = writeln!(stderr(), "{}", report.render(show::colour(stderr().is_terminal())).trim_end());
+    AlreadyTold.into()
+}

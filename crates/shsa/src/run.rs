@@ -1,0 +1,299 @@
+//! `shsa run`: heals a running system, by the library `shsa-runtime`: its arguments, and what it prints.
+
+use crate::bus::BusArguments;
+use crate::outcome::{AlreadyTold, Outcome};
+use crate::watch::Watching;
+use crate::{demo, show, tell, unwatched};
+use anyhow::Context;
+use shsa_bridge::memory::MemoryBus;
+use shsa_bridge::{Address, Clock, Inbox};
+use shsa_core::engine;
+use shsa_core::time::Span;
+use shsa_format::model::live::{Live, Written};
+use shsa_format::recording::parse_span;
+use shsa_format::wiring::{self, Wiring};
+use shsa_runtime::{
+    Decision, Ending, JournalOptions, Model, Options, Printer, Runtime, SandboxOptions, Token, substitute,
+};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+use std::ffi::OsString;
+use std::io::stdout;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+/// The model of the embedded simulator.
+const ROVER: (&str, &str) = ("models/rover.yaml", include_str!("../../../models/rover.yaml"));
+
+/// Why `--join` is refused.
+const NO_JOIN: &str = "--join is not possible on this bus, which does not tell what instances are there: use --bus zenoh://HOST:PORT or \
+ros2://HOST:PORT, or put the models together before, by shsa join A.yaml B.yaml -o ALL.yaml";
+
+/// Arguments of `shsa run`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example: shsa run            (a simulated robot in this process; see http://127.0.0.1:7410/state)
+
+State, decisions and figures are served over HTTP, on this machine only unless --http says otherwise:
+GET /health, /state, /events, /events/stream, /metrics; POST /orders with `Authorization: Bearer TOKEN`.
+On the bus: shsa/NAME/events, and shsa/NAME/need/VARIABLE with the quality of each need; requests to shsa/NAME/request."
+)]
+pub(crate) struct Arguments {
+    /// The knowledge bases, YAML or JSON; none: the model of the simulated robot.
+    models: Vec<PathBuf>,
+    #[command(flatten)]
+    bus: BusArguments,
+    #[command(flatten)]
+    watching: Watching,
+    #[command(flatten)]
+    isolation: IsolationArguments,
+    /// What this instance is called on the bus.
+    #[arg(long, default_value = "shsa", value_name = "NAME")]
+    name: String,
+    /// Announce the model to other instances, and join what theirs know about the same things, while they are there
+    /// (Zenoh and ROS 2). Whoever is on the bus can add to what is known then.
+    #[arg(long)]
+    join: bool,
+    /// Where the control interface listens: ADDRESS:PORT, or `off`.
+    #[arg(long, default_value = "127.0.0.1:7410", value_name = "ADDRESS", value_parser = http_address)]
+    http: HttpAddress,
+    /// A file whose first line is the token that orders need; else it is taken from SHSA_TOKEN. Without one,
+    /// nothing can be changed.
+    #[arg(long, value_name = "FILE")]
+    token_file: Option<PathBuf>,
+    /// How the values of needs are written.
+    #[arg(long, value_name = "FORM", default_value = "plain")]
+    form: Form,
+    /// How single needs go out: their form, and where the substitute takes the failed source's name, how that source is
+    /// silenced (docs/deployment.md).
+    #[arg(long, value_name = "FILE")]
+    wiring: Option<PathBuf>,
+    /// Keep in FOLDER/MODEL.json what must outlast the process: verdicts, orders, what serves each need; and go on from
+    /// there.
+    #[arg(long, value_name = "FOLDER")]
+    state: Option<PathBuf>,
+    /// Write every input to FOLDER/MODEL.jsonl, which can be replayed and explained.
+    #[arg(long, value_name = "FOLDER")]
+    journal: Option<PathBuf>,
+    /// How large a file of the journal grows, MiB; then another is begun.
+    #[arg(long, value_name = "MIB", default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..))]
+    journal_size: u64,
+    /// How many older files of the journal are kept.
+    #[arg(long, value_name = "N", default_value_t = 7)]
+    journal_keep: usize,
+    /// End by itself after this time, as `90 s`.
+    #[arg(long = "for", value_name = "TIME", value_parser = parse_span)]
+    duration: Option<Span>,
+    /// Print decisions as JSON lines instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// In which shape values go out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Form {
+    /// The number alone, of an interval its middle; a list in JSON.
+    Plain,
+    /// One JSON object: value, lo, hi, stamp_ns, quality, status, source.
+    Json,
+    /// The messages of the need's own source, with the value and the stamp replaced.
+    Like,
+}
+
+impl From<Form> for wiring::Form {
+    fn from(form: Form) -> wiring::Form {
+        match form {
+            Form::Plain => wiring::Form::Plain,
+            Form::Json => wiring::Form::Json,
+            Form::Like => wiring::Form::Like,
+        }
+    }
+}
+
+/// Where substitutes are computed, where the model does not say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Place {
+    /// Within the run.
+    Engine,
+    /// Each in a process of its own.
+    Process,
+}
+
+/// The arguments about processes that compute.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Isolation")]
+struct IsolationArguments {
+    /// Where substitutes are computed; a need may ask for a process itself (`isolation: process`).
+    #[arg(long, value_name = "PLACE", default_value = "engine")]
+    isolation: Place,
+    /// The memory that a process may take, MiB.
+    #[arg(long, value_name = "MIB", default_value_t = 64)]
+    isolation_memory: u64,
+    /// The share of a processor that a process may use, percent.
+    #[arg(long, value_name = "PERCENT", default_value_t = 50, value_parser = clap::value_parser!(u8).range(1..=100))]
+    isolation_cpu: u8,
+    /// How long an answer may take; else a period of the fastest input, at most half of the need's greatest age.
+    #[arg(long, value_name = "TIME", value_parser = parse_span)]
+    isolation_time: Option<Span>,
+}
+
+impl IsolationArguments {
+    /// # Errors
+    /// When this program cannot be found.
+    fn options(&self) -> anyhow::Result<SandboxOptions> {
+        Ok(SandboxOptions {
+            is_for_all: self.isolation == Place::Process,
+            program: vec![own_program()?.into(), OsString::from("substitute")],
+            memory: self.isolation_memory << 20,
+            share: f64::from(self.isolation_cpu) / 100.0,
+            time: self.isolation_time,
+        })
+    }
+}
+
+/// This program, also where its file was replaced meanwhile.
+fn own_program() -> std::io::Result<PathBuf> {
+    if cfg!(target_os = "linux") { Ok("/proc/self/exe".into()) } else { std::env::current_exe() }
+}
+
+/// Arguments of `shsa substitute`, which `shsa run` calls.
+#[derive(clap::Args)]
+pub(crate) struct SubstituteArguments {
+    /// The memory that it may take, bytes.
+    #[arg(long, value_name = "BYTES")]
+    memory: u64,
+}
+
+/// Computes a substitute until its input ends.
+///
+/// # Errors
+/// When who has started it does not listen.
+pub(crate) fn compute(arguments: &SubstituteArguments) -> anyhow::Result<Outcome> {
+    Ok(if substitute(arguments.memory)? { Outcome::Done } else { Outcome::Bad })
+}
+
+/// Where to listen; `None` for nowhere.
+type HttpAddress = Option<SocketAddr>;
+
+fn http_address(text: &str) -> Result<HttpAddress, String> {
+    match text {
+        "off" => Ok(None),
+        text => {
+            text.parse().map(Some).map_err(|_| "write ADDRESS:PORT, as 127.0.0.1:7410, or off".to_owned())
+        }
+    }
+}
+
+/// Runs until it is interrupted, or its time is over.
+///
+/// # Errors
+/// When a model is wrong, or the bus or the address for HTTP cannot be had.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let is_told = matches!(arguments.bus.bus, Address::Zenoh(_) | Address::Ros2(_));
+    anyhow::ensure!(is_told || !arguments.join, NO_JOIN);
+    let models = models(&arguments.models)?;
+    let options = options(arguments, &models)?;
+    let has_token = options.token.is_some();
+    let clock = Clock::running();
+    let memory = MemoryBus::new(clock.clone());
+    let bus = arguments.bus.options();
+    let bridge = bus.open(&arguments.name, Inbox::new(arguments.bus.queue, clock), &memory)?;
+    for model in &models {
+        unwatched::declared(model.live.knowledge(), options.engine.watch).iter().for_each(show::warn);
+    }
+    let runtime = Runtime::new(models, options, bridge)?;
+    if has_token && !bus.is_private() {
+        show::tell(
+            "the bus is not encrypted: who gives an order over it shows the token to everyone on the network",
+        );
+    }
+    if let Some(address) = arguments.http {
+        let address = runtime.serve_http(address)?;
+        show::tell(&format!("state, events and metrics: http://{address}/state"));
+    }
+    let (handle, stop) = (runtime.handle(), Arc::new(AtomicBool::new(false)));
+    let raised = stop.clone();
+    on_signals(move || {
+        raised.store(true, Ordering::Release);
+        handle.stop();
+    })?;
+    if arguments.bus.bus == Address::Memory {
+        show::tell("no bus was given: a simulated robot drives about in this process (see --bus)");
+        demo::simulate(&memory, &stop)?;
+    }
+    Ok(match runtime.run()? {
+        Ending::Served => Outcome::Done,
+        Ending::Unserved => Outcome::No,
+    })
+}
+
+/// What the arguments say, for these models.
+fn options(arguments: &Arguments, models: &[Model]) -> anyhow::Result<Options> {
+    let models: Vec<_> = models.iter().map(|model| model.live.knowledge()).collect();
+    let token = Token::find(arguments.token_file.as_deref())?;
+    let wiring = arguments.wiring.as_ref().map(|path| Wiring::load(path, &models)).transpose();
+    let wiring = wiring.map_err(|report| {
+        show::tell_report(&report);
+        AlreadyTold
+    })?;
+    let journal = |folder: &PathBuf| JournalOptions {
+        folder: folder.clone(),
+        size: arguments.journal_size << 20,
+        older: arguments.journal_keep,
+    };
+    Ok(Options {
+        name: arguments.name.clone(),
+        engine: engine::Options { watch: arguments.watching.budget(), ..engine::Options::default() },
+        form: arguments.form.into(),
+        wiring: wiring.unwrap_or_default(),
+        sandbox: arguments.isolation.options()?,
+        journal: arguments.journal.as_ref().map(journal),
+        state: arguments.state.clone(),
+        join: arguments.join,
+        token,
+        duration: arguments.duration,
+        printer: Some(if arguments.json { Printer::json(stdout()) } else { Printer::text(stdout(), line) }),
+    })
+}
+
+/// A decision in words.
+fn line(decision: &Decision<'_>) -> String {
+    let time = |after: Span| format!("{:>9.3} s", after.seconds());
+    match decision {
+        Decision::Decided { after, knowledge, event } => tell::event_text(&time(*after), knowledge, event),
+        Decision::Noted { after, kind, because } => format!("{}  {kind:<11} {because}", time(*after)),
+    }
+}
+
+/// Loads the models, or the one of the simulated robot.
+fn models(paths: &[PathBuf]) -> anyhow::Result<Vec<Model>> {
+    if !paths.is_empty() {
+        return paths.iter().map(|path| Ok(Model::of_file(path, show::load_live(path)?))).collect();
+    }
+    let (name, text) = ROVER;
+    let (live, _) =
+        Live::load(Written { name, text }).map_err(|report| anyhow::anyhow!(report.render(false)))?;
+    Ok(vec![Model::of_file(Path::new(name), live)])
+}
+
+/// Does something whenever the process is asked to end.
+fn on_signals(mut end: impl FnMut() + Send + 'static) -> anyhow::Result<()> {
+    let mut signals = Signals::new([SIGINT, SIGTERM]).context("listening for signals")?;
+    let each = move || signals.forever().for_each(|_| end());
+    thread::Builder::new().name("signals".into()).spawn(each)?;
+    Ok(())
+}
+
+/// A flag that is raised when the process is asked to end; the wait for the inbox ends then.
+pub(crate) fn stop_on_signals(inbox: Inbox) -> anyhow::Result<Arc<AtomicBool>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let raised = stop.clone();
+    on_signals(move || {
+        raised.store(true, Ordering::Release);
+        inbox.wake();
+    })?;
+    Ok(stop)
+}
