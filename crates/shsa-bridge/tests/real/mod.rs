@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "not every test uses all of it")]
 
 use serde_json::Value;
+use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
@@ -18,6 +19,8 @@ pub(crate) struct Script {
     child: Child,
     orders: ChildStdin,
     answers: Receiver<Value>,
+    /// What it said before an order was done.
+    said: VecDeque<Value>,
 }
 
 /// The Python of the virtual environment that `cargo xtask test` makes; `None`, said aloud, where there is none.
@@ -79,7 +82,7 @@ impl Script {
                 }
             }
         });
-        let mut script = Script { child, orders, answers };
+        let mut script = Script { child, orders, answers, said: VecDeque::new() };
         let ready = script.next_within("ready", patience);
         (script, ready)
     }
@@ -90,11 +93,26 @@ impl Script {
         assert!(killed.is_ok_and(|status| status.success()));
     }
 
-    /// Gives an order, and waits until it is done.
+    /// Gives an order, and waits until it is done; what it says meanwhile is kept for whoever asks next.
     #[track_caller]
     pub(crate) fn order(&mut self, order: &Value) {
         writeln!(self.orders, "{order}").expect("the script reads");
-        self.next_with("done");
+        let mut said = VecDeque::new();
+        let end = Instant::now() + PATIENCE;
+        loop {
+            let answer = self.take(end).unwrap_or_else(|why| panic!("the script never said 'done': {why}"));
+            if answer.get("done").is_some() {
+                break;
+            }
+            said.push_back(answer);
+        }
+        self.said = said;
+    }
+
+    /// What it says next, at the latest at `end`.
+    fn take(&mut self, end: Instant) -> Result<Value, RecvTimeoutError> {
+        let said = self.said.pop_front();
+        said.map_or_else(|| self.answers.recv_timeout(end.saturating_duration_since(Instant::now())), Ok)
     }
 
     /// Gives an order, and takes what it says with this key before it is done.
@@ -110,8 +128,7 @@ impl Script {
     pub(crate) fn poll(&mut self, key: &str, patience: Duration) -> Option<Value> {
         let end = Instant::now() + patience;
         loop {
-            let left = end.saturating_duration_since(Instant::now());
-            let answer = self.answers.recv_timeout(left).ok()?;
+            let answer = self.take(end).ok()?;
             if answer.get(key).is_some() {
                 return Some(answer);
             }
@@ -128,7 +145,7 @@ impl Script {
     fn next_within(&mut self, key: &str, patience: Duration) -> Value {
         let end = Instant::now() + patience;
         loop {
-            match self.answers.recv_timeout(end.saturating_duration_since(Instant::now())) {
+            match self.take(end) {
                 Ok(answer) if answer.get(key).is_some() => return answer,
                 Ok(_) => {}
                 Err(RecvTimeoutError::Timeout) => panic!("the script never said '{key}'"),

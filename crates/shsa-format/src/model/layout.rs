@@ -30,6 +30,10 @@ pub fn laid_out(model: Written<'_>) -> Result<String, Report> {
     let spaced = spaced(model.text);
     let text = indented(&spaced);
     match (tree::read(model.text).root, tree::read(&text).root) {
+        (Some(Node { value: Value::Null | Value::Scalar(_), .. }), _) => {
+            let message = "this text is no model: a model is a mapping";
+            Err(Report::whole(model.name, message.to_owned(), "write it like `shsa: 1`"))
+        }
         (Some(before), Some(after)) if is_same(&before, &after) => Ok(text),
         _ => {
             let message = "this text would not say the same in another layout";
