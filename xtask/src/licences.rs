@@ -11,6 +11,9 @@ use std::fs;
 /// The crate whose binary is shipped.
 const SHIPPED: &str = "shsa";
 
+/// What other programs depend on: `[patch]` does not reach them.
+const LIBRARIES: [&str; 5] = ["shsa-core", "shsa-format", "shsa-bridge", "shsa-lab", "shsa-runtime"];
+
 /// The part of `deny.toml` that is read here; cargo-deny reads the rest.
 #[derive(Deserialize)]
 struct Deny {
@@ -35,6 +38,14 @@ pub(crate) fn check() -> Result<()> {
         bail!("{}", problems.join("\n"));
     }
     println!("{} crates are shipped, each under a licence of deny.toml", shipped.len());
+    let patched = patched(&fs::read_to_string("Cargo.toml").context("reading Cargo.toml")?)?;
+    for library in LIBRARIES {
+        let tree = ["cargo", "tree", "--locked", "--package", library, "--edges", "normal,build"];
+        let tree = command::output(&[&tree[..], &["--prefix", "none", "--format", "{p}"]].concat())?;
+        if let Some(name) = patched.iter().find(|name| rests_on(&tree, name)) {
+            bail!("{library} rests on {name} without any feature: who depends on it gets the unpatched one");
+        }
+    }
     if command::succeeds(&["cargo", "deny", "--version"]) {
         command::run(&["cargo", "deny", "check", "licenses", "bans", "sources"])?;
     }
@@ -45,6 +56,18 @@ fn allowed(deny: &str) -> Result<Vec<Licensee>> {
     let deny: Deny = toml::from_str(deny).context("reading deny.toml")?;
     let parse = |name: &String| Licensee::parse(name).with_context(|| format!("deny.toml: licence `{name}`"));
     deny.licenses.allow.iter().map(parse).collect()
+}
+
+/// The names of the crates that `[patch]` replaces.
+fn patched(manifest: &str) -> Result<Vec<String>> {
+    let manifest: toml::Table = toml::from_str(manifest).context("reading Cargo.toml")?;
+    let patches = manifest.get("patch").and_then(|patch| patch.get("crates-io")?.as_table());
+    Ok(patches.into_iter().flat_map(|patches| patches.keys().cloned()).collect())
+}
+
+/// Whether one of the lines that `cargo tree` prints is about a crate.
+fn rests_on(tree: &str, name: &str) -> bool {
+    tree.lines().any(|line| line.split(' ').next() == Some(name))
 }
 
 /// All that ends up in the binary or builds it: tests' dependencies do neither.
@@ -93,6 +116,15 @@ mod tests {
         };
         let problem = problem(&package, &allowed(DENY).unwrap());
         assert_eq!(problem.as_deref(), expected);
+    }
+
+    #[test]
+    fn what_is_patched_is_found_in_a_tree() {
+        let manifest = "[patch.crates-io]\ndirs = { path = 'patches/dirs' }\n";
+        assert_eq!(patched(manifest).unwrap(), ["dirs"]);
+        assert_eq!(patched("").unwrap(), [""; 0]);
+        assert!(rests_on("shsa-bridge v0.1.0\ndirs v6.0.0 (/patches/dirs)\n", "dirs"));
+        assert!(!rests_on("shsa-bridge v0.1.0\ndirs-sys v1.0.0\n", "dirs"));
     }
 
     #[test]

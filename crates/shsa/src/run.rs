@@ -26,7 +26,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 /// The model of the embedded simulator.
-const ROVER: (&str, &str) = ("models/rover.yaml", include_str!("../../../models/rover.yaml"));
+const ROVER: (&str, &str) = ("models/rover.yaml", include_str!("../models/rover.yaml"));
 
 /// Why `--join` is refused.
 const NO_JOIN: &str = "--join is not possible on this bus, which does not tell what instances are there: use --bus zenoh://HOST:PORT or \

@@ -11,7 +11,7 @@ use shsa_core::time::{Span, Time, Validity};
 use std::collections::BTreeMap;
 
 /// A part of the program, so that the demonstration runs anywhere.
-const MODEL: &str = include_str!("../../../../models/rover.yaml");
+const MODEL: &str = include_str!("../../models/rover.yaml");
 
 /// Three disagreements in four comparisons make a conflict. When an obstacle's edge enters or leaves the field, `dmin`
 /// jumps, and whoever has looked before the jump disagrees twice with whoever looks after it.

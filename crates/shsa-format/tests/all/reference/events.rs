@@ -1,10 +1,11 @@
 //! `docs/events.md` against the kinds of the core; the stories that it names show what it says.
 
 use super::document::{Document, code};
+use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Event, EventKind, Quality};
-use shsa_core::monitor::Symptom;
-use shsa_format::story;
-use std::collections::BTreeMap;
+use shsa_core::monitor::{Absence, Symptom};
+use shsa_format::{event, story};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 fn page() -> Document {
@@ -57,4 +58,12 @@ fn every_symptom_is_described_and_shown_by_its_story() {
 #[test]
 fn every_quality_is_described() {
     page().section("Qualities").names_exactly("quality", Quality::ALL.map(Quality::name));
+}
+
+#[test]
+fn verdicts() {
+    let absences = [None, Some(Absence::Silent), Some(Absence::Invalid), Some(Absence::OutOfRange)];
+    let believed = [Verdict::Unknown, Verdict::Healthy, Verdict::Suspect, Verdict::Failed];
+    let all = absences.iter().flat_map(|absence| believed.map(|it| event::verdict(*absence, it)));
+    page().section("Verdicts").names_exactly("verdict", all.collect::<BTreeSet<_>>());
 }
