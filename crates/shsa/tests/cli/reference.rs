@@ -1,12 +1,12 @@
 //! `docs/json.md` and `docs/events.md` against what the commands print, and `shsa help` for the pages of the reference.
 
-#[allow(dead_code, reason = "the tests of the formats use all of it")]
-#[path = "../../../shsa-format/tests/all/reference/document.rs"]
-mod document;
+#[path = "../described/mod.rs"]
+mod described;
 
 use crate::folder::Folder;
 use crate::tank;
-use document::{Document, code};
+use described::check;
+use described::document::Document;
 use serde_json::Value;
 use std::collections::BTreeSet;
 
@@ -19,57 +19,6 @@ fn objects(folder: &Folder, arguments: &str) -> Vec<Value> {
     let objects: Vec<Value> = lines.map(|line| serde_json::from_str(line).unwrap()).collect();
     assert!(!objects.is_empty(), "shsa {arguments} printed nothing: {}", printed.stderr);
     objects
-}
-
-/// The rows of a section of `docs/json.md`: the parts of a path, and when it comes.
-fn told(section: &str) -> Vec<(Vec<String>, String)> {
-    let rows = Document::read("json.md").section(section).rows("field");
-    rows.iter().map(|row| (parts(&code(&row[0]).remove(0)), row[2].clone())).collect()
-}
-
-/// `a[].b.*` as `a`, `[]`, `b`, `*`.
-fn parts(path: &str) -> Vec<String> {
-    path.replace("[]", ".[]").split('.').map(str::to_owned).collect()
-}
-
-/// Every path in a value, but that of the value itself.
-fn walk(value: &Value, path: &[String], found: &mut BTreeSet<Vec<String>>) {
-    let below = |name: &str| [path, &[name.to_owned()]].concat();
-    let children: Vec<(Vec<String>, &Value)> = match value {
-        Value::Object(fields) => fields.iter().map(|(name, value)| (below(name), value)).collect(),
-        Value::Array(items) => items.iter().map(|value| (below("[]"), value)).collect(),
-        _ => Vec::new(),
-    };
-    for (path, value) in children {
-        walk(value, &path, found);
-        found.insert(path);
-    }
-}
-
-fn matches(told: &[String], path: &[String]) -> bool {
-    told.len() == path.len() && told.iter().zip(path).all(|(told, name)| told == "*" || told == name)
-}
-
-/// Every field of what is printed is described, and every field that always comes has come.
-#[track_caller]
-fn check(section: &str, printed: &[Value]) {
-    let told = told(section);
-    let mut found = BTreeSet::new();
-    printed.iter().for_each(|value| walk(value, &[], &mut found));
-    for path in &found {
-        let is_told = |path: &[String]| told.iter().any(|(told, _)| matches(told, path));
-        // The elements of a list have no row where the list has one, nor has what is described by its parts.
-        let is_element = path.last().is_some_and(|last| last == "[]") && is_told(&path[..path.len() - 1]);
-        let has_parts =
-            told.iter().any(|(told, _)| told.len() > path.len() && matches(&told[..path.len()], path));
-        assert!(is_told(path) || is_element || has_parts, "{section}: not described: {}", path.join("."));
-    }
-    for (told, _) in told.iter().filter(|(_, comes)| comes.is_empty()) {
-        // A field of the elements of a list, or of a mapping, comes where these do.
-        let free = told.iter().rposition(|part| part == "[]" || part == "*").map_or(0, |at| at + 1);
-        let is_there = |told: &[String]| told.is_empty() || found.iter().any(|path| matches(told, path));
-        assert!(!is_there(&told[..free]) || is_there(told), "{section}: has not come: {}", told.join("."));
-    }
 }
 
 #[test]
@@ -121,6 +70,23 @@ fn fields_of_what_is_simulated() {
     check("scan", &objects(&folder, "scan PROJECT/models/rover.yaml --for 2s"));
 }
 
+#[test]
+fn fields_of_what_is_found_out_from_recordings() {
+    let folder = Folder::new();
+    let car = "PROJECT/examples/car.yaml PROJECT/examples/tuesday";
+    check("calibrate", &objects(&folder, &format!("calibrate {car} --faults")));
+    let campaign = format!("campaign {car} --kinds bias --json");
+    let project = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    let printed = |arguments: &str| -> Value {
+        let ended = folder.run(&format!("{campaign} {arguments}").replace("PROJECT", project));
+        serde_json::from_str(&ended.stdout).unwrap_or_else(|_| panic!("{}", ended.stderr))
+    };
+    let mut before = printed("-");
+    before["cells"][0]["detected"] = 0.into();
+    folder.write("before.json", &before.to_string());
+    check("campaign", &[printed("- --detectable"), printed("- --compare before.json")]);
+}
+
 /// The fields of events, as they come from stories that show all of them.
 #[test]
 fn fields_of_events() {
@@ -134,7 +100,7 @@ fn fields_of_events() {
     let told: BTreeSet<String> =
         Document::read("events.md").section("Fields").named("field").into_iter().collect();
     assert!(found.is_subset(&told), "{found:?}");
-    let of_replay: BTreeSet<String> = self::told("replay")
+    let of_replay: BTreeSet<String> = described::told("replay")
         .into_iter()
         .filter(|(path, _)| path.len() == 3 && path[0] == "events")
         .map(|(path, _)| path[2].clone())

@@ -16,4 +16,5 @@ mod embedded;
 mod endurance;
 mod isolation;
 mod joining;
+mod reference;
 mod takeover;

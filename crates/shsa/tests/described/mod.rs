@@ -1,0 +1,60 @@
+//! What is printed against the tables of `docs/json.md`.
+
+#[allow(dead_code, reason = "the tests of the formats use all of it")]
+#[path = "../../../shsa-format/tests/all/reference/document.rs"]
+pub(crate) mod document;
+
+use document::{Document, code};
+use serde_json::Value;
+use std::collections::BTreeSet;
+
+/// The rows of a section of `docs/json.md`: the parts of a path, and when it comes.
+pub(crate) fn told(section: &str) -> Vec<(Vec<String>, String)> {
+    let rows = Document::read("json.md").section(section).rows("field");
+    rows.iter().map(|row| (parts(&code(&row[0]).remove(0)), row[2].clone())).collect()
+}
+
+/// `a[].b.*` as `a`, `[]`, `b`, `*`.
+fn parts(path: &str) -> Vec<String> {
+    path.replace("[]", ".[]").split('.').map(str::to_owned).collect()
+}
+
+/// Every path in a value, but that of the value itself.
+fn walk(value: &Value, path: &[String], found: &mut BTreeSet<Vec<String>>) {
+    let below = |name: &str| [path, &[name.to_owned()]].concat();
+    let children: Vec<(Vec<String>, &Value)> = match value {
+        Value::Object(fields) => fields.iter().map(|(name, value)| (below(name), value)).collect(),
+        Value::Array(items) => items.iter().map(|value| (below("[]"), value)).collect(),
+        _ => Vec::new(),
+    };
+    for (path, value) in children {
+        walk(value, &path, found);
+        found.insert(path);
+    }
+}
+
+fn matches(told: &[String], path: &[String]) -> bool {
+    told.len() == path.len() && told.iter().zip(path).all(|(told, name)| told == "*" || told == name)
+}
+
+/// Every field of what is printed is described, and every field that always comes has come.
+#[track_caller]
+pub(crate) fn check(section: &str, printed: &[Value]) {
+    let told = told(section);
+    let mut found = BTreeSet::new();
+    printed.iter().for_each(|value| walk(value, &[], &mut found));
+    for path in &found {
+        let is_told = |path: &[String]| told.iter().any(|(told, _)| matches(told, path));
+        // The elements of a list have no row where the list has one, nor has what is described by its parts.
+        let is_element = path.last().is_some_and(|last| last == "[]") && is_told(&path[..path.len() - 1]);
+        let has_parts =
+            told.iter().any(|(told, _)| told.len() > path.len() && matches(&told[..path.len()], path));
+        assert!(is_told(path) || is_element || has_parts, "{section}: not described: {}", path.join("."));
+    }
+    for (told, _) in told.iter().filter(|(_, comes)| comes.is_empty()) {
+        // A field of the elements of a list, or of a mapping, comes where these do.
+        let free = told.iter().rposition(|part| part == "[]" || part == "*").map_or(0, |at| at + 1);
+        let is_there = |told: &[String]| told.is_empty() || found.iter().any(|path| matches(told, path));
+        assert!(!is_there(&told[..free]) || is_there(told), "{section}: has not come: {}", told.join("."));
+    }
+}
