@@ -12,6 +12,8 @@ pub struct Question {
     pub parameters: String,
     /// Whether the answer can be told from others: it is a reply, or has the correlation data that the asker has chosen.
     pub is_addressed: bool,
+    /// Who asks, as far as the middleware tells: the topic that the answer is wished at, say.
+    pub caller: String,
     /// Why it must not be done, whatever it is.
     pub problem: Option<String>,
     answer: Box<dyn FnOnce(Bytes) + Send>,
@@ -30,6 +32,7 @@ impl Question {
         Question {
             payload,
             parameters: String::new(),
+            caller: "the bus".to_owned(),
             is_addressed: false,
             problem: None,
             answer: Box::new(answer),

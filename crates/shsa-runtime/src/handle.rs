@@ -79,7 +79,7 @@ impl Handle {
     /// # Errors
     /// [`RuntimeError::Refused`] says why it cannot be done; [`RuntimeError::NoAnswer`].
     pub fn order(&self, order: Order) -> Result<Value, RuntimeError> {
-        self.ask(Request::Order(order))
+        self.ask(Request::Order { order, caller: "the program".to_owned() })
     }
 
     /// Every decision from now on.

@@ -1,5 +1,6 @@
 //! The figures of a run in the text format of Prometheus.
 
+use super::control::Guard;
 use super::control::bus::Tally;
 use super::event_log::EventLog;
 use super::figures::Figures;
@@ -27,6 +28,7 @@ type Gauges = Family<Labels, Gauge<f64, AtomicU64>>;
 pub(super) fn text(
     figures: &Figures,
     tally: &Tally,
+    guard: &Guard,
     log: &EventLog,
     healers: &[Healer],
     bridge: &dyn Bridge,
@@ -34,7 +36,7 @@ pub(super) fn text(
 ) -> Result<String, RuntimeError> {
     let mut registry = Registry::with_prefix("shsa");
     of_run(&mut registry, figures, bridge);
-    of_requests(&mut registry, tally);
+    of_requests(&mut registry, tally, guard);
     of_telling(&mut registry, log);
     of_signals(&mut registry, healers);
     of_needs(&mut registry, healers, now);
@@ -77,12 +79,15 @@ fn of_run(registry: &mut Registry, figures: &Figures, bridge: &dyn Bridge) {
     registry.register("connected", "Whether the bus is connected", up);
 }
 
-fn of_requests(registry: &mut Registry, tally: &Tally) {
+fn of_requests(registry: &mut Registry, tally: &Tally, guard: &Guard) {
     let requests = Counters::default();
     for (outcome, number) in tally.counts() {
         requests.get_or_create(&vec![("outcome", outcome.to_owned())]).inc_by(number);
     }
     registry.register("bus_requests", "Requests over the bus", requests);
+    let wrong: Counter = Counter::default();
+    wrong.inc_by(guard.wrong());
+    registry.register("wrong_tokens", "Wrong tokens that were shown", wrong);
 }
 
 fn of_telling(registry: &mut Registry, log: &EventLog) {

@@ -61,7 +61,6 @@ use std::sync::atomic::AtomicBool;
 pub struct Runtime {
     pub(super) session: Session,
     handle: Handle,
-    guard: Guard,
     duration: Option<Span>,
 }
 
@@ -101,7 +100,7 @@ impl Runtime {
         }
         let log = EventLog::new(format!("shsa/{name}/events"), options.printer, clock.now())?;
         let (desk, requests) = Desk::new(inbox);
-        let guard = Guard::new(options.token);
+        let guard = Guard::new(options.token, desk.clone());
         let tally = bus::serve(&name, bridge.as_mut(), desk.clone(), guard.clone())?;
         let stop: Arc<AtomicBool> = Arc::default();
         let handle = Handle { desk, stop: stop.clone(), listeners: log.listeners() };
@@ -120,9 +119,10 @@ impl Runtime {
             federation,
             reported: Reported::new(),
             tally,
+            guard,
             bridge,
         };
-        Ok(Runtime { session, handle, guard, duration: options.duration })
+        Ok(Runtime { session, handle, duration: options.duration })
     }
 
     /// What stops it, asks it, gives it orders and hears its decisions, from other threads.
@@ -138,7 +138,7 @@ impl Runtime {
     /// When the address cannot be had.
     pub fn serve_http(&self, address: SocketAddr) -> Result<SocketAddr, RuntimeError> {
         let Handle { desk, listeners, .. } = self.handle();
-        http::serve(address, desk, self.guard.clone(), listeners)
+        http::serve(address, desk, self.session.guard.clone(), listeners)
     }
 
     /// Runs until it is stopped, or its time is over.

@@ -1,7 +1,7 @@
 //! What a run does in its turns: messages in, values and decisions out, requests answered in between.
 
 use super::control::bus::Tally;
-use super::control::{Call, Order, Reply, Request};
+use super::control::{Call, Guard, Order, Reply, Request};
 use super::event_log::EventLog;
 use super::federation::Federation;
 use super::figures::Figures;
@@ -49,6 +49,8 @@ pub(super) struct Session {
     pub(super) reported: Reported,
     /// What became of requests over the bus.
     pub(super) tally: Arc<Tally>,
+    /// Who looks at tokens.
+    pub(super) guard: Guard,
 }
 
 /// What was told last about the run itself, so that only what changes is told.
@@ -244,7 +246,12 @@ impl Session {
                 Request::Health => Reply::Json(self.health()),
                 Request::Events(since) => Reply::Json(Value::Array(self.log.since(since))),
                 Request::Metrics => Reply::Text(self.metrics()?),
-                Request::Order(order) => self.order(&order)?,
+                Request::Order { order, caller } => self.order(&order, &caller)?,
+                Request::Denied(news) => {
+                    let now = self.now();
+                    self.log.noted(now, "denied", &news, self.bridge.as_mut());
+                    Reply::Json(Value::Null)
+                }
             });
         }
         Ok(())
@@ -252,11 +259,19 @@ impl Session {
 
     fn metrics(&self) -> Result<String, RuntimeError> {
         let now = self.now();
-        metrics::text(&self.figures, &self.tally, &self.log, &self.healers, self.bridge.as_ref(), now)
+        metrics::text(
+            &self.figures,
+            &self.tally,
+            &self.guard,
+            &self.log,
+            &self.healers,
+            self.bridge.as_ref(),
+            now,
+        )
     }
 
     /// Carries an order out and tells it, or says why not.
-    fn order(&mut self, order: &Order) -> Result<Reply, RuntimeError> {
+    fn order(&mut self, order: &Order, caller: &str) -> Result<Reply, RuntimeError> {
         let now = self.now();
         let done = match order {
             Order::Reload => self.reload(),
@@ -268,7 +283,8 @@ impl Session {
         };
         let reply = match done {
             Ok(done) => {
-                self.log.noted(now, "ordered", &done, self.bridge.as_mut());
+                let told = format!("{done} (from {caller})");
+                self.log.noted(now, "ordered", &told, self.bridge.as_mut());
                 Reply::Json(json!({ "done": done }))
             }
             Err(why) => Reply::Refused(why),

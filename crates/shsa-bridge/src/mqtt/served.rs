@@ -46,9 +46,10 @@ impl Served {
             (None, Some(wish)) => wish.to_owned(),
             _ => self.answers.to_string(),
         };
-        let (publish, is_addressed) = (self.publish.clone(), correlation.is_some());
+        let (publish, is_addressed, caller) = (self.publish.clone(), correlation.is_some(), topic.clone());
         let mut question = Question::new(payload, move |words| publish(Words { topic, words, correlation }));
         question.is_addressed = is_addressed;
+        question.caller = caller;
         question.problem = retained.or(strays);
         (self.server)(question);
     }

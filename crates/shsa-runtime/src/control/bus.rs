@@ -150,7 +150,7 @@ impl Clerk {
             Err(why) => (Value::Null, Err(why)),
         };
         let done = match &question.problem {
-            None => wish.and_then(|wish| self.carry_out(wish)),
+            None => wish.and_then(|wish| self.carry_out(wish, &question.caller)),
             Some(problem) => Err(problem.clone()),
         };
         let answer = match done {
@@ -166,17 +166,17 @@ impl Clerk {
         Some(answer.to_string())
     }
 
-    fn carry_out(&self, wish: Wish) -> Result<Value, String> {
+    fn carry_out(&self, wish: Wish, caller: &str) -> Result<Value, String> {
         let reply = match wish {
             Wish::Ask(request) => self.ask(request)?,
             Wish::Order { order, token } => {
                 // The token comes first: who has none learns nothing about what could be ordered.
-                let seen = self.guard.look(token.as_deref());
+                let seen = self.guard.look(token.as_deref(), caller);
                 if let Some(why) = seen.refusal("the right `token`") {
                     return Err(why);
                 }
                 let order = Order::from_fields(order).map_err(|why| format!("no order: {why}"))?;
-                self.ask(Request::Order(order))?
+                self.ask(Request::Order { order, caller: caller.to_owned() })?
             }
         };
         match reply {

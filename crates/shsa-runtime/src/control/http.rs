@@ -10,27 +10,33 @@
 //! | `GET /metrics` | figures for Prometheus |
 //! | `POST /orders` | an order as JSON, with `Authorization: Bearer TOKEN` |
 
+use super::connections::{self, Caller};
 use super::token::Answer;
 use super::{Desk, Guard, Order, Reply, Request};
 use crate::error::{Context, RuntimeError};
-use axum::extract::{DefaultBodyLimit, Query, Request as HttpRequest, State};
+use axum::body::{Body, to_bytes};
+use axum::extract::{Query, Request as HttpRequest, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::middleware::{Next, from_fn};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use axum::{Json, Router};
+use axum::{Extension, Json, Router};
 use serde::Deserialize;
 use serde_json::json;
 use std::convert::Infallible;
 use std::net::{SocketAddr, TcpListener};
+use std::sync::Arc;
 use std::thread;
-use tokio::sync::{broadcast, oneshot};
+use tokio::sync::{Semaphore, broadcast, oneshot};
 use tokio_stream::StreamExt;
 use tokio_stream::wrappers::BroadcastStream;
 
 /// The largest order, bytes.
 const LARGEST: usize = 4 * 1024 * 1024;
+
+/// Streams of decisions at a time: each holds a connection for as long as its client wishes.
+const STREAMS: usize = 16;
 
 /// What the requests have in common.
 #[derive(Clone)]
@@ -38,6 +44,7 @@ struct Shared {
     desk: Desk,
     guard: Guard,
     listeners: broadcast::WeakSender<String>,
+    streams: Arc<Semaphore>,
 }
 
 /// Serves requests from a thread of its own until the process ends; the address that it listens on.
@@ -54,11 +61,13 @@ pub(in super::super) fn serve(
     listener.set_nonblocking(true)?;
     let address = listener.local_addr()?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    let routes = routes(Shared { desk, guard, listeners });
+    let streams = Arc::new(Semaphore::new(STREAMS));
+    let routes = routes(Shared { desk, guard, listeners, streams });
     thread::Builder::new().name("http".into()).spawn(move || {
         runtime.block_on(async move {
             let listener = tokio::net::TcpListener::from_std(listener)?;
-            axum::serve(listener, routes).await
+            connections::serve(listener, routes).await;
+            Ok::<(), std::io::Error>(())
         })
     })?;
     Ok(address)
@@ -72,7 +81,6 @@ fn routes(shared: Shared) -> Router {
         .route("/events/stream", get(stream))
         .route("/metrics", get(metrics))
         .route("/orders", post(order))
-        .layer(DefaultBodyLimit::max(LARGEST))
         .layer(from_fn(refuse_foreign_names))
         .with_state(shared)
 }
@@ -145,7 +153,11 @@ async fn stream(State(shared): State<Shared>) -> Response {
     let Some(listeners) = shared.listeners.upgrade() else {
         return problem(StatusCode::SERVICE_UNAVAILABLE, "the run is ending");
     };
-    let events = BroadcastStream::new(listeners.subscribe()).map(|event| {
+    let Ok(place) = shared.streams.try_acquire_owned() else {
+        return problem(StatusCode::SERVICE_UNAVAILABLE, &format!("{STREAMS} streams are open already"));
+    };
+    let events = BroadcastStream::new(listeners.subscribe()).map(move |event| {
+        let _held = &place;
         Ok::<_, Infallible>(match event {
             Ok(event) => Event::default().data(event),
             Err(missed) => Event::default().event("missed").data(missed.to_string()),
@@ -163,14 +175,28 @@ fn status_of(seen: Answer) -> StatusCode {
     }
 }
 
-async fn order(State(shared): State<Shared>, headers: HeaderMap, body: String) -> Response {
-    let shown = headers.get(header::AUTHORIZATION).and_then(|value| value.to_str().ok());
-    let seen = shared.guard.look(shown.and_then(|shown| shown.strip_prefix("Bearer ")));
+/// The scheme of `Authorization` is read without regard to case (RFC 9110, 11.1).
+fn token(headers: &HeaderMap) -> Option<&str> {
+    let (scheme, token) = headers.get(header::AUTHORIZATION)?.to_str().ok()?.split_once(' ')?;
+    scheme.eq_ignore_ascii_case("bearer").then(|| token.trim_start())
+}
+
+/// The body is read from whoever has shown the token, so that nobody else makes us keep anything.
+async fn order(
+    State(shared): State<Shared>,
+    Extension(Caller(caller)): Extension<Caller>,
+    headers: HeaderMap,
+    body: Body,
+) -> Response {
+    let seen = shared.guard.look(token(&headers), &caller.to_string());
     if let Some(why) = seen.refusal("`Authorization: Bearer TOKEN`") {
         return problem(status_of(seen), &why);
     }
-    match Order::read(&body) {
-        Ok(order) => answer(ask(&shared, Request::Order(order)).await),
+    let Ok(body) = to_bytes(body, LARGEST).await else {
+        return problem(StatusCode::PAYLOAD_TOO_LARGE, &format!("an order has at most {LARGEST} bytes"));
+    };
+    match Order::read(&String::from_utf8_lossy(&body)) {
+        Ok(order) => answer(ask(&shared, Request::Order { order, caller: caller.to_string() }).await),
         Err(error) => problem(StatusCode::BAD_REQUEST, &format!("no order: {error}")),
     }
 }

@@ -1,6 +1,7 @@
 //! What may be asked of a run, over HTTP and over the bus: to see everything, and with a token to change something.
 
 pub(super) mod bus;
+mod connections;
 pub(super) mod http;
 mod token;
 
@@ -29,7 +30,14 @@ pub(super) enum Request {
     /// Figures in the text format of Prometheus.
     Metrics,
     /// To change something; whoever passes it on has seen the token.
-    Order(Order),
+    Order {
+        /// What.
+        order: Order,
+        /// Who orders it.
+        caller: String,
+    },
+    /// Somebody has shown a wrong token: in words.
+    Denied(String),
 }
 
 /// What an operator may order.

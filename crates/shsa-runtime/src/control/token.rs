@@ -1,9 +1,10 @@
 //! The token without which nothing is changed.
 
+use super::{Desk, Request};
 use crate::error::{Context, RuntimeError, unfit};
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use std::{env, fmt, fs};
 use subtle::ConstantTimeEq;
@@ -12,9 +13,24 @@ use subtle::ConstantTimeEq;
 const VARIABLE: &str = "SHSA_TOKEN";
 /// A shorter token is guessed.
 const SHORTEST: usize = 16;
-/// So many wrong tokens within [`WINDOW`] close the door until the window has passed.
+/// After so many wrong tokens of one source within [`WINDOW`], none of it is looked at until the window has passed.
 const MOST_WRONG: usize = 5;
 const WINDOW: Duration = Duration::from_secs(10);
+/// Sources of wrong tokens that are remembered.
+const MOST_SOURCES: usize = 256;
+/// The first wrong tokens of many sources are told once in this time.
+const TOLD_EVERY: Duration = Duration::from_secs(1);
+
+/// Whether users who are neither the owner nor of the group may read a file.
+fn is_open_to_all(file: &Path) -> std::io::Result<bool> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        Ok(fs::metadata(file)?.permissions().mode() & 0o004 != 0)
+    }
+    #[cfg(not(unix))]
+    Ok(false)
+}
 
 /// A secret; it is never shown.
 #[derive(Clone)]
@@ -35,8 +51,15 @@ impl Token {
     pub fn find(file: Option<&Path>) -> Result<Option<Token>, RuntimeError> {
         let text = match file {
             Some(file) => {
-                let text = fs::read_to_string(file);
-                Some(text.with_context(|| format!("reading the token from {}", file.display()))?)
+                let reading = || format!("reading the token from {}", file.display());
+                let text = fs::read_to_string(file).with_context(reading)?;
+                if is_open_to_all(file).with_context(reading)? {
+                    let file = file.display();
+                    return Err(unfit(format!(
+                        "everyone on this machine can read {file}; run: chmod o-r {file}"
+                    )));
+                }
+                Some(text)
             }
             None => env::var(VARIABLE).ok(),
         };
@@ -89,35 +112,94 @@ impl Answer {
 }
 
 /// Looks at tokens, and limits guessing; clones are the same guard.
-#[derive(Clone, Debug)]
+///
+/// Whoever guesses locks out himself, and nobody else: a right token from elsewhere always passes.
+#[derive(Clone)]
 pub(in super::super) struct Guard {
     token: Option<Token>,
-    wrong: Arc<Mutex<VecDeque<Instant>>>,
+    wrong: Arc<Mutex<Wrong>>,
+    /// Where a guess is told.
+    desk: Desk,
+}
+
+/// Wrong tokens of late.
+#[derive(Default)]
+struct Wrong {
+    /// When each source has shown one.
+    sources: BTreeMap<String, VecDeque<Instant>>,
+    /// All of them since the start.
+    count: u64,
+    /// When one was told last.
+    told: Option<Instant>,
+}
+
+impl Wrong {
+    /// Forgets what is too long ago, and where too many sources are known the one that was wrong least lately.
+    fn forget(&mut self, now: Instant) {
+        for times in self.sources.values_mut() {
+            times.retain(|at| now.duration_since(*at) < WINDOW);
+        }
+        self.sources.retain(|_, times| !times.is_empty());
+        if self.sources.len() >= MOST_SOURCES {
+            let oldest = self.sources.iter().min_by_key(|(_, times)| times.back().copied());
+            let oldest = oldest.map(|(source, _)| source.clone());
+            oldest.map(|source| self.sources.remove(&source));
+        }
+    }
+
+    /// Counts one; what is to be told of it.
+    fn count(&mut self, source: &str, now: Instant) -> Option<String> {
+        self.count += 1;
+        self.forget(now);
+        let times = self.sources.entry(source.to_owned()).or_default();
+        times.push_back(now);
+        let (number, seconds) = (times.len(), WINDOW.as_secs());
+        let is_news = number == 1 || number == MOST_WRONG;
+        if !is_news || self.told.is_some_and(|at| now.duration_since(at) < TOLD_EVERY && number < MOST_WRONG)
+        {
+            return None;
+        }
+        self.told = Some(now);
+        Some(match number {
+            1 => format!("a wrong token from {source}"),
+            _ => format!(
+                "{number} wrong tokens from {source} within {seconds} s: none of it is looked at for {seconds} s"
+            ),
+        })
+    }
 }
 
 impl Guard {
-    pub(in super::super) fn new(token: Option<Token>) -> Guard {
-        Guard { token, wrong: Arc::default() }
+    pub(in super::super) fn new(token: Option<Token>, desk: Desk) -> Guard {
+        Guard { token, wrong: Arc::default(), desk }
     }
 
-    /// What to answer to who shows this token.
-    pub(in super::super) fn look(&self, shown: Option<&str>) -> Answer {
-        self.look_at(shown, Instant::now())
+    /// What to answer to who shows this token; `source` is where it comes from.
+    pub(in super::super) fn look(&self, shown: Option<&str>, source: &str) -> Answer {
+        self.look_at(shown, source, Instant::now())
     }
 
-    fn look_at(&self, shown: Option<&str>, now: Instant) -> Answer {
+    /// Wrong tokens since the start.
+    pub(in super::super) fn wrong(&self) -> u64 {
+        self.lock().count
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Wrong> {
+        self.wrong.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn look_at(&self, shown: Option<&str>, source: &str, now: Instant) -> Answer {
         let Some(token) = &self.token else { return Answer::Never };
-        let mut wrong = self.wrong.lock().unwrap_or_else(PoisonError::into_inner);
-        while wrong.front().is_some_and(|at| now.duration_since(*at) >= WINDOW) {
-            wrong.pop_front();
-        }
-        if wrong.len() >= MOST_WRONG {
-            return Answer::Later;
-        }
+        let mut wrong = self.lock();
+        let is_late = |at: &&Instant| now.duration_since(**at) < WINDOW;
+        let of_late = wrong.sources.get(source).map_or(0, |times| times.iter().filter(is_late).count());
         match shown {
+            _ if of_late >= MOST_WRONG => Answer::Later,
             Some(shown) if token.is(shown) => Answer::Pass,
             Some(_) => {
-                wrong.push_back(now);
+                if let Some(news) = wrong.count(source, now) {
+                    self.desk.call(Request::Denied(news), |_| ());
+                }
                 Answer::Wrong
             }
             // Who shows nothing has guessed nothing.
@@ -128,33 +210,65 @@ impl Guard {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Call;
     use super::*;
+    use std::sync::mpsc::Receiver;
 
     const RIGHT: &str = "0123456789abcdef";
 
-    #[test]
-    fn only_the_right_token_passes() {
-        let guard = Guard::new(Some(Token::new(RIGHT).unwrap()));
-        assert_eq!(guard.look(Some(RIGHT)), Answer::Pass);
-        for wrong in [None, Some(""), Some("0123456789abcde"), Some("0123456789abcdeg")] {
-            assert_eq!(guard.look(wrong), Answer::Wrong);
-        }
+    fn guard(token: Option<&str>) -> (Guard, Receiver<Call>) {
+        let (desk, calls) = Desk::new(shsa_bridge::Inbox::new(1, shsa_bridge::Clock::manual()));
+        (Guard::new(token.map(|token| Token::new(token).unwrap()), desk), calls)
+    }
+
+    fn told(calls: &Receiver<Call>) -> Vec<String> {
+        let news = |call: Call| match call.request {
+            Request::Denied(news) => news,
+            other => panic!("{other:?}"),
+        };
+        calls.try_iter().map(news).collect()
     }
 
     #[test]
-    fn guessing_closes_the_door_for_a_while() {
-        let guard = Guard::new(Some(Token::new(RIGHT).unwrap()));
+    fn only_the_right_token_passes() {
+        let (guard, _calls) = guard(Some(RIGHT));
+        assert_eq!(guard.look(Some(RIGHT), "a"), Answer::Pass);
+        for wrong in [None, Some(""), Some("0123456789abcde"), Some("0123456789abcdeg")] {
+            assert_eq!(guard.look(wrong, "a"), Answer::Wrong);
+        }
+        assert_eq!(guard.wrong(), 3);
+    }
+
+    #[test]
+    fn guessing_locks_out_who_guesses_for_a_while_and_nobody_else() {
+        let (guard, calls) = guard(Some(RIGHT));
         let start = Instant::now();
         for _ in 0..MOST_WRONG {
-            assert_eq!(guard.look_at(Some("guess"), start), Answer::Wrong);
+            assert_eq!(guard.look_at(Some("guess"), "a", start), Answer::Wrong);
         }
-        assert_eq!(guard.look_at(Some(RIGHT), start + WINDOW / 2), Answer::Later);
-        assert_eq!(guard.look_at(Some(RIGHT), start + WINDOW), Answer::Pass);
+        assert_eq!(guard.look_at(Some(RIGHT), "a", start + WINDOW / 2), Answer::Later);
+        assert_eq!(guard.look_at(Some(RIGHT), "b", start + WINDOW / 2), Answer::Pass);
+        assert_eq!(guard.look_at(Some(RIGHT), "a", start + WINDOW), Answer::Pass);
+        let told = told(&calls);
+        assert_eq!(told.len(), 2, "{told:?}");
+        assert_eq!(told[0], "a wrong token from a");
+        assert!(told[1].starts_with("5 wrong tokens from a within 10 s"), "{}", told[1]);
+    }
+
+    #[test]
+    fn many_sources_cost_bounded_memory_and_few_words() {
+        let (guard, calls) = guard(Some(RIGHT));
+        let start = Instant::now();
+        for source in 0..3 * MOST_SOURCES {
+            assert_eq!(guard.look_at(Some("guess"), &source.to_string(), start), Answer::Wrong);
+        }
+        assert!(guard.lock().sources.len() <= MOST_SOURCES);
+        assert_eq!((told(&calls).len(), guard.wrong()), (1, 3 * MOST_SOURCES as u64));
     }
 
     #[test]
     fn without_a_token_nothing_can_be_changed() {
-        assert_eq!(Guard::new(None).look(Some("")), Answer::Never);
+        assert_eq!(guard(None).0.look(Some(""), "a"), Answer::Never);
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod broker;
 mod running;
 
 mod car;
+mod connections;
 mod control;
 mod embedded;
 mod endurance;

@@ -139,25 +139,42 @@ impl Running {
         panic!("not so: {what}")
     }
 
+    /// Where it answers over HTTP.
+    #[allow(dead_code, reason = "not every test uses all of it")]
+    pub(crate) fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// The folder of what it has open.
+    #[allow(dead_code, reason = "not every test uses all of it")]
+    pub(crate) fn files(&self) -> String {
+        format!("/proc/{}/fd", self.child.id())
+    }
+
     /// The status and the JSON of an answer.
     pub(crate) fn get(&self, path: &str) -> (u16, Value) {
-        let (status, text) = self.text("GET", path, "", "");
+        let stream = TcpStream::connect(&self.address).unwrap();
+        let (status, text) = self.text(stream, &format!("GET {path}"), "", "");
         (status, serde_json::from_str(&text).unwrap_or(Value::String(text)))
     }
 
     /// Gives an order with this token; the status and the JSON of the answer.
     pub(crate) fn order(&self, token: Option<&str>, order: &str) -> (u16, Value) {
-        let shown = token.map_or(String::new(), |token| format!("Authorization: Bearer {token}\r\n"));
-        let (status, text) = self.text("POST", "/orders", &shown, order);
+        self.order_over(TcpStream::connect(&self.address).unwrap(), token, order)
+    }
+
+    /// As [`Running::order`], over a connection of the test's own.
+    pub(crate) fn order_over(&self, stream: TcpStream, token: Option<&str>, order: &str) -> (u16, Value) {
+        let shown = token.map_or(String::new(), |token| format!("Authorization: bearer {token}\r\n"));
+        let (status, text) = self.text(stream, "POST /orders", &shown, order);
         (status, serde_json::from_str(&text).unwrap_or(Value::String(text)))
     }
 
-    fn text(&self, method: &str, path: &str, headers: &str, body: &str) -> (u16, String) {
-        let mut stream = TcpStream::connect(&self.address).unwrap();
+    fn text(&self, mut stream: TcpStream, request: &str, headers: &str, body: &str) -> (u16, String) {
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         let (host, length) = (&self.address, body.len());
         let request = format!(
-            "{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n{headers}Content-Length: {length}\r\n\r\n{body}"
+            "{request} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n{headers}Content-Length: {length}\r\n\r\n{body}"
         );
         stream.write_all(request.as_bytes()).unwrap();
         let mut answer = String::new();
