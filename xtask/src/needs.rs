@@ -18,10 +18,10 @@ const PINNED_WHEELS_ARE_THERE: &str = "from importlib.metadata import version; \
      assert all(version(name) == pin for name, pin in (line.split('==') for line in open('xtask/python.txt').read().split()))";
 
 /// A toolchain of the minimal profile has neither of the first two; SWI-Prolog answers beside our searches,
-/// valgrind counts instructions, Mosquitto is the broker that the MQTT bridge is tested with, libfaketime steps a clock that is
-/// not the machine's, iproute2 lays and cuts cables between network namespaces, and the clients and routers that are not ours
+/// valgrind counts instructions, Mosquitto is the broker that the MQTT bridge is tested with, Prometheus
+/// reads the figures of a run, libfaketime steps a clock that is not the machine's, iproute2 lays and cuts cables between network namespaces, and the clients and routers that are not ours
 /// are Python's.
-const NEEDS: [Need; 8] = [
+const NEEDS: [Need; 9] = [
     Need {
         name: "rustfmt",
         probe: &["cargo", "fmt", "--version"],
@@ -41,6 +41,11 @@ const NEEDS: [Need; 8] = [
         name: "Mosquitto",
         probe: &["sh", "-c", "PATH=$PATH:/usr/sbin command -v mosquitto && command -v mosquitto_passwd"],
         install: &["sh", "-c", "apt-get update && apt-get install -y --no-install-recommends mosquitto"],
+    },
+    Need {
+        name: "Prometheus",
+        probe: &["promtool", "--version"],
+        install: &["sh", "-c", "apt-get update && apt-get install -y --no-install-recommends prometheus"],
     },
     Need {
         name: "libfaketime",

@@ -1,4 +1,4 @@
-//! The figures of a run in the text format of Prometheus.
+//! The figures of a run for Prometheus: in OpenMetrics, and in the older text format.
 
 use super::control::Guard;
 use super::control::bus::Tally;
@@ -15,13 +15,17 @@ use shsa_bridge::{Bridge, Link};
 use shsa_core::engine::EventKind;
 use shsa_core::time::Time;
 use shsa_format::event;
+use std::collections::BTreeSet;
 use std::sync::atomic::AtomicU64;
 
 type Labels = Vec<(&'static str, String)>;
 type Counters = Family<Labels, Counter>;
 type Gauges = Family<Labels, Gauge<f64, AtomicU64>>;
 
-/// Everything as text.
+/// What is told of a histogram, as in the state: the median, the 99th percentile, and the worst.
+const STATISTICS: [(&str, f64); 3] = [("p50", 0.5), ("p99", 0.99), ("worst", 1.0)];
+
+/// Everything in OpenMetrics.
 ///
 /// # Errors
 /// Never: a text takes everything.
@@ -38,6 +42,7 @@ pub(super) fn text(
     of_run(&mut registry, figures, bridge);
     of_requests(&mut registry, tally, guard);
     of_telling(&mut registry, log);
+    of_disk(&mut registry, healers);
     of_signals(&mut registry, healers);
     of_needs(&mut registry, healers, now);
     of_services(&mut registry, healers);
@@ -45,6 +50,27 @@ pub(super) fn text(
     let mut text = String::new();
     encode(&mut text, &registry).map_err(unfit)?;
     Ok(text)
+}
+
+/// OpenMetrics in the older text format: a counter's type and help are of its samples' name there, and nothing closes it.
+pub(super) fn text_format(open_metrics: &str) -> String {
+    let named = |line: &str| line.split(' ').nth(2).unwrap_or_default().to_owned();
+    let is_counter = |line: &&str| line.starts_with("# TYPE ") && line.ends_with(" counter");
+    let counters: BTreeSet<String> = open_metrics.lines().filter(is_counter).map(named).collect();
+    let mut text = String::with_capacity(open_metrics.len());
+    for line in open_metrics.lines().filter(|line| *line != "# EOF") {
+        let mut words = line.splitn(4, ' ');
+        match (words.next(), words.next(), words.next(), words.next()) {
+            (Some("#"), Some(what), Some(name), Some(rest)) if counters.contains(name) => {
+                text += &format!("# {what} {name}_total {rest}\n");
+            }
+            _ => {
+                text += line;
+                text.push('\n');
+            }
+        }
+    }
+    text
 }
 
 fn of_run(registry: &mut Registry, figures: &Figures, bridge: &dyn Bridge) {
@@ -64,8 +90,8 @@ fn of_run(registry: &mut Registry, figures: &Figures, bridge: &dyn Bridge) {
     registry.register("events", "Decisions", events);
     let times = Gauges::default();
     for (what, histogram) in [("latency", &figures.latency), ("work", &figures.work)] {
-        for (name, quantile) in [("0.5", 0.5), ("0.99", 0.99), ("1", 1.0)] {
-            let labels = vec![("time", what.to_owned()), ("quantile", name.to_owned())];
+        for (name, quantile) in STATISTICS {
+            let labels = vec![("time", what.to_owned()), ("statistic", name.to_owned())];
             times.get_or_create(&labels).set(histogram.value_at_quantile(quantile) as f64 / 1e9);
         }
     }
@@ -100,6 +126,15 @@ fn of_telling(registry: &mut Registry, log: &EventLog) {
     let lines: Counter = Counter::default();
     lines.inc_by(log.unwritten());
     registry.register("unwritten_lines", "Lines that standard output has not taken", lines);
+}
+
+fn of_disk(registry: &mut Registry, healers: &[Healer]) {
+    let unsaved = Counters::default();
+    for healer in healers {
+        let labels = vec![("model", healer.name().to_owned())];
+        unsaved.get_or_create(&labels).inc_by(healer.missing().map(|it| it.inputs).sum());
+    }
+    registry.register("unsaved", "Inputs that the journal lacks, and states that were not written", unsaved);
 }
 
 fn of_signals(registry: &mut Registry, healers: &[Healer]) {
@@ -164,8 +199,8 @@ fn of_services(registry: &mut Registry, healers: &[Healer]) {
             let engine = ("engine", healer.execution(id).times());
             let places = [Some(engine), process.map(|(_, times)| ("process", times))];
             for (place, times) in places.into_iter().flatten() {
-                for (name, quantile) in [("0.5", 0.5), ("0.99", 0.99), ("1", 1.0)] {
-                    let own = vec![("place", place.to_owned()), ("quantile", name.to_owned())];
+                for (name, quantile) in STATISTICS {
+                    let own = vec![("place", place.to_owned()), ("statistic", name.to_owned())];
                     let time = times.value_at_quantile(quantile) as f64 / 1e9;
                     seconds.get_or_create(&[labels.clone(), own].concat()).set(time);
                 }
@@ -179,4 +214,18 @@ fn of_services(registry: &mut Registry, healers: &[Healer]) {
         "Execution time of what computes a need's values: the engine's step, or the round trip to a process";
     registry.register("service_seconds", help, seconds);
     registry.register("process_replaced", "Processes that had to be replaced", replaced);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_text_format_names_counters_as_their_samples() {
+        let open = "# HELP shsa_x How many.\n# TYPE shsa_x counter\nshsa_x_total{a=\"b c\"} 3\n\
+                    # HELP shsa_y Now.\n# TYPE shsa_y gauge\nshsa_y 1\n# EOF\n";
+        let text = "# HELP shsa_x_total How many.\n# TYPE shsa_x_total counter\nshsa_x_total{a=\"b c\"} 3\n\
+                    # HELP shsa_y Now.\n# TYPE shsa_y gauge\nshsa_y 1\n";
+        assert_eq!(text_format(open), text);
+    }
 }

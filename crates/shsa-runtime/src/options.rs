@@ -49,6 +49,8 @@ pub struct Options {
     pub join: bool,
     /// The secret that orders over HTTP and the bus need; `None`: none are taken there.
     pub token: Option<Token>,
+    /// The secret that looking needs over HTTP and the bus, but for the health; `None`: everyone who can reach it may.
+    pub view_token: Option<Token>,
     /// After this time the run ends by itself; `None`: never.
     pub duration: Option<Span>,
     /// Where decisions are written, one a line; `None`: nowhere.
@@ -68,6 +70,7 @@ impl Default for Options {
             state: None,
             join: false,
             token: None,
+            view_token: None,
             duration: None,
             printer: None,
         }

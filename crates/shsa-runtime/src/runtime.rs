@@ -1,7 +1,7 @@
 //! A run: built from models, options and a bus, and run in a thread of the caller's.
 
 use crate::bindings::OutputOptions;
-use crate::control::{Desk, Guard, bus, http};
+use crate::control::{Desk, Guard, Tokens, bus, http};
 use crate::error::RuntimeError;
 use crate::event_log::EventLog;
 use crate::federation::Federation;
@@ -100,7 +100,7 @@ impl Runtime {
         }
         let log = EventLog::new(format!("shsa/{name}/events"), options.printer, clock.now())?;
         let (desk, requests) = Desk::new(inbox);
-        let guard = Guard::new(options.token, desk.clone());
+        let guard = Guard::new(Tokens { view: options.view_token, order: options.token }, desk.clone());
         let tally = bus::serve(&name, bridge.as_mut(), desk.clone(), guard.clone())?;
         let stop: Arc<AtomicBool> = Arc::default();
         let handle = Handle { desk, stop: stop.clone(), listeners: log.listeners() };
@@ -132,13 +132,13 @@ impl Runtime {
     }
 
     /// Offers state, decisions, figures and orders over HTTP, until the process ends; the address that it listens on. Orders need
-    /// the token of the options.
+    /// the token of the options. A request names the host by an address, as `localhost`, or by one of `hosts`.
     ///
     /// # Errors
     /// When the address cannot be had.
-    pub fn serve_http(&self, address: SocketAddr) -> Result<SocketAddr, RuntimeError> {
+    pub fn serve_http(&self, address: SocketAddr, hosts: &[String]) -> Result<SocketAddr, RuntimeError> {
         let Handle { desk, listeners, .. } = self.handle();
-        http::serve(address, desk, self.session.guard.clone(), listeners)
+        http::serve(address, hosts, desk, self.session.guard.clone(), listeners)
     }
 
     /// Runs until it is stopped, or its time is over.

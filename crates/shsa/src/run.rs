@@ -60,10 +60,18 @@ pub(crate) struct Arguments {
     /// Where the control interface listens: ADDRESS:PORT, or `off`.
     #[arg(long, default_value = "127.0.0.1:7410", value_name = "ADDRESS", value_parser = http_address)]
     http: HttpAddress,
+    /// A name of this host by which it may be asked over HTTP, beside its addresses and `localhost`; may be given several times.
+    /// Any other name is refused, as a page of somewhere else can have one that points here.
+    #[arg(long, value_name = "NAME")]
+    http_host: Vec<String>,
     /// A file whose first line is the token that orders need; else it is taken from SHSA_TOKEN. Without one,
     /// nothing can be changed.
     #[arg(long, value_name = "FILE")]
     token_file: Option<PathBuf>,
+    /// A file whose first line is the token that looking needs over HTTP and the bus, but for the health; else it is taken from
+    /// SHSA_VIEW_TOKEN. Without one, everyone who can reach it may look.
+    #[arg(long, value_name = "FILE")]
+    view_token_file: Option<PathBuf>,
     /// How the values of needs are written.
     #[arg(long, value_name = "FORM", default_value = "plain")]
     form: Form,
@@ -211,7 +219,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         );
     }
     if let Some(address) = arguments.http {
-        let address = runtime.serve_http(address)?;
+        let address = runtime.serve_http(address, &arguments.http_host)?;
         show::tell(&format!("state, events and metrics: http://{address}/state"));
     }
     let (handle, stop) = (runtime.handle(), Arc::new(AtomicBool::new(false)));
@@ -233,7 +241,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 /// What the arguments say, for these models.
 fn options(arguments: &Arguments, models: &[Model]) -> anyhow::Result<Options> {
     let models: Vec<_> = models.iter().map(|model| model.live.knowledge()).collect();
-    let token = Token::find(arguments.token_file.as_deref())?;
+    let token = Token::find(arguments.token_file.as_deref(), "SHSA_TOKEN")?;
+    let view_token = Token::find(arguments.view_token_file.as_deref(), "SHSA_VIEW_TOKEN")?;
     let wiring = arguments.wiring.as_ref().map(|path| Wiring::load(path, &models)).transpose();
     let wiring = wiring.map_err(|report| {
         show::tell_report(&report);
@@ -254,6 +263,7 @@ fn options(arguments: &Arguments, models: &[Model]) -> anyhow::Result<Options> {
         state: arguments.state.clone(),
         join: arguments.join,
         token,
+        view_token,
         duration: arguments.duration,
         printer: Some(if arguments.json { Printer::json(stdout()) } else { Printer::text(stdout(), line) }),
     })

@@ -13,6 +13,7 @@
 //!
 //! One thread takes one request after the other, so that a flood of them costs the run little and only who asks waits.
 
+use super::token::Role;
 use super::{Desk, Guard, Order, Reply, Request};
 use crate::error::{Context, RuntimeError};
 use serde_json::{Map, Value, json};
@@ -132,7 +133,8 @@ impl Clerk {
             Place::Events => Request::Events(since(&question.parameters)),
             Place::Metrics => Request::Metrics,
         };
-        let answer = match self.ask(request) {
+        let token = parameter(&question.parameters, "token");
+        let answer = match self.look(request, token, &question.caller) {
             Ok(Reply::Json(value)) => value.to_string(),
             Ok(Reply::Text(text)) => text,
             Ok(Reply::Refused(why)) | Err(why) => json!({ "refused": why }).to_string(),
@@ -168,10 +170,10 @@ impl Clerk {
 
     fn carry_out(&self, wish: Wish, caller: &str) -> Result<Value, String> {
         let reply = match wish {
-            Wish::Ask(request) => self.ask(request)?,
+            Wish::Ask { request, token } => self.look(request, token.as_deref(), caller)?,
             Wish::Order { order, token } => {
                 // The token comes first: who has none learns nothing about what could be ordered.
-                let seen = self.guard.look(token.as_deref(), caller);
+                let seen = self.guard.look(Role::Order, token.as_deref(), caller);
                 if let Some(why) = seen.refusal("the right `token`") {
                     return Err(why);
                 }
@@ -189,6 +191,16 @@ impl Clerk {
         }
     }
 
+    /// Asks for whoever may look; everyone may ask for the health.
+    fn look(&self, request: Request, token: Option<&str>, caller: &str) -> Result<Reply, String> {
+        let is_open = matches!(request, Request::Health);
+        let seen = self.guard.look(Role::View, token, caller);
+        match seen.refusal("the right `token`").filter(|_| !is_open) {
+            Some(why) => Err(why),
+            None => self.ask(request),
+        }
+    }
+
     /// Waits for the run's reply.
     fn ask(&self, request: Request) -> Result<Reply, String> {
         let (sender, receiver) = sync_channel(1);
@@ -201,8 +213,12 @@ impl Clerk {
 
 /// Of a selector's parameters `since=3`; else everything.
 fn since(parameters: &str) -> u64 {
-    let given = parameters.split(';').find_map(|given| given.strip_prefix("since="));
-    given.and_then(|number| number.parse().ok()).unwrap_or(0)
+    parameter(parameters, "since").and_then(|number| number.parse().ok()).unwrap_or(0)
+}
+
+/// One of a selector's parameters by its name.
+fn parameter<'p>(parameters: &'p str, name: &str) -> Option<&'p str> {
+    parameters.split(';').find_map(|given| given.strip_prefix(name)?.strip_prefix('='))
 }
 
 /// A request that has an `id`, or could do without. Not shown: it may hold a token.
@@ -213,7 +229,7 @@ struct Letter {
 }
 
 enum Wish {
-    Ask(Request),
+    Ask { request: Request, token: Option<String> },
     Order { order: Map<String, Value>, token: Option<String> },
 }
 
@@ -238,14 +254,14 @@ impl Letter {
 impl Wish {
     fn read(mut fields: Map<String, Value>) -> Result<Wish, String> {
         fields.remove("id");
+        let token = match fields.remove("token") {
+            None => None,
+            Some(Value::String(token)) => Some(token),
+            Some(_) => return Err("`token` is a text".to_owned()),
+        };
         match (fields.remove("ask"), fields.remove("order")) {
-            (Some(ask), None) => Ok(Wish::Ask(Wish::ask(&ask, fields)?)),
+            (Some(ask), None) => Ok(Wish::Ask { request: Wish::ask(&ask, fields)?, token }),
             (None, Some(Value::Object(order))) => {
-                let token = match fields.remove("token") {
-                    None => None,
-                    Some(Value::String(token)) => Some(token),
-                    Some(_) => return Err("`token` is a text".to_owned()),
-                };
                 nothing_else(&fields)?;
                 Ok(Wish::Order { order, token })
             }
@@ -291,7 +307,7 @@ mod tests {
             Err(why) => format!("unreadable: {why}"),
             Ok(Letter { id, wish }) => match wish {
                 Err(why) => format!("{id} refused: {why}"),
-                Ok(Wish::Ask(request)) => format!("{id} {request:?}"),
+                Ok(Wish::Ask { request, .. }) => format!("{id} {request:?}"),
                 Ok(Wish::Order { order, token }) => {
                     format!("{id} {} with {}", Value::Object(order), token.unwrap_or_default())
                 }

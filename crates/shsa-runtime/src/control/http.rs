@@ -1,5 +1,5 @@
-//! The control interface over HTTP: state, events, metrics and health for everyone who can reach it, orders for who has
-//! the token.
+//! The control interface over HTTP: health for everyone who can reach it, state, events and metrics too unless a token is
+//! wanted for them, orders for who has the token.
 //!
 //! | request | gives |
 //! |---|---|
@@ -11,13 +11,14 @@
 //! | `POST /orders` | an order as JSON, with `Authorization: Bearer TOKEN` |
 
 use super::connections::{self, Caller};
-use super::token::Answer;
+use super::token::{Answer, Role};
 use super::{Desk, Guard, Order, Reply, Request};
 use crate::error::{Context, RuntimeError};
+use crate::metrics::text_format;
 use axum::body::{Body, to_bytes};
 use axum::extract::{Query, Request as HttpRequest, State};
 use axum::http::{HeaderMap, StatusCode, header};
-use axum::middleware::{Next, from_fn};
+use axum::middleware::{Next, from_fn_with_state};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
@@ -25,7 +26,7 @@ use axum::{Extension, Json, Router};
 use serde::Deserialize;
 use serde_json::json;
 use std::convert::Infallible;
-use std::net::{SocketAddr, TcpListener};
+use std::net::{IpAddr, SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::thread;
 use tokio::sync::{Semaphore, broadcast, oneshot};
@@ -38,6 +39,10 @@ const LARGEST: usize = 4 * 1024 * 1024;
 /// Streams of decisions at a time: each holds a connection for as long as its client wishes.
 const STREAMS: usize = 16;
 
+/// What the two forms of figures are.
+const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
+const TEXT_FORMAT: &str = "text/plain; version=0.0.4; charset=utf-8";
+
 /// What the requests have in common.
 #[derive(Clone)]
 struct Shared {
@@ -45,6 +50,8 @@ struct Shared {
     guard: Guard,
     listeners: broadcast::WeakSender<String>,
     streams: Arc<Semaphore>,
+    /// Names of this host, beside its addresses and `localhost`.
+    hosts: Arc<[String]>,
 }
 
 /// Serves requests from a thread of its own until the process ends; the address that it listens on.
@@ -53,6 +60,7 @@ struct Shared {
 /// When the address cannot be had.
 pub(in super::super) fn serve(
     address: SocketAddr,
+    hosts: &[String],
     desk: Desk,
     guard: Guard,
     listeners: broadcast::WeakSender<String>,
@@ -62,7 +70,7 @@ pub(in super::super) fn serve(
     let address = listener.local_addr()?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let streams = Arc::new(Semaphore::new(STREAMS));
-    let routes = routes(Shared { desk, guard, listeners, streams });
+    let routes = routes(Shared { desk, guard, listeners, streams, hosts: hosts.into() });
     thread::Builder::new().name("http".into()).spawn(move || {
         runtime.block_on(async move {
             let listener = tokio::net::TcpListener::from_std(listener)?;
@@ -74,27 +82,48 @@ pub(in super::super) fn serve(
 }
 
 fn routes(shared: Shared) -> Router {
-    Router::new()
-        .route("/health", get(health))
+    let looks = Router::new()
         .route("/state", get(state))
         .route("/events", get(events))
         .route("/events/stream", get(stream))
         .route("/metrics", get(metrics))
+        .layer(from_fn_with_state(shared.clone(), admit));
+    looks
+        .route("/health", get(health))
         .route("/orders", post(order))
-        .layer(from_fn(refuse_foreign_names))
+        .layer(from_fn_with_state(shared.clone(), refuse_foreign_names))
         .with_state(shared)
 }
 
 /// A page of somewhere else whose name was made to point here is not answered (DNS rebinding).
-async fn refuse_foreign_names(request: HttpRequest, next: Next) -> Response {
+async fn refuse_foreign_names(State(shared): State<Shared>, request: HttpRequest, next: Next) -> Response {
     let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
-    let name = host.rsplit_once(':').filter(|(_, port)| port.bytes().all(|byte| byte.is_ascii_digit()));
-    let name = name.map_or(host, |(name, _)| name);
-    let is_address = name.trim_start_matches('[').trim_end_matches(']').parse::<std::net::IpAddr>().is_ok();
-    if is_address || name == "localhost" {
+    if is_ours(host, &shared.hosts) {
         return next.run(request).await;
     }
-    problem(StatusCode::FORBIDDEN, "ask by address or as localhost")
+    problem(StatusCode::FORBIDDEN, "ask by address, as localhost, or by a name that --http-host allows")
+}
+
+/// Whether a `Host` is an address, `localhost` or one of some names; with or without a port.
+fn is_ours(host: &str, names: &[String]) -> bool {
+    let name = host.rsplit_once(':').filter(|(_, port)| port.bytes().all(|byte| byte.is_ascii_digit()));
+    let name = name.map_or(host, |(name, _)| name).trim_end_matches('.');
+    let is_address = name.trim_start_matches('[').trim_end_matches(']').parse::<IpAddr>().is_ok();
+    is_address || name == "localhost" || names.iter().any(|ours| ours.eq_ignore_ascii_case(name))
+}
+
+/// Only who may look sees what is going on; everyone may ask whether it is well.
+async fn admit(
+    State(shared): State<Shared>,
+    Extension(Caller(caller)): Extension<Caller>,
+    request: HttpRequest,
+    next: Next,
+) -> Response {
+    let seen = shared.guard.look(Role::View, token(request.headers()), &caller.to_string());
+    match seen.refusal("`Authorization: Bearer TOKEN`") {
+        None => next.run(request).await,
+        Some(why) => problem(status_of(seen), &why),
+    }
 }
 
 fn problem(status: StatusCode, why: &str) -> Response {
@@ -135,8 +164,15 @@ async fn health(State(shared): State<Shared>) -> Response {
     }
 }
 
-async fn metrics(State(shared): State<Shared>) -> Response {
-    answer(ask(&shared, Request::Metrics).await)
+/// In OpenMetrics where that is asked for, else in the older text format.
+async fn metrics(State(shared): State<Shared>, headers: HeaderMap) -> Response {
+    let accepted = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok());
+    let is_open = accepted.into_iter().any(|value| value.contains("application/openmetrics-text"));
+    match ask(&shared, Request::Metrics).await {
+        Ok(Reply::Text(text)) if is_open => ([(header::CONTENT_TYPE, OPEN_METRICS)], text).into_response(),
+        Ok(Reply::Text(text)) => ([(header::CONTENT_TYPE, TEXT_FORMAT)], text_format(&text)).into_response(),
+        reply => answer(reply),
+    }
 }
 
 #[derive(Deserialize)]
@@ -188,7 +224,7 @@ async fn order(
     headers: HeaderMap,
     body: Body,
 ) -> Response {
-    let seen = shared.guard.look(token(&headers), &caller.to_string());
+    let seen = shared.guard.look(Role::Order, token(&headers), &caller.to_string());
     if let Some(why) = seen.refusal("`Authorization: Bearer TOKEN`") {
         return problem(status_of(seen), &why);
     }
@@ -198,5 +234,23 @@ async fn order(
     match Order::read(&String::from_utf8_lossy(&body)) {
         Ok(order) => answer(ask(&shared, Request::Order { order, caller: caller.to_string() }).await),
         Err(error) => problem(StatusCode::BAD_REQUEST, &format!("no order: {error}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hosts_are_addresses_localhost_and_allowed_names() {
+        let names = ["robot.local".to_owned()];
+        for ours in
+            ["127.0.0.1", "127.0.0.1:7410", "[::1]:7410", "localhost:80", "Robot.Local:7410", "robot.local."]
+        {
+            assert!(is_ours(ours, &names), "{ours}");
+        }
+        for foreign in ["", "evil.example", "evil.example:7410", "localhost.evil", "robot.local.evil"] {
+            assert!(!is_ours(foreign, &names), "{foreign}");
+        }
     }
 }

@@ -5,8 +5,8 @@ mod connections;
 pub(super) mod http;
 mod token;
 
-pub(super) use token::Guard;
 pub use token::Token;
+pub(super) use token::{Guard, Tokens};
 
 use serde::Deserialize;
 use serde_json::{Map, Value};

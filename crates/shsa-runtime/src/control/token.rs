@@ -9,8 +9,6 @@ use std::time::{Duration, Instant};
 use std::{env, fmt, fs};
 use subtle::ConstantTimeEq;
 
-/// The environment variable that may hold the token.
-const VARIABLE: &str = "SHSA_TOKEN";
 /// A shorter token is guessed.
 const SHORTEST: usize = 16;
 /// After so many wrong tokens of one source within [`WINDOW`], none of it is looked at until the window has passed.
@@ -43,12 +41,11 @@ impl fmt::Debug for Token {
 }
 
 impl Token {
-    /// From the first line of a file, else from the environment; `None` when neither is given, and then nothing can be
-    /// changed.
+    /// From the first line of a file, else from an environment variable; `None` when neither is given.
     ///
     /// # Errors
     /// When the file cannot be read, or the token is too short.
-    pub fn find(file: Option<&Path>) -> Result<Option<Token>, RuntimeError> {
+    pub fn find(file: Option<&Path>, variable: &str) -> Result<Option<Token>, RuntimeError> {
         let text = match file {
             Some(file) => {
                 let reading = || format!("reading the token from {}", file.display());
@@ -61,7 +58,7 @@ impl Token {
                 }
                 Some(text)
             }
-            None => env::var(VARIABLE).ok(),
+            None => env::var(variable).ok(),
         };
         let line = text.as_deref().map(|text| text.lines().next().unwrap_or_default().trim());
         line.map(Token::new).transpose()
@@ -111,12 +108,30 @@ impl Answer {
     }
 }
 
+/// What somebody wants to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in super::super) enum Role {
+    /// To see what is going on.
+    View,
+    /// To change something; who may do that may look, too.
+    Order,
+}
+
+/// The secrets that are asked for.
+#[derive(Clone, Debug, Default)]
+pub(in super::super) struct Tokens {
+    /// Of who may look; `None`: everyone may.
+    pub(in super::super) view: Option<Token>,
+    /// Of who may order; `None`: nobody may.
+    pub(in super::super) order: Option<Token>,
+}
+
 /// Looks at tokens, and limits guessing; clones are the same guard.
 ///
 /// Whoever guesses locks out himself, and nobody else: a right token from elsewhere always passes.
 #[derive(Clone)]
 pub(in super::super) struct Guard {
-    token: Option<Token>,
+    tokens: Tokens,
     wrong: Arc<Mutex<Wrong>>,
     /// Where a guess is told.
     desk: Desk,
@@ -170,13 +185,13 @@ impl Wrong {
 }
 
 impl Guard {
-    pub(in super::super) fn new(token: Option<Token>, desk: Desk) -> Guard {
-        Guard { token, wrong: Arc::default(), desk }
+    pub(in super::super) fn new(tokens: Tokens, desk: Desk) -> Guard {
+        Guard { tokens, wrong: Arc::default(), desk }
     }
 
     /// What to answer to who shows this token; `source` is where it comes from.
-    pub(in super::super) fn look(&self, shown: Option<&str>, source: &str) -> Answer {
-        self.look_at(shown, source, Instant::now())
+    pub(in super::super) fn look(&self, role: Role, shown: Option<&str>, source: &str) -> Answer {
+        self.look_at(role, shown, source, Instant::now())
     }
 
     /// Wrong tokens since the start.
@@ -188,14 +203,22 @@ impl Guard {
         self.wrong.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn look_at(&self, shown: Option<&str>, source: &str, now: Instant) -> Answer {
-        let Some(token) = &self.token else { return Answer::Never };
+    fn look_at(&self, role: Role, shown: Option<&str>, source: &str, now: Instant) -> Answer {
+        let Tokens { view, order } = &self.tokens;
+        match role {
+            Role::View if view.is_none() => return Answer::Pass,
+            Role::Order if order.is_none() => return Answer::Never,
+            Role::View | Role::Order => {}
+        }
+        let view = view.as_ref().filter(|_| role == Role::View);
+        let is_right =
+            |shown: &str| [view, order.as_ref()].into_iter().flatten().any(|token| token.is(shown));
         let mut wrong = self.lock();
         let is_late = |at: &&Instant| now.duration_since(**at) < WINDOW;
         let of_late = wrong.sources.get(source).map_or(0, |times| times.iter().filter(is_late).count());
         match shown {
             _ if of_late >= MOST_WRONG => Answer::Later,
-            Some(shown) if token.is(shown) => Answer::Pass,
+            Some(shown) if is_right(shown) => Answer::Pass,
             Some(_) => {
                 if let Some(news) = wrong.count(source, now) {
                     self.desk.call(Request::Denied(news), |_| ());
@@ -216,9 +239,10 @@ mod tests {
 
     const RIGHT: &str = "0123456789abcdef";
 
-    fn guard(token: Option<&str>) -> (Guard, Receiver<Call>) {
+    fn guard(order: Option<&str>, view: Option<&str>) -> (Guard, Receiver<Call>) {
         let (desk, calls) = Desk::new(shsa_bridge::Inbox::new(1, shsa_bridge::Clock::manual()));
-        (Guard::new(token.map(|token| Token::new(token).unwrap()), desk), calls)
+        let [order, view] = [order, view].map(|token| token.map(|token| Token::new(token).unwrap()));
+        (Guard::new(Tokens { view, order }, desk), calls)
     }
 
     fn told(calls: &Receiver<Call>) -> Vec<String> {
@@ -231,24 +255,24 @@ mod tests {
 
     #[test]
     fn only_the_right_token_passes() {
-        let (guard, _calls) = guard(Some(RIGHT));
-        assert_eq!(guard.look(Some(RIGHT), "a"), Answer::Pass);
+        let (guard, _calls) = guard(Some(RIGHT), None);
+        assert_eq!(guard.look(Role::Order, Some(RIGHT), "a"), Answer::Pass);
         for wrong in [None, Some(""), Some("0123456789abcde"), Some("0123456789abcdeg")] {
-            assert_eq!(guard.look(wrong, "a"), Answer::Wrong);
+            assert_eq!(guard.look(Role::Order, wrong, "a"), Answer::Wrong);
         }
         assert_eq!(guard.wrong(), 3);
     }
 
     #[test]
     fn guessing_locks_out_who_guesses_for_a_while_and_nobody_else() {
-        let (guard, calls) = guard(Some(RIGHT));
+        let (guard, calls) = guard(Some(RIGHT), None);
         let start = Instant::now();
         for _ in 0..MOST_WRONG {
-            assert_eq!(guard.look_at(Some("guess"), "a", start), Answer::Wrong);
+            assert_eq!(guard.look_at(Role::Order, Some("guess"), "a", start), Answer::Wrong);
         }
-        assert_eq!(guard.look_at(Some(RIGHT), "a", start + WINDOW / 2), Answer::Later);
-        assert_eq!(guard.look_at(Some(RIGHT), "b", start + WINDOW / 2), Answer::Pass);
-        assert_eq!(guard.look_at(Some(RIGHT), "a", start + WINDOW), Answer::Pass);
+        assert_eq!(guard.look_at(Role::Order, Some(RIGHT), "a", start + WINDOW / 2), Answer::Later);
+        assert_eq!(guard.look_at(Role::Order, Some(RIGHT), "b", start + WINDOW / 2), Answer::Pass);
+        assert_eq!(guard.look_at(Role::Order, Some(RIGHT), "a", start + WINDOW), Answer::Pass);
         let told = told(&calls);
         assert_eq!(told.len(), 2, "{told:?}");
         assert_eq!(told[0], "a wrong token from a");
@@ -257,10 +281,10 @@ mod tests {
 
     #[test]
     fn many_sources_cost_bounded_memory_and_few_words() {
-        let (guard, calls) = guard(Some(RIGHT));
+        let (guard, calls) = guard(Some(RIGHT), None);
         let start = Instant::now();
         for source in 0..3 * MOST_SOURCES {
-            assert_eq!(guard.look_at(Some("guess"), &source.to_string(), start), Answer::Wrong);
+            assert_eq!(guard.look_at(Role::Order, Some("guess"), &source.to_string(), start), Answer::Wrong);
         }
         assert!(guard.lock().sources.len() <= MOST_SOURCES);
         assert_eq!((told(&calls).len(), guard.wrong()), (1, 3 * MOST_SOURCES as u64));
@@ -268,7 +292,18 @@ mod tests {
 
     #[test]
     fn without_a_token_nothing_can_be_changed() {
-        assert_eq!(guard(None).0.look(Some(""), "a"), Answer::Never);
+        assert_eq!(guard(None, None).0.look(Role::Order, Some(""), "a"), Answer::Never);
+    }
+
+    #[test]
+    fn who_may_look_may_not_order_and_who_may_order_may_look() {
+        let view = "fedcba9876543210";
+        let (with_both, _calls) = guard(Some(RIGHT), Some(view));
+        let look = |role, shown| with_both.look(role, shown, "a");
+        assert_eq!([look(Role::View, Some(view)), look(Role::View, Some(RIGHT))], [Answer::Pass; 2]);
+        assert_eq!([look(Role::View, None), look(Role::Order, Some(view))], [Answer::Wrong; 2]);
+        assert_eq!(guard(Some(RIGHT), None).0.look(Role::View, None, "a"), Answer::Pass);
+        assert_eq!(guard(None, Some(view)).0.look(Role::Order, Some(view), "a"), Answer::Never);
     }
 
     #[test]

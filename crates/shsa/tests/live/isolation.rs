@@ -62,8 +62,9 @@ fn a_killed_process_is_replaced_and_the_need_goes_on() {
     let metrics = metrics.as_str().unwrap();
     assert!(metrics.contains(r#"shsa_process_replaced_total{model="rover",need="v_dmin"} 1"#), "{metrics}");
     for place in ["engine", "process"] {
-        let worst =
-            format!(r#"shsa_service_seconds{{model="rover",need="v_dmin",place="{place}",quantile="1"}}"#);
+        let worst = format!(
+            r#"shsa_service_seconds{{model="rover",need="v_dmin",place="{place}",statistic="worst"}}"#
+        );
         assert!(metrics.contains(&worst), "{metrics}");
     }
     let state = run.get("/state").1;

@@ -17,5 +17,7 @@ mod embedded;
 mod endurance;
 mod isolation;
 mod joining;
+mod prometheus;
 mod reference;
+mod roles;
 mod takeover;

@@ -4,7 +4,7 @@ use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStdout, Command, ExitStatus, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
@@ -99,6 +99,13 @@ impl Running {
         Running { child, address, decisions, _unread: unread }
     }
 
+    /// What became of a run that ends by itself.
+    #[allow(dead_code, reason = "not every test uses all of it")]
+    pub(crate) fn ended<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Output {
+        let mut command = Command::new(PROGRAM);
+        command.args(["run", "--http", "127.0.0.1:0", "--for", "10 s"]).args(arguments).output().unwrap()
+    }
+
     /// The next decision of this kind; those before it are passed over.
     #[track_caller]
     pub(crate) fn decision(&self, kind: &str) -> Value {
@@ -170,12 +177,24 @@ impl Running {
         (status, serde_json::from_str(&text).unwrap_or(Value::String(text)))
     }
 
-    fn text(&self, mut stream: TcpStream, request: &str, headers: &str, body: &str) -> (u16, String) {
+    /// The status and the text of the answer to a request.
+    pub(crate) fn text(
+        &self,
+        mut stream: TcpStream,
+        request: &str,
+        headers: &str,
+        body: &str,
+    ) -> (u16, String) {
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         let (host, length) = (&self.address, body.len());
         let request = format!(
             "{request} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n{headers}Content-Length: {length}\r\n\r\n{body}"
         );
+        Running::answer(&mut stream, &request)
+    }
+
+    /// As [`Running::text`], of a request as it is written.
+    pub(crate) fn answer(stream: &mut TcpStream, request: &str) -> (u16, String) {
         stream.write_all(request.as_bytes()).unwrap();
         let mut answer = String::new();
         stream.read_to_string(&mut answer).unwrap();
