@@ -53,6 +53,11 @@ impl Clock {
         Clock(Arc::new(Kind::Manual(AtomicI64::new(0))))
     }
 
+    /// Whether time passes by itself.
+    pub(crate) fn is_running(&self) -> bool {
+        matches!(&*self.0, Kind::Running { .. })
+    }
+
     /// The time now.
     #[must_use]
     pub fn now(&self) -> Time {

@@ -30,14 +30,14 @@ mod address;
 pub use address::{Address, BusOptions};
 pub use clock::Clock;
 pub use error::BridgeError;
-pub use inbox::{DirectReader, Inbox, Losses};
+pub use inbox::{Absence, DirectReader, Inbox, Losses};
 pub use own::OwnBus;
 pub use provenance::{Provenance, Quality};
 pub use question::{Question, Server, Taker};
 
 use bytes::Bytes;
 use shsa_core::observation::RawValue;
-use shsa_core::time::Time;
+use shsa_core::time::{Span, Time};
 use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
@@ -77,8 +77,8 @@ pub struct Message {
     /// How far its publisher trusts it, where the transport says so beside the payload. What is neither silent on it nor
     /// [`Quality::Good`] is no evidence about the signal: another instance may have published a substitute.
     pub quality: Option<Quality>,
-    /// Whether it was kept for later subscribers and may be of any age: MQTT's retained messages. Without a stamp of its
-    /// own it says nothing about now.
+    /// Whether it may be of any age: it was kept for later subscribers (MQTT's retained messages), or has waited while nobody was
+    /// here ([`Inbox::attend`]). Without a stamp of its own it says nothing about now.
     pub retained: bool,
     /// The value, or the bytes that hold it.
     pub payload: Payload,
@@ -130,13 +130,15 @@ pub struct Outgoing<'a> {
     pub provenance: Option<&'a Provenance>,
     /// Whether who subscribes later gets it, too: MQTT's retained messages. Other transports do not keep messages.
     pub retain: bool,
+    /// After this time it is of no use to anybody: a broker of MQTT 5 gives it to nobody then (in whole seconds).
+    pub expires: Option<Span>,
 }
 
 impl<'a> Outgoing<'a> {
     /// A message that says nothing of its provenance and is not kept.
     #[must_use]
     pub fn new(topic: &'a str, stamp: Time, payload: Payload) -> Outgoing<'a> {
-        Outgoing { topic, stamp, payload, provenance: None, retain: false }
+        Outgoing { topic, stamp, payload, provenance: None, retain: false, expires: None }
     }
 }
 

@@ -168,10 +168,14 @@ impl Outlet {
         stamp: Time,
         bridge: &mut dyn Bridge,
     ) -> Result<(), BridgeError> {
+        // The process may have been suspended since it was computed.
+        let is_fresh = self.is_fresh(publication.time, bridge.inbox().clock().now());
         let sent = match self.payload(publication, stamp, bridge) {
+            Ok(Some(_)) if !is_fresh => return Ok(()),
             Ok(Some(payload)) => {
                 let message = Outgoing::new(&self.topic, stamp, payload);
-                bridge.publish(Outgoing { provenance: Some(&self.provenance), ..message })
+                let (provenance, expires) = (Some(&self.provenance), Some(self.max_age));
+                bridge.publish(Outgoing { provenance, expires, ..message })
             }
             Ok(None) => return Ok(()),
             Err(why) => {

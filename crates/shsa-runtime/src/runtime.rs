@@ -85,6 +85,7 @@ impl Runtime {
     ) -> Result<Runtime, RuntimeError> {
         let Options { name, engine, form, wiring, sandbox, .. } = options;
         let (inbox, clock) = (bridge.inbox().clone(), bridge.inbox().clock().clone());
+        inbox.attend()?;
         let output_options = OutputOptions { form, wiring };
         let healer = |model: Model| Healer::new(model, engine, output_options.clone(), bridge.as_mut());
         let mut healers = models.into_iter().map(healer).collect::<Result<Vec<_>, _>>()?;

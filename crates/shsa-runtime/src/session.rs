@@ -12,7 +12,7 @@ use super::runtime::Ending;
 use super::wiring::Note;
 use crate::error::RuntimeError;
 use serde_json::{Map, Value, json};
-use shsa_bridge::{Bridge, Clock, Link, Losses, Message, Outgoing, Payload, Quality};
+use shsa_bridge::{Absence, Bridge, Clock, Link, Losses, Message, Outgoing, Payload, Quality};
 use shsa_core::time::{Span, Time};
 use shsa_format::comparisons::{compared, notes};
 use std::collections::{BTreeMap, BTreeSet};
@@ -372,6 +372,7 @@ impl Session {
         for trouble in self.bridge.troubles() {
             self.log.noted(now, "trouble", &trouble.to_string(), self.bridge.as_mut());
         }
+        self.tell_absence(now);
         self.tell_losses(now);
         self.tell_missing(now);
         self.tell_compared(now);
@@ -405,6 +406,16 @@ impl Session {
         };
         self.reported.link = link;
         self.log.noted(now, kind, &because, self.bridge.as_mut());
+    }
+
+    /// What waits on its way while nobody is here may be of any age.
+    fn tell_absence(&mut self, now: Time) {
+        let Some(Absence { away, waited }) = self.bridge.inbox().absence() else { return };
+        let because = format!(
+            "nobody was here for {:.1} s: {waited} messages may have waited; those without a stamp of their own are left aside",
+            away.seconds()
+        );
+        self.log.noted(now, "absent", &because, self.bridge.as_mut());
     }
 
     fn tell_losses(&mut self, now: Time) {

@@ -10,7 +10,7 @@ use bytes::Bytes;
 use rumqttc::{NetworkOptions, QoS, Transport, v5};
 use std::error::Error;
 use std::io;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Requests that may wait for the connection's turn: a flood of one topic delays another by no more.
 const REQUESTS_MAX: usize = 128;
@@ -36,7 +36,10 @@ pub(super) enum Client {
 
 /// What a poll brings.
 pub(super) enum Happening {
-    Connected,
+    /// `has_kept`: the broker has a session of an earlier connection.
+    Connected {
+        has_kept: bool,
+    },
     Arrived(Arrived),
     /// A subscription has gone out under this number.
     Subscribing(u16),
@@ -211,7 +214,11 @@ fn properties(publication: &Publication, publisher: PublisherId) -> v5::mqttbyte
     }
     let response_topic = publication.answers.as_ref().map(|topic| topic.to_string());
     let correlation_data = publication.correlation.clone();
+    // Whole seconds, and none is never.
+    let left = publication.until.map(|until| until.saturating_duration_since(Instant::now()));
+    let message_expiry_interval = left.map(|left| u32::try_from(left.as_secs() + 1).unwrap_or(u32::MAX));
     v5::mqttbytes::v5::PublishProperties {
+        message_expiry_interval,
         user_properties,
         response_topic,
         correlation_data,
@@ -268,7 +275,7 @@ impl Client {
 fn happening_v4(event: rumqttc::Event) -> Happening {
     use rumqttc::{Event, Outgoing, Packet, SubscribeReasonCode};
     match event {
-        Event::Incoming(Packet::ConnAck(_)) => Happening::Connected,
+        Event::Incoming(Packet::ConnAck(answer)) => Happening::Connected { has_kept: answer.session_present },
         Event::Incoming(Packet::Publish(publish)) => Happening::Arrived(Arrived {
             topic: publish.topic.into(),
             payload: publish.payload,
@@ -292,7 +299,9 @@ fn happening_v5(event: v5::Event) -> Happening {
     use rumqttc::Outgoing;
     use v5::mqttbytes::v5::{Packet, PubAckReason, SubscribeReasonCode};
     match event {
-        v5::Event::Incoming(Packet::ConnAck(_)) => Happening::Connected,
+        v5::Event::Incoming(Packet::ConnAck(answer)) => {
+            Happening::Connected { has_kept: answer.session_present }
+        }
         v5::Event::Incoming(Packet::Publish(publish)) => {
             let beside = publish.properties.unwrap_or_default();
             Happening::Arrived(Arrived {

@@ -31,10 +31,11 @@ use bytes::Bytes;
 use outbox::Publication;
 use served::{Served, Words};
 use shared::Shared;
+use shsa_core::time::Span;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use turns::Turns;
 
 /// A connection to a broker, and the thread that keeps it while nobody waits for messages.
@@ -138,6 +139,7 @@ impl Bridge for MqttBridge {
             provenance,
             answers: None,
             correlation: None,
+            until: message.expires.and_then(|span| Instant::now().checked_add(duration_of(span))),
         })
     }
 
@@ -193,6 +195,10 @@ impl Bridge for MqttBridge {
     fn troubles(&mut self) -> Vec<BridgeError> {
         self.shared.troubles()
     }
+}
+
+fn duration_of(span: Span) -> Duration {
+    Duration::from_nanos(u64::try_from(span.0).unwrap_or(0))
 }
 
 /// Names are exact: no wildcards, and what every broker takes.

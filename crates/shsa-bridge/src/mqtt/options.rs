@@ -74,6 +74,8 @@ pub struct Options {
     /// How long the broker keeps messages for this client while it is away; zero: not at all. Brokers of 3.1.1 keep them
     /// as long as they like.
     pub session: Duration,
+    /// The longest pause between two attempts to connect.
+    pub retry: Duration,
     /// A connection that says nothing for up to twice this time is given up; at least 5 s.
     pub keep_alive: Duration,
     /// How others learn whether this client is there; `None`: not at all.
@@ -93,7 +95,8 @@ impl Options {
     /// | `version=5`, `3.1.1` | the protocol's version (5) |
     /// | `qos=0`, `1` | the quality of service (1) |
     /// | `name=TEXT` | the client's identifier (`name`) |
-    /// | `session=SECONDS` | how long the broker keeps messages while this client is away (3600) |
+    /// | `session=SECONDS` | how long the broker keeps messages while this client is away (0). What it has kept says nothing about now, unless it has a stamp of its own |
+    /// | `retry=SECONDS` | the longest pause between two attempts to connect (2) |
     /// | `user=TEXT`, `password-file=FILE` | credentials; the file's first line is the password |
     /// | `ca=FILE` | with TLS, the only authorities that are trusted, PEM; without it those of the system |
     /// | `cert=FILE`, `key=FILE` | with TLS, the certificate and key that this client shows, PEM |
@@ -118,7 +121,8 @@ impl Options {
             name: name.to_owned(),
             credentials: None,
             delivery: Delivery::AtLeastOnce,
-            session: Duration::from_secs(3600),
+            session: Duration::ZERO,
+            retry: Duration::from_secs(2),
             keep_alive: Duration::from_secs(5),
             presence: None,
             size_limit: crate::payload::SIZE_LIMIT,
@@ -151,11 +155,8 @@ impl Options {
             ("qos", "0") => self.delivery = Delivery::AtMostOnce,
             ("qos", "1") => self.delivery = Delivery::AtLeastOnce,
             ("name", name) if !name.is_empty() => self.name = name.to_owned(),
-            ("session", seconds) => {
-                let seconds =
-                    seconds.parse::<u32>().map_err(|_| wrong("`session` is a number of seconds"))?;
-                self.session = Duration::from_secs(seconds.into());
-            }
+            ("session", seconds) => self.session = whole_seconds(key, seconds)?,
+            ("retry", seconds) => self.retry = whole_seconds(key, seconds)?,
             ("user", user) => secrets.user = Some(user.to_owned()),
             ("password-file", file) => secrets.password_file = Some(file.into()),
             ("password", _) => {
@@ -179,8 +180,13 @@ impl Options {
     }
 }
 
+fn whole_seconds(key: &str, seconds: &str) -> Result<Duration, BridgeError> {
+    let seconds = seconds.parse::<u32>().map_err(|_| wrong(format!("`{key}` is a number of seconds")))?;
+    Ok(Duration::from_secs(seconds.into()))
+}
+
 const HELP: &str = "write mqtt://HOST[:PORT], or mqtts://HOST[:PORT] for TLS; behind a `?`, joined by `&`: version, qos, name, \
-    session, user, password-file, ca, cert, key";
+    session, retry, user, password-file, ca, cert, key";
 
 fn wrong(what: impl Into<String>) -> BridgeError {
     BridgeError::Configuration(what.into())
@@ -249,10 +255,10 @@ mod tests {
 
     #[test]
     fn addresses() {
-        check("mqtt://broker", "broker 1883 V5 AtLeastOnce healer 3600s");
-        check("mqtts://broker/", "broker 8883 V5 AtLeastOnce healer 3600s");
+        check("mqtt://broker", "broker 1883 V5 AtLeastOnce healer 0ns");
+        check("mqtts://broker/", "broker 8883 V5 AtLeastOnce healer 0ns");
         check("mqtt://10.0.0.1:99?version=3.1.1&qos=0&name=a&session=0", "10.0.0.1 99 V311 AtMostOnce a 0ns");
-        check("mqtt://[::1]:5", "[::1] 5 V5 AtLeastOnce healer 3600s");
+        check("mqtt://[::1]:5", "[::1] 5 V5 AtLeastOnce healer 0ns");
         check("broker", "error: write mqtt://HOST[:PORT], or mqtts://HOST[:PORT] for ");
         check("http://broker", "error: `http://` is no MQTT; write mqtt://HOST[:PORT], or mq");
         check("mqtt://", "error: the address names no host; write mqtt://HOST[:PORT], ");

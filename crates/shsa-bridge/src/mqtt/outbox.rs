@@ -5,6 +5,7 @@ use bytes::Bytes;
 use shsa_core::time::Time;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// One message on its way out.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,9 +20,16 @@ pub(super) struct Publication {
     pub(super) answers: Option<Arc<str>>,
     /// Of an answer: what its asker knows it by.
     pub(super) correlation: Option<Bytes>,
+    /// Then it is of no use any more; `None`: always of use.
+    pub(super) until: Option<Instant>,
 }
 
 impl Publication {
+    /// Whether it is of no use any more.
+    fn is_over(&self, now: Instant) -> bool {
+        self.until.is_some_and(|until| until <= now)
+    }
+
     /// One that says nothing of its provenance, is not kept, and asks for nothing.
     pub(super) fn new(topic: Arc<str>, payload: Bytes, stamp: Time) -> Publication {
         Publication {
@@ -32,6 +40,7 @@ impl Publication {
             provenance: None,
             answers: None,
             correlation: None,
+            until: None,
         }
     }
 }
@@ -79,22 +88,34 @@ impl Outbox {
         }
     }
 
-    /// The message whose turn it is.
-    pub(super) fn next(&self) -> Option<&Publication> {
+    /// The message whose turn it is; what is of no use any more is forgotten.
+    pub(super) fn next(&mut self, now: Instant) -> Option<&Publication> {
+        while self.front().is_some_and(|publication| publication.is_over(now)) {
+            self.remove();
+        }
+        self.front()
+    }
+
+    fn front(&self) -> Option<&Publication> {
         self.turns.front().and_then(|topic| self.waiting.get(topic)?.front())
     }
 
     /// The message whose turn it is has been handed over.
     pub(super) fn take(&mut self) {
-        let Some(topic) = self.turns.pop_front() else { return };
-        let Some(queue) = self.waiting.get_mut(&topic) else { return };
+        self.remove().into_iter().for_each(|publication| self.remember(publication));
+    }
+
+    /// The message whose turn it is, which waits no more; the next topic has its turn.
+    fn remove(&mut self) -> Option<Publication> {
+        let topic = self.turns.pop_front()?;
+        let queue = self.waiting.get_mut(&topic)?;
         let taken = queue.pop_front();
         if queue.is_empty() {
             self.waiting.remove(&topic);
         } else {
             self.turns.push_back(topic);
         }
-        taken.into_iter().for_each(|publication| self.remember(publication));
+        taken
     }
 
     /// A message has been handed over.
@@ -133,7 +154,7 @@ mod tests {
 
     fn drain(outbox: &mut Outbox) -> String {
         let mut sent = Vec::new();
-        while let Some(Publication { topic, payload, .. }) = outbox.next() {
+        while let Some(Publication { topic, payload, .. }) = outbox.next(Instant::now()) {
             sent.push(format!("{topic}={}", String::from_utf8_lossy(payload)));
             outbox.take();
         }
@@ -178,5 +199,16 @@ mod tests {
         outbox.forget("a");
         outbox.again("a");
         assert!(outbox.is_empty());
+    }
+
+    #[test]
+    fn what_is_of_no_use_any_more_is_not_sent() {
+        let now = Instant::now();
+        let mut outbox = Outbox::new(9);
+        outbox.keep(Publication { until: Some(now), ..publication("a", "old") }, 1);
+        outbox.keep(publication("b", "always"), 1);
+        assert_eq!(&*outbox.next(now).unwrap().topic, "b");
+        outbox.take();
+        assert!(outbox.next(now).is_none() && outbox.is_empty());
     }
 }

@@ -14,11 +14,10 @@ use std::time::{Duration, Instant};
 use tokio::task::yield_now;
 use tokio::time::timeout;
 
-/// The shortest pause before a connection is tried again; it doubles up to the longest.
+/// The shortest pause before a connection is tried again, after a first attempt at once; it doubles up to [`Options::retry`], which it
+/// is after a refusal.
 const PAUSE_MIN: Duration = Duration::from_millis(100);
-/// The longest pause; after a refusal always this one.
-const PAUSE_MAX: Duration = Duration::from_secs(30);
-/// Who has been connected for so long begins with the shortest pause again.
+/// Who has been connected for so long tries at once again.
 const STABLE: Duration = Duration::from_secs(5);
 /// So many short connections one after the other look like a fight with another client for one name.
 const FIGHT: u32 = 3;
@@ -29,18 +28,18 @@ const AT_ONE_GO: u32 = 16;
 
 /// Connects and serves until it is stopped.
 pub(super) async fn run(shared: Arc<Shared>, options: Options, turns: Arc<Turns>) {
-    let mut pause = PAUSE_MIN;
+    let mut pause = Duration::ZERO;
     let mut short_lived = 0;
     while !shared.is_stopping() {
         let Some(end) = connection(&shared, &options, &turns, short_lived).await else { break };
         if end.lasted >= STABLE {
-            pause = PAUSE_MIN;
+            pause = Duration::ZERO;
             short_lived = 0;
             shared.lasted();
         }
         short_lived += u32::from(!end.lasted.is_zero());
-        let this_pause = if end.is_refusal { PAUSE_MAX } else { with_jitter(pause) };
-        pause = (pause * 2).min(PAUSE_MAX);
+        let this_pause = with_jitter(if end.is_refusal { options.retry } else { pause });
+        pause = (pause * 2).clamp(PAUSE_MIN, options.retry.max(PAUSE_MIN));
         if timeout(this_pause, shared.stop.notified()).await.is_ok() {
             break;
         }
@@ -103,9 +102,9 @@ async fn serve(
                 client.left_over().into_iter().for_each(|happening| shared.happened(happening));
                 return Some(failure);
             }
-            Ok(Happening::Connected) => {
+            Ok(Happening::Connected { has_kept }) => {
                 *since = Some(Instant::now());
-                shared.connected(sender);
+                shared.connected(sender, has_kept);
             }
             Ok(happening) => {
                 let is_message = matches!(happening, Happening::Arrived(_));

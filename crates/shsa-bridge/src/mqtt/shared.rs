@@ -7,7 +7,7 @@ use super::outbox::{Outbox, Publication};
 use super::served::Served;
 use crate::{BridgeError, Inbox, Link, Message, Payload, PublisherId, Quality};
 use bytes::Bytes;
-use shsa_core::time::Time;
+use shsa_core::time::{Span, Time};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
 use std::time::{Duration, Instant};
@@ -37,6 +37,8 @@ pub(super) struct Shared {
     pub(super) publisher: PublisherId,
     size_limit: usize,
     presence: Option<Presence>,
+    /// For how long the broker keeps messages for us.
+    session: Duration,
 }
 
 struct State {
@@ -45,6 +47,8 @@ struct State {
     first: Option<Result<(), BridgeError>>,
     /// There while connected.
     sender: Option<Sender>,
+    /// When the connection broke; `None` while it stands, and before the first one.
+    gone_since: Option<Instant>,
     stopping: bool,
     outbox: Outbox,
     /// The names that are subscribed to.
@@ -82,6 +86,7 @@ impl Shared {
             link: Link::Down("not yet connected".to_owned()),
             first: None,
             sender: None,
+            gone_since: None,
             stopping: false,
             outbox: Outbox::new(TOPICS_MAX),
             wanted: BTreeSet::new(),
@@ -108,6 +113,7 @@ impl Shared {
             inbox,
             publisher,
             size_limit,
+            session: options.session,
             presence,
         }
     }
@@ -202,8 +208,13 @@ impl Shared {
         self.lock().stopping
     }
 
-    pub(super) fn connected(&self, sender: &Sender) {
+    /// `has_kept`: the broker has a session of ours, and messages that came while we were gone.
+    pub(super) fn connected(&self, sender: &Sender, has_kept: bool) {
         let mut state = self.lock();
+        let away = state.gone_since.take().map_or(self.session, |since| since.elapsed());
+        if has_kept {
+            self.inbox.was_away(Span::from_seconds(away.as_secs_f64()));
+        }
         state.link = Link::Up;
         state.sender = Some(sender.clone());
         state.asked.clear();
@@ -237,6 +248,9 @@ impl Shared {
         let mut state = self.lock();
         // Only now nothing more can get into the client's queue.
         state.sender = None;
+        if state.link == Link::Up {
+            state.gone_since = Some(Instant::now());
+        }
         state.outbox.keep_newest();
         for topic in client.unfinished() {
             state.unfinished(&topic);
@@ -278,7 +292,7 @@ impl Shared {
                     "a message on `{topic}`: the broker says {reason}"
                 )));
             }
-            Happening::Connected | Happening::Other => {}
+            Happening::Connected { .. } | Happening::Other => {}
         }
     }
 
@@ -399,7 +413,7 @@ impl State {
             let request = self.requests.pop_front().filter(|(_, is_wanted)| *is_wanted);
             self.asked.extend(request.map(|(topic, _)| topic));
         }
-        while let Some(publication) = self.outbox.next() {
+        while let Some(publication) = self.outbox.next(Instant::now()) {
             if !sender.publish(publication) {
                 return;
             }

@@ -25,7 +25,8 @@ fn a_broker_that_is_killed_costs_nothing_that_it_had_confirmed() {
     let Some(python) = real::python() else { return };
     let _turn = beside_others();
     let (mut broker, folder) = (Broker::start(&[]), Folder::new());
-    let (address, journal) = (format!("mqtt://127.0.0.1:{}", broker.port()), folder.path("journal"));
+    let (address, journal) =
+        (format!("mqtt://127.0.0.1:{}?session=60", broker.port()), folder.path("journal"));
     let run = Running::start([&*model(&folder), "--bus", &address, "--journal", &text(&journal)]);
     let mut plant = Plant::start(&python, "mqtt", broker.port(), &WHEELS);
     settle(&run, &mut plant);

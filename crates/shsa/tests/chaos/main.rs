@@ -25,4 +25,5 @@ mod clock;
 mod garbage;
 mod flood;
 mod full_disk;
+mod suspended;
 mod twins;

@@ -20,7 +20,7 @@ signals:
   wheel_1: { variable: speed, source: chaos/wheel_1#value@at, unit: m/s, rate: 50 Hz, value_error: 0.5, timeout: 500 ms, properties: { accuracy: 0.95 } }
   wheel_2: { variable: speed, source: chaos/wheel_2#value@at, unit: m/s, rate: 50 Hz, value_error: 0.5, timeout: 500 ms, properties: { accuracy: 0.9 } }
   wheel_3: { variable: speed, source: chaos/wheel_3#value@at, unit: m/s, rate: 50 Hz, value_error: 0.5, timeout: 500 ms, properties: { accuracy: 0.85 } }
-  counter: { variable: distance, source: chaos/counter#value, unit: m }
+  counter: { variable: distance, source: chaos/counter#value@at, unit: m }
 needs:
   speed: { signal: chaos/speed, max_age: 300 ms, max_width: 3 m/s }
 ";

@@ -162,7 +162,7 @@ class Plant:
             say(values=seen)
         elif "burst" in order:
             numbers = range(order["count"])
-            self.bus.confirmed(order["burst"], [json.dumps({"value": number}) for number in numbers])
+            self.bus.confirmed(order["burst"], [json.dumps({"value": number, "at": time.time()}) for number in numbers])
         elif "garbage" in order:
             self.garbage(order)
         elif "flood" in order:

@@ -1,0 +1,111 @@
+//! Whether whoever reads was there all the time: what has waited meanwhile says nothing about now.
+//!
+//! A process that was suspended, a machine that stood still and a client whose messages a broker kept have one thing in common: what
+//! arrives next may be as old as the absence was long, and is received as if it were of now. A pulse tells: it should beat all the time.
+
+use shsa_core::time::{Span, Time};
+
+/// How often the pulse beats.
+pub(super) const PULSE: std::time::Duration = std::time::Duration::from_millis(100);
+/// Who has not been seen for so long was away: a machine that is merely busy keeps a thread waiting for less.
+const AWAY: Span = Span::from_millis(1_000);
+/// What arrives within this time after an absence, and within a share of its length more, may have waited.
+const DRAIN: Span = Span::from_millis(250);
+const DRAIN_SHARE: i64 = 20;
+const DRAIN_MAX: Span = Span::from_millis(5_000);
+
+/// An absence that is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Absence {
+    /// How long nobody was there.
+    pub away: Span,
+    /// Messages that may have waited meanwhile.
+    pub waited: u64,
+}
+
+/// Notices absences.
+#[derive(Debug, Default)]
+pub(super) struct Attendance {
+    /// When somebody was seen last; `None`: nobody looks.
+    seen: Option<Time>,
+    /// The present absence, whose messages may still come, and until when.
+    present: Option<(Absence, Time)>,
+    /// One that is over and was not told yet.
+    over: Option<Absence>,
+}
+
+impl Attendance {
+    /// Somebody is there.
+    pub(super) fn beat(&mut self, now: Time) {
+        let away = self.seen.map_or(Span::ZERO, |seen| now - seen);
+        if away >= AWAY {
+            self.was_away(away, now);
+        }
+        self.seen = Some(now);
+        if let Some((absence, until)) = self.present
+            && now > until
+        {
+            self.present = None;
+            self.over = Some(absence);
+        }
+    }
+
+    /// Nobody was there for so long, up to now.
+    pub(super) fn was_away(&mut self, away: Span, now: Time) {
+        let drain = Span((DRAIN + Span(away.0 / DRAIN_SHARE)).0.min(DRAIN_MAX.0));
+        let before = self.present.map(|(absence, _)| absence);
+        let waited = before.map_or(0, |absence| absence.waited);
+        let away = before.map_or(away, |absence| Span(absence.away.0.max(away.0)));
+        self.present = Some((Absence { away, waited }, now + drain));
+    }
+
+    /// Whether a message that is received now may have waited.
+    pub(super) fn has_waited(&mut self, now: Time) -> bool {
+        if self.seen.is_some() {
+            self.beat(now);
+        }
+        let Some((absence, until)) = &mut self.present else { return false };
+        let has_waited = now <= *until;
+        absence.waited += u64::from(has_waited);
+        has_waited
+    }
+
+    /// An absence that is over, told once.
+    pub(super) fn take_over(&mut self) -> Option<Absence> {
+        self.over.take()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(milliseconds: i64) -> Time {
+        Time(milliseconds * 1_000_000)
+    }
+
+    #[test]
+    fn what_waited_while_nobody_was_there_is_known() {
+        let mut attendance = Attendance::default();
+        assert!(!attendance.has_waited(at(0)), "nobody looks");
+        attendance.beat(at(0));
+        attendance.beat(at(600));
+        assert!(!attendance.has_waited(at(900)), "it was busy");
+        assert!(attendance.has_waited(at(12_900)), "the message comes before the pulse");
+        attendance.beat(at(12_910));
+        assert!(attendance.has_waited(at(13_700)));
+        assert_eq!(attendance.take_over(), None, "it is not over");
+        assert!(!attendance.has_waited(at(13_800)));
+        let over = attendance.take_over().unwrap();
+        assert_eq!((over.away, over.waited), (Span::from_millis(12_000), 2));
+        assert_eq!(attendance.take_over(), None, "told once");
+    }
+
+    #[test]
+    fn an_absence_of_the_connection_alone_counts_too() {
+        let mut attendance = Attendance::default();
+        attendance.was_away(Span::from_millis(1_000), at(0));
+        assert!(attendance.has_waited(at(300)));
+        assert!(!attendance.has_waited(at(301)));
+    }
+}
