@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 use std::collections::VecDeque;
-use std::io::BufRead;
+use std::io::{BufRead, Read};
 use std::path::Path;
 
 use shsa_core::time::{Span, Time};
@@ -18,6 +18,11 @@ use super::{Place, RawValue, ReadOptions, RecordingError, TopicInfo, Want};
 
 /// A quoted cell may go over so many lines.
 const LINES_IN_QUOTES: usize = 16;
+
+/// The longest line, bytes.
+const LINE_MAX: u64 = 1 << 24;
+/// The most columns of a table.
+const COLUMNS_MAX: usize = 1 << 14;
 
 /// One line of a file, or several that quotes hold together.
 struct Line {
@@ -60,8 +65,11 @@ impl<R: BufRead> Table<R> {
             return Some(line);
         }
         let mut bytes = Vec::new();
-        match self.input.read_until(b'\n', &mut bytes) {
+        match self.input.by_ref().take(LINE_MAX).read_until(b'\n', &mut bytes) {
             Err(failure) => self.failure = Some(failure.to_string()),
+            Ok(length) if length as u64 == LINE_MAX => {
+                self.failure = Some(format!("a line is longer than {} MiB", LINE_MAX >> 20));
+            }
             Ok(_) if bytes.is_empty() => {}
             Ok(_) => {
                 self.lines_read += 1;
@@ -225,6 +233,10 @@ fn expect_names(headers: &[String], file: &Path) -> Result<(), RecordingError> {
     let is_number = |header: &String| header.is_empty() || header.parse::<f64>().is_ok();
     if headers.iter().all(is_number) {
         return Err(RecordingError::NoHeader { file: file.into() });
+    }
+    if headers.len() > COLUMNS_MAX {
+        let (file, columns, most) = (file.into(), headers.len(), COLUMNS_MAX);
+        return Err(RecordingError::TooWide { file, columns, most });
     }
     Ok(())
 }

@@ -201,6 +201,16 @@ pub enum RecordingError {
         /// What is wrong with it.
         problem: String,
     },
+    /// A table with too many columns.
+    #[error("{}: a table of {columns} columns; at most {most} can be read: take out those that are not needed", file.display())]
+    TooWide {
+        /// The file.
+        file: PathBuf,
+        /// Its columns.
+        columns: usize,
+        /// The most that can be read.
+        most: usize,
+    },
     /// More than one column fits.
     #[error("{}: signal {signal}: '{column}' fits several columns: {}; write one in full", file.display(), columns.join(", "))]
     AmbiguousColumn {

@@ -12,6 +12,9 @@ pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 const HEADER_MAX: usize = 1 << 20;
 /// The largest chunk that is unpacked, in bytes; the recorder's default is 768 KiB.
 const CHUNK_MAX: u64 = 1 << 29;
+/// The largest chunk once it is unpacked: a few packed bytes could be as much as the memory. Recorders write chunks of less than one
+/// MiB, and of one message more.
+const UNPACKED_MAX: u64 = 1 << 26;
 /// The step of the search for the next chunk after damage.
 const SEARCH_BLOCK: u64 = 1 << 16;
 /// Bytes of a record that the search must see to recognise a chunk.
@@ -247,9 +250,14 @@ fn connection(header: &Header<'_>, data: &[u8], visit: &mut dyn FnMut(Event<'_>)
 /// The unpacked bytes of a chunk, and what is wrong with them. Of a chunk cut short these are the bytes before the
 /// cut; of one whose checksum is wrong there are none, since nobody knows which of them are.
 fn unpack(header: &Header<'_>, packed: Vec<u8>) -> (Vec<u8>, Option<String>) {
-    let stated = header.field("size").and_then(number).map_or(CHUNK_MAX, u64::from);
+    let stated = header.field("size").and_then(number).map_or(UNPACKED_MAX, u64::from);
+    let is_packed = header.field("compression") != Some(b"none");
+    if is_packed && stated > UNPACKED_MAX {
+        let most = UNPACKED_MAX >> 20;
+        return (Vec::new(), Some(format!("a chunk of {stated} bytes is larger than {most} MiB, left out")));
+    }
     // One byte more than stated: only by reading past the end are the checksums compared.
-    let limit = stated.min(CHUNK_MAX) + 1;
+    let limit = stated + 1;
     let mut data = Vec::new();
     let done = match header.field("compression") {
         Some(b"none") => return (packed, None),

@@ -108,6 +108,16 @@ fn lengths_are_not_believed() {
 }
 
 #[test]
+fn few_bytes_do_not_become_many() {
+    let connection = connection(0, "/a", "std_msgs/Float64", "float64 data");
+    let large = chunk(Packing::Lz4, &vec![0; (64 << 20) + 1]);
+    let chunk = chunk(Packing::None, &[connection.clone(), message(0, 5, &1_f64.to_le_bytes())].concat());
+    let said = show_bag(&bag(&[large, chunk], &[connection]), &["/a"]);
+    assert!(said.starts_with("0@5=1\n! a.bag: "), "{said}");
+    assert!(said.contains("a chunk of 67108865 bytes is larger than 64 MiB, left out"), "{said}");
+}
+
+#[test]
 fn a_bag_that_was_never_closed_is_read() {
     let mut bytes = small(Packing::None);
     let at = bytes.windows(10).position(|bytes| bytes == b"index_pos=").unwrap() + 10;

@@ -107,6 +107,19 @@ fn damaged_rows_are_left_out() {
 }
 
 #[test]
+fn lines_and_tables_are_bounded() {
+    let wide: String = (0..20_000).map(|column| format!("c{column},")).collect();
+    let said = shown(&[("log.csv", wide.as_bytes())], &["log#c1"], &ReadOptions::default());
+    assert!(said.contains("a table of 20001 columns; at most 16384 can be read"), "{said}");
+    let long = ["t [s],v\n1,10\n", &"x".repeat(17 << 20), "\n3,30\n"].concat();
+    let said = shown(&[("log.csv", long.as_bytes())], &["log#v"], &ReadOptions::default());
+    assert!(
+        said.starts_with("0@1000=10\n! log.csv:2: reading stopped here: a line is longer than 16 MiB"),
+        "{said}"
+    );
+}
+
+#[test]
 fn times_may_be_huge_backward_and_equal() {
     check(
         "time_ns,v\n9223372036854775807,1\n-9223372036854775807,2\n9223372036854775808,3\n0,4\n0,5\n",
