@@ -3,6 +3,7 @@
 use crate::command;
 use anyhow::{Result, bail};
 use serde_json::Value;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, PoisonError};
@@ -21,6 +22,9 @@ struct Total {
 
 /// Programs that mostly wait for real time to pass: they run beside those that compute.
 const WAITING: [&str; 7] = ["live", "chaos", "mqtt", "zenoh", "zenoh_quiet", "ros2", "memory"];
+
+/// Leaves the processor to others.
+const GIVING_WAY: [&str; 3] = ["nice", "-n", "10"];
 
 /// A built test program.
 #[derive(Debug, PartialEq)]
@@ -48,8 +52,12 @@ pub(crate) fn run() -> Result<()> {
     let (waiting, computing) = built()?.into_iter().partition(|it| WAITING.contains(&it.name.as_str()));
     let queue = Mutex::new(Queue { waiting, computing, total: Total::default(), failed: Vec::new() });
     thread::scope(|scope| {
-        scope.spawn(|| work(&queue, |it| it.waiting.pop().or_else(|| it.computing.pop())));
-        work(&queue, |it| it.computing.pop());
+        scope.spawn(|| {
+            // In real time: what computes beside them gives way.
+            work(&queue, &[], |it| it.waiting.pop());
+            work(&queue, &GIVING_WAY, |it| it.computing.pop());
+        });
+        work(&queue, &GIVING_WAY, |it| it.computing.pop());
     });
     let Queue { mut total, mut failed, .. } = queue.into_inner().unwrap_or_else(PoisonError::into_inner);
     let documents = ["cargo", "test", "--workspace", "--locked", "--no-fail-fast", "--doc"];
@@ -99,11 +107,14 @@ fn program(message: &str) -> Option<Program> {
 }
 
 /// Runs one program after the other; shows what each printed when it has ended, so that nothing is mixed.
-fn work(queue: &Mutex<Queue>, next: impl Fn(&mut Queue) -> Option<Program>) {
+/// `under` is the beginning of the line that runs each.
+fn work(queue: &Mutex<Queue>, under: &[&str], next: impl Fn(&mut Queue) -> Option<Program>) {
     let lock = || queue.lock().unwrap_or_else(PoisonError::into_inner);
     loop {
         let Some(program) = next(&mut lock()) else { return };
-        let output = Command::new(&program.executable).current_dir(&program.folder).output();
+        let line: Vec<&OsStr> =
+            under.iter().map(OsStr::new).chain([program.executable.as_os_str()]).collect();
+        let output = Command::new(line[0]).args(&line[1..]).current_dir(&program.folder).output();
         let mut queue = lock();
         println!("-- {}", program.executable.display());
         let Ok(output) = output else {
