@@ -25,6 +25,7 @@ mod run;
 mod scan;
 mod schema;
 mod service;
+mod service_manager;
 mod show;
 mod story;
 mod tell;

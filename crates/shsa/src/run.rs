@@ -3,7 +3,7 @@
 use crate::bus::BusArguments;
 use crate::outcome::{AlreadyTold, Outcome};
 use crate::watch::Watching;
-use crate::{demo, show, tell, unwatched};
+use crate::{demo, service_manager, show, tell, unwatched};
 use anyhow::Context;
 use shsa_bridge::memory::MemoryBus;
 use shsa_bridge::{Address, Clock, Inbox};
@@ -13,9 +13,10 @@ use shsa_format::model::live::{Live, Written};
 use shsa_format::recording::parse_span;
 use shsa_format::wiring::{self, Wiring};
 use shsa_runtime::{
-    Decision, Ending, JournalOptions, Model, Options, Printer, Runtime, SandboxOptions, Token, substitute,
+    Decision, Ending, Handle, JournalOptions, Model, Options, Order, Printer, Runtime, SandboxOptions, Token,
+    substitute,
 };
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use std::ffi::OsString;
 use std::io::stdout;
@@ -224,18 +225,34 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let (handle, stop) = (runtime.handle(), Arc::new(AtomicBool::new(false)));
     let raised = stop.clone();
-    on_signals(move || {
-        raised.store(true, Ordering::Release);
-        handle.stop();
+    service_manager::attend(runtime.handle())?;
+    on_signals([SIGINT, SIGTERM, SIGHUP], move |signal| match signal {
+        SIGHUP => reload(&handle),
+        _ => {
+            service_manager::tell("STOPPING=1");
+            raised.store(true, Ordering::Release);
+            handle.stop();
+        }
     })?;
     if arguments.bus.bus == Address::Memory {
         show::tell("no bus was given: a simulated robot drives about in this process (see --bus)");
         demo::simulate(&memory, &stop)?;
     }
     Ok(match runtime.run()? {
+        // Who asks it to end gets what is asked for.
+        _ if stop.load(Ordering::Acquire) => Outcome::Done,
         Ending::Served => Outcome::Done,
         Ending::Unserved => Outcome::No,
     })
+}
+
+/// Reads the files of the models again.
+fn reload(handle: &Handle) {
+    service_manager::tell("RELOADING=1");
+    if let Err(why) = handle.order(Order::Reload) {
+        show::warn(&format!("the models stay as they are: {why}"));
+    }
+    service_manager::tell("READY=1");
 }
 
 /// What the arguments say, for these models.
@@ -289,10 +306,13 @@ fn models(paths: &[PathBuf]) -> anyhow::Result<Vec<Model>> {
     Ok(vec![Model::of_file(Path::new(name), live)])
 }
 
-/// Does something whenever the process is asked to end.
-fn on_signals(mut end: impl FnMut() + Send + 'static) -> anyhow::Result<()> {
-    let mut signals = Signals::new([SIGINT, SIGTERM]).context("listening for signals")?;
-    let each = move || signals.forever().for_each(|_| end());
+/// Does something whenever one of these signals comes.
+fn on_signals<const N: usize>(
+    signals: [i32; N],
+    mut act: impl FnMut(i32) + Send + 'static,
+) -> anyhow::Result<()> {
+    let mut signals = Signals::new(signals).context("listening for signals")?;
+    let each = move || signals.forever().for_each(|signal| act(signal));
     thread::Builder::new().name("signals".into()).spawn(each)?;
     Ok(())
 }
@@ -301,7 +321,7 @@ fn on_signals(mut end: impl FnMut() + Send + 'static) -> anyhow::Result<()> {
 pub(crate) fn stop_on_signals(inbox: Inbox) -> anyhow::Result<Arc<AtomicBool>> {
     let stop = Arc::new(AtomicBool::new(false));
     let raised = stop.clone();
-    on_signals(move || {
+    on_signals([SIGINT, SIGTERM], move |_| {
         raised.store(true, Ordering::Release);
         inbox.wake();
     })?;

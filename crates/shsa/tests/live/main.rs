@@ -20,4 +20,5 @@ mod joining;
 mod prometheus;
 mod reference;
 mod roles;
+mod service_manager;
 mod takeover;
