@@ -1,9 +1,10 @@
 //! Messages of ROS 2: any bytes as one in CDR; what is read is bounded, and what is written of it can be read again.
 
-use shsa_bridge::payload::{Field, Form, Reader, Writer};
+use shsa_bridge::payload::{Form, Reader, Writer};
 use shsa_bridge::{Message, Payload, Provenance, Quality};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
+use shsa_message::source::Field;
 
 /// Types, and fields of theirs; the first is a number.
 const TYPES: [(&str, &[&str]); 5] = [

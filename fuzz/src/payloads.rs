@@ -1,9 +1,10 @@
 //! Payloads: any bytes as a message's content; what is read is bounded, and what is written of it can be read again.
 
-use shsa_bridge::payload::{Field, Form, Reader, StampField, Writer};
+use shsa_bridge::payload::{Form, Reader, Writer};
 use shsa_bridge::{Provenance, Quality};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
+use shsa_message::source::{Field, StampField};
 
 const PATHS: [&str; 6] = ["", "a.b", "/a/b/0", "list[1]", "position[name=left]", "value[id=3]"];
 const SIZE_LIMIT: usize = 1 << 16;

@@ -3,10 +3,11 @@
 
 use core::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use shsa_bridge::payload::{Field, Form, Reader, SIZE_LIMIT, StampField, Writer};
+use shsa_bridge::payload::{Form, Reader, SIZE_LIMIT, Writer};
 use shsa_bridge::{Provenance, Quality};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
+use shsa_message::source::{Field, StampField};
 
 const OBJECT: &str = r#"{"id": "wheel-1", "battery": 87, "speed": {"value": 12.375, "unit": "m/s"}, "stamp": 1700000000.25, "ok": true, "temperature": 21.5}"#;
 

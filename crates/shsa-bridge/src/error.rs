@@ -1,5 +1,6 @@
 //! What a middleware could not do.
 
+use shsa_message::MessageError;
 use thiserror::Error;
 
 /// Why a bridge could not do what it was asked for.
@@ -14,4 +15,10 @@ pub enum BridgeError {
     /// The other side cannot be reached, or the connection is gone and cannot be had again.
     #[error("connection lost: {0}")]
     Lost(String),
+}
+
+impl From<MessageError> for BridgeError {
+    fn from(error: MessageError) -> BridgeError {
+        BridgeError::Configuration(error.to_string())
+    }
 }

@@ -3,12 +3,13 @@
 //! Times count from the first sample of the recording, amounts are in the signal's unit, after its scaling: as errors and
 //! ranges are in the model. What is random comes from a seed, so that a run repeats byte for byte.
 
-use crate::recording::{Sample, parse_span};
+use crate::recording::Sample;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use shsa_core::knowledge::Scaling;
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
+use shsa_message::span::parse_span;
 
 /// What goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -28,10 +28,10 @@
 use crate::model::reader::{Fields, Keys, Reader};
 use crate::model::tree::{self, Node, Value};
 use crate::model::{Report, read_text};
-use crate::recording::parse_span;
 use shsa_core::knowledge::{KnowledgeBase, Text, VariableId};
 use shsa_core::time::Span;
 use shsa_core::unit::nearest;
+use shsa_message::span::parse_span;
 use std::path::Path;
 
 /// How long an action may take where it does not say so itself.

@@ -1,11 +1,11 @@
 //! Where the signals of a model are found on the bus: messages become observations.
 
 use crate::error::{Context, RuntimeError, unfit};
-use shsa_bridge::payload::{Field, Reader, Reading, SIZE_LIMIT, StampField, Unreadable};
+use shsa_bridge::payload::{Reader, Reading, SIZE_LIMIT, Unreadable};
 use shsa_bridge::{Clock, Message, Payload, Quality};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
-use shsa_format::recording::Source;
+use shsa_message::source::{Field, Source};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -46,7 +46,7 @@ impl Inputs {
             let source: Source =
                 text.parse().map_err(|why| unfit(format!("the source of {}: {why}", signal.name)))?;
             ends[id].only_changes = source.changed;
-            let (topic, field) = topic_and_field(source);
+            let (topic, field) = source.on_bus();
             fields.entry(topic).or_default().push((field, id));
         }
         let bundle = |(topic, fields): (Arc<str>, Vec<(Field, SignalId)>)| {
@@ -119,18 +119,6 @@ impl End {
         self.last = Some(value.clone());
         repeats
     }
-}
-
-/// A source that names only one thing names the topic.
-pub fn topic_and_field(source: Source) -> (Arc<str>, Field) {
-    let (topic, field) = match source.file {
-        Some(topic) => (topic, source.field),
-        None => (source.field, String::new()),
-    };
-    let conditions = source.filters.iter().map(|(column, value)| format!("[{column}={value}]"));
-    let path = field + &conditions.collect::<String>();
-    let stamp = source.time.map(|time| StampField { path: time.column, step: time.scale });
-    (topic.into(), Field { path, stamp })
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! Values in the shape of a signal's own messages: the last sound one is the pattern of what takes its place.
 
 use crate::error::{RuntimeError, unfit};
-use crate::inputs::topic_and_field;
 use shsa_bridge::payload::{Form, SIZE_LIMIT, Writer};
 use shsa_bridge::{Bridge, Message, Payload, Provenance};
 use shsa_core::engine::PublishedValue;
@@ -10,7 +9,7 @@ use shsa_core::knowledge::{KnowledgeBase, Scaling, SignalId};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use shsa_core::unit::Unit;
-use shsa_format::recording::Source;
+use shsa_message::source::Source;
 use std::sync::Arc;
 
 /// Writes values as the messages of one signal are written.
@@ -43,7 +42,7 @@ impl MessageTemplate {
         let text = if signal.source.is_empty() { &signal.name } else { &signal.source };
         let source: Source =
             text.parse().map_err(|why| unfit(format!("the source of {}: {why}", signal.name)))?;
-        let (topic, field) = topic_and_field(source);
+        let (topic, field) = source.on_bus();
         let writer = Writer::new(Form::Like(field), SIZE_LIMIT)?;
         Ok(MessageTemplate {
             signal: id,

@@ -8,7 +8,7 @@ use shsa_core::knowledge::{KnowledgeBase, Need, VariableId, integrity_level};
 use shsa_core::plan::{self, Graph, Limits, Options, Requirements};
 use shsa_core::substitution::Substitution;
 use shsa_core::time::Span;
-use shsa_format::recording::parse_span;
+use shsa_message::span::parse_span;
 use std::collections::BTreeSet;
 
 /// How many candidates are asked why they are none, at most.

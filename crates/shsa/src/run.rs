@@ -10,8 +10,8 @@ use shsa_bridge::{Address, Clock, Inbox};
 use shsa_core::engine;
 use shsa_core::time::Span;
 use shsa_format::model::live::{Live, Written};
-use shsa_format::recording::parse_span;
 use shsa_format::wiring::{self, Wiring};
+use shsa_message::span::parse_span;
 use shsa_runtime::{
     Decision, Ending, Handle, JournalOptions, Model, Options, Order, Printer, Runtime, SandboxOptions, Token,
     substitute,

@@ -54,7 +54,7 @@ pub(crate) struct Arguments {
     faults: u32,
     /// Run for so long at an even rate instead, as `1 h`, and look at memory and latency; written to the same document, in a
     /// section of its own.
-    #[arg(long, value_name = "TIME", value_parser = shsa_format::recording::parse_span)]
+    #[arg(long, value_name = "TIME", value_parser = shsa_message::span::parse_span)]
     soak: Option<Span>,
     /// Messages a second of that.
     #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(100..=1_000_000))]

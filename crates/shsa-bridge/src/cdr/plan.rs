@@ -4,8 +4,8 @@
 //! its size, counted behind the header of four bytes; lists and texts follow a count of four bytes.
 
 use super::types::{Count, Kind, Member, Primitive, Types};
-use crate::payload::Step as PathStep;
 use shsa_core::unit::nearest;
+use shsa_message::path::Step as PathStep;
 
 /// So many fields may be looked at for one plan: definitions nest, and a malicious one nests exponentially.
 const WORK_MAX: usize = 100_000;
@@ -379,7 +379,7 @@ pub(crate) fn text<'a>(body: Body<'a>, at: usize) -> Option<(&'a [u8], usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::payload::Path;
+    use shsa_message::path::Path;
 
     fn plan(types: &Types, message_type: &str, path: &str) -> Result<Plan, String> {
         Plan::new(types, message_type, &Path::parse(path).unwrap().steps)

@@ -3,9 +3,11 @@
 use super::plan::{Body, Place, Plan, Target, text};
 use super::types::{Count, Kind, Primitive, Types, full_name};
 use crate::BridgeError;
-use crate::payload::{Field, Path, Reading, Unreadable, is_text};
+use crate::payload::{Reading, Unreadable};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
+use shsa_message::path::{Condition, Path, is_text};
+use shsa_message::source::Field;
 
 /// Reads the same fields of messages of one type.
 #[derive(Clone, Debug)]
@@ -92,7 +94,7 @@ impl Asked {
             }
             None => header_stamp(message_type, types).map(|plan| (plan, Span::ZERO)),
         };
-        let condition = |condition: crate::payload::Condition| {
+        let condition = |condition: Condition| {
             let plan =
                 Plan::new(types, message_type, &condition.steps).map_err(BridgeError::Configuration)?;
             Ok((plan, condition.text))

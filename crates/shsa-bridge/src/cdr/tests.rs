@@ -1,10 +1,12 @@
 //! CDR as a whole: what is written is read, in both byte orders, and garbage is survived.
 
 use super::*;
-use crate::payload::{Field, Path, Reading, Unreadable};
+use crate::payload::{Reading, Unreadable};
 use proptest::prelude::*;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
+use shsa_message::path::Path;
+use shsa_message::source::Field;
 
 fn field(path: &str) -> Field {
     Field { path: path.into(), stamp: None }

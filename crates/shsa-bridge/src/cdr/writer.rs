@@ -4,10 +4,11 @@ use super::plan::{Body, Plan, Target};
 use super::reader::{body, header_stamp, plan_of};
 use super::types::{Count, Kind, Member, Primitive, Types, full_name};
 use crate::BridgeError;
-use crate::payload::{Path, Step, Unreadable};
+use crate::payload::Unreadable;
 use bytes::Bytes;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
+use shsa_message::path::{Path, Step};
 use std::sync::Arc;
 
 /// Writes one field of messages of one type.

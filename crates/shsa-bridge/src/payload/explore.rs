@@ -1,12 +1,13 @@
 //! What a payload holds, when nobody knows yet what to ask for.
 
 use super::json::{self, Kind, Place, Visitor};
-use super::reader::{Field, Reader, scalar, text_of};
+use super::reader::{Reader, scalar, text_of};
 use super::typed::{is_message_type, text_in};
 use super::{SIZE_LIMIT, Unreadable};
 use crate::cdr::{Types, full_name};
 use crate::{Message, Payload};
 use shsa_core::observation::RawValue;
+use shsa_message::source::Field;
 
 /// More fields than these of one payload are not told.
 pub const FIELDS_MAX: usize = 1000;
@@ -16,7 +17,7 @@ const ELEMENTS_MAX: usize = 16;
 /// One field of a payload.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Leaf {
-    /// Where it is, as [`Path`](super::Path) reads it; empty: the payload itself.
+    /// Where it is, as [`Path`](shsa_message::path::Path) reads it; empty: the payload itself.
     pub path: String,
     /// What it is.
     pub content: Content,
@@ -203,7 +204,7 @@ fn content(place: Place, text: &str) -> Option<Content> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::payload::{Field, Reader};
+    use crate::payload::Reader;
     use shsa_core::time::Time;
 
     #[track_caller]

@@ -6,8 +6,6 @@
 //! in a few words. Scalars are read without allocation.
 
 mod json;
-mod path;
-mod stamp;
 mod unreadable;
 mod wanted;
 mod typed;
@@ -16,8 +14,7 @@ mod writer;
 mod explore;
 
 pub use explore::{Content, FIELDS_MAX, Leaf, explore};
-pub use path::{Condition, Path, Step, is_text};
-pub use reader::{Field, Reader, Reading, SIZE_LIMIT, StampField};
+pub use reader::{Reader, Reading, SIZE_LIMIT};
 pub use unreadable::Unreadable;
 pub use writer::{Form, Writer, plain};
 

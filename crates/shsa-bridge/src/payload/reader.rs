@@ -2,37 +2,19 @@
 
 use super::Unreadable;
 use super::json::{self, Broken, Kind, Place};
-use super::path::{Path, Step, is_text};
-use super::stamp;
 use super::typed::{Typed, is_message_type, text_in};
 use super::wanted::{Node, ROOT, Wanted};
 use crate::cdr::Types;
 use crate::{BridgeError, Message, Payload};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
+use shsa_message::path::{Path, Step, is_text};
+use shsa_message::source::{Field, StampField};
+use shsa_message::stamp::{self, Notation};
 use std::sync::Arc;
 
 /// The usual limit of a payload, bytes: a camera's picture is refused, a laser's scan as text is read.
 pub const SIZE_LIMIT: usize = 4 << 20;
-
-/// A field that is wanted of a topic's messages.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Field {
-    /// Where it is, as [`Path`] reads it.
-    pub path: String,
-    /// Where its time stamp is; `None`: the payload carries none.
-    pub stamp: Option<StampField>,
-}
-
-/// Where in a payload the time stamp is.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct StampField {
-    /// Where, as [`Path`] reads it.
-    pub path: String,
-    /// How long one step of a number is. `None`: decimal numbers count seconds, and whole ones what their size says:
-    /// nanoseconds from 1e17 on, micro- from 1e14, milliseconds from 1e11.
-    pub step: Option<Span>,
-}
 
 /// A field's value, and when it was true.
 #[derive(Clone, Debug, PartialEq)]
@@ -237,7 +219,7 @@ pub(super) struct Found<'a> {
 /// A field's stamp in its payload.
 pub(super) enum StampPlace {
     /// One number or text.
-    One(Place, stamp::Form),
+    One(Place, Notation),
     /// Seconds and nanoseconds.
     Pair(Place, Place),
 }
@@ -421,12 +403,12 @@ pub(super) struct ValuePlace {
 }
 
 fn one_stamp(place: Place, step: Option<Span>, text: &str) -> Option<(Time, StampPlace)> {
-    let (time, form) = match place.kind {
+    let (time, notation) = match place.kind {
         Kind::Number => stamp::number(place.of(text), step),
         Kind::Text => stamp::text(&json::unescaped(place.of(text)), step),
         _ => None,
     }?;
-    Some((time, StampPlace::One(place, form)))
+    Some((time, StampPlace::One(place, notation)))
 }
 
 /// A number, or a word that stands for one.

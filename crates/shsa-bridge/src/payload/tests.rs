@@ -6,6 +6,7 @@ use proptest::prelude::*;
 use serde_json::Value;
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
+use shsa_message::source::{Field, StampField};
 
 fn field(path: &str, stamp: &str) -> Field {
     let (stamp, step) = stamp.split_once('*').map_or((stamp, None), |(path, step)| (path, step.parse().ok()));

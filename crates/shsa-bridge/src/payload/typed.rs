@@ -1,11 +1,12 @@
 //! Payloads whose type the transport tells: CDR messages of ROS 2.
 
 use super::Unreadable;
-use super::reader::{Field, Reading};
+use super::reader::Reading;
 use crate::cdr::{Reader, Types, Writer, body, full_name, text};
 use bytes::Bytes;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
+use shsa_message::source::Field;
 use std::sync::Arc;
 
 /// So many types of one topic are kept; a topic has one, but for a time of change.

@@ -1,7 +1,7 @@
 //! Which values of a payload are wanted, as a tree of names, and where the last payload has them.
 
 use super::json::{self, Broken, Place, Visitor};
-use super::path::Step;
+use shsa_message::path::Step;
 use std::ops::Range;
 
 /// A wanted value, or one on the way to it.

@@ -1,15 +1,17 @@
 //! How a need's value is written for its consumers: as a number, in an envelope, or in the shape of the signal that it
 //! replaces.
 
+use super::Unreadable;
 use super::json::{self, Kind, Place};
-use super::reader::{Field, Found, Reader, StampPlace, ValuePlace};
+use super::reader::{Found, Reader, StampPlace, ValuePlace};
 use super::typed::{TypedPattern, is_message_type};
-use super::{Unreadable, stamp};
 use crate::cdr::Types;
 use crate::{BridgeError, Message, Payload, Provenance};
 use bytes::Bytes;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
+use shsa_message::source::Field;
+use shsa_message::stamp;
 use std::fmt::Write as _;
 use std::ops::Range;
 
@@ -166,7 +168,9 @@ fn change_stamp(
 ) -> Result<(), Unreadable> {
     match found.stamp(at.node)? {
         None => {}
-        Some((_, StampPlace::One(place, form))) => changes.push((place.range(), stamp::written(stamp, form))),
+        Some((_, StampPlace::One(place, notation))) => {
+            changes.push((place.range(), stamp::written(stamp, notation)))
+        }
         Some((_, StampPlace::Pair(seconds, nanoseconds))) => {
             let second = 1_000_000_000;
             changes.push((seconds.range(), stamp.0.div_euclid(second).to_string()));

@@ -9,10 +9,11 @@ use std::io::{BufRead, Read};
 use std::path::Path;
 
 use shsa_core::time::{Span, Time};
+use shsa_message::path::is_text;
+use shsa_message::stamp::{decimal, likely_step};
 
 use super::gathered::Gathered;
 use super::names::{self, Fit};
-use super::source::is_value;
 use super::stamp;
 use super::{Place, RawValue, ReadOptions, RecordingError, TopicInfo, Want};
 
@@ -297,8 +298,8 @@ fn clock_of(
     let no_time =
         |problem: String| RecordingError::NoTime { file: file.into(), problem, columns: headers.to_vec() };
     if let Some(time) = &want.source.time {
-        return named_clock(headers, &time.column, time.scale)
-            .ok_or_else(|| no_time(format!("signal {}: no time column '{}'", want.signal, time.column)));
+        return named_clock(headers, &time.path, time.step)
+            .ok_or_else(|| no_time(format!("signal {}: no time column '{}'", want.signal, time.path)));
     }
     let asked = options.time_column.as_deref();
     let by_option = asked.and_then(|name| named_clock(headers, name, options.time_scale));
@@ -362,7 +363,7 @@ impl Rows<'_> {
         let mut without_time = None;
         for column in &mut self.columns {
             let cell = |index: usize| cells.get(index).map_or("", |cell| cell.trim());
-            if !column.cells.filters.iter().all(|(index, value)| is_value(cell(*index), value)) {
+            if !column.cells.filters.iter().all(|(index, value)| is_text(cell(*index), value)) {
                 continue;
             }
             let Some(time) = times.get(column.clock).copied().flatten() else {
@@ -399,7 +400,7 @@ impl Rows<'_> {
                 Some(scale) => scale,
                 None => *clock.scale.insert(assumed(text, clock.column, headers, gathered)?),
             };
-            stamp::decimal(text, scale)
+            decimal(text, scale)
         };
         self.clocks.iter_mut().map(time_of).collect()
     }
@@ -442,7 +443,7 @@ impl Column<'_> {
 /// The unit of a clock that names none, from its first number, said in a warning.
 fn assumed(text: &str, column: Option<usize>, headers: &[String], gathered: &mut Gathered) -> Option<Span> {
     let first = text.parse::<f64>().ok()?;
-    let scale = if column.is_none() { Span::from_seconds(1.0) } else { stamp::likely_unit(first) };
+    let scale = if column.is_none() { Span::from_seconds(1.0) } else { likely_unit(first) };
     let name = column.and_then(|column| headers.get(column)).map_or("row", String::as_str);
     gathered.warn(
         Place::Whole,
@@ -452,6 +453,11 @@ fn assumed(text: &str, column: Option<usize>, headers: &[String], gathered: &mut
         ),
     );
     Some(scale)
+}
+
+/// The unit of a column that names none, from its first value.
+fn likely_unit(first: f64) -> Span {
+    likely_step(first.abs() as u64)
 }
 
 fn shortened(cell: &str) -> String {
@@ -469,8 +475,8 @@ pub(super) fn topics(input: impl BufRead, file: &Path) -> Result<Vec<TopicInfo>,
         let Some(Clock { column: Some(column), scale }) = &clock else { continue };
         let cells = split(&line.text, table.separator).unwrap_or_default();
         let Some(cell) = cells.get(*column) else { continue };
-        let scale = scale.unwrap_or_else(|| stamp::likely_unit(cell.trim().parse().unwrap_or(0.0)));
-        let Some(time) = stamp::decimal(cell.trim(), scale) else { continue };
+        let scale = scale.unwrap_or_else(|| likely_unit(cell.trim().parse().unwrap_or(0.0)));
+        let Some(time) = decimal(cell.trim(), scale) else { continue };
         let (from, to) = range.unwrap_or((time, time));
         range = Some((from.min(time), to.max(time)));
     }

@@ -15,7 +15,6 @@ mod ros_message;
 mod ros_topics;
 mod rosbag;
 mod session;
-mod source;
 mod stamp;
 mod stream;
 
@@ -26,13 +25,13 @@ use std::path::{Path, PathBuf};
 
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
+use shsa_message::source::Source;
 
 pub use cut::{Cuts, Stretch};
 use gathered::{Destination, Gathered};
 pub use jsonl::write_jsonl;
 pub use session::{Because, Session};
-pub use source::{Source, TimeSource};
-pub use stamp::{TIME_NAMES, TIME_UNITS, parse_span};
+pub use stamp::TIME_NAMES;
 pub use stream::{Stream, Survey, stream, survey};
 
 /// What a model asks for.

@@ -5,11 +5,11 @@ use std::io::{Read, Seek};
 use std::path::Path;
 
 use shsa_core::time::{Span, Time};
+use shsa_message::path::is_text;
 
 use super::gathered::Gathered;
 use super::ros_message::{Definition, Plan, Taken};
 use super::rosbag::{Event, walk};
-use super::source::is_value;
 use super::{Place, RawValue, RecordingError, TopicInfo, Want, mean_rate, names, unreadable};
 
 /// One wanted field of a connection's messages.
@@ -48,12 +48,12 @@ fn extracts<'a>(
     gathered: &mut Gathered,
 ) -> Vec<Extract<'a>> {
     gathered.know(topic);
-    let is_asked = |want: &&Want<'_>| names::bare(want.source.topic_and_field().0) == names::bare(topic);
+    let is_asked = |want: &&Want<'_>| names::bare(want.source.in_bag().0) == names::bare(topic);
     let mut extracts = Vec::new();
     for want in wants.iter().filter(is_asked) {
         match Extract::of(want, &Definition::parse(kind, definition)) {
             Ok(extract) => {
-                gathered.found_in(want.index, &format!("{topic}#{}", want.source.topic_and_field().1));
+                gathered.found_in(want.index, &format!("{topic}#{}", want.source.in_bag().1));
                 extracts.push(extract);
             }
             Err(problem) => gathered.absent(want, &format!("topic {topic}: {problem}")),
@@ -64,16 +64,14 @@ fn extracts<'a>(
 
 impl<'a> Extract<'a> {
     fn of(want: &'a Want<'a>, definition: &Definition) -> Result<Extract<'a>, String> {
-        let field = want.source.topic_and_field().1;
+        let field = want.source.in_bag().1;
         let value = definition.plan(field)?;
         if !value.is_numeric() {
             return Err(format!("'{field}' is neither a number nor a list of numbers"));
         }
         let stamp = match &want.source.time {
-            Some(time) if time.column == "received" => None,
-            Some(time) => {
-                Some((definition.plan(&time.column)?, time.scale.unwrap_or(Span::from_millis(1000))))
-            }
+            Some(time) if time.path == "received" => None,
+            Some(time) => Some((definition.plan(&time.path)?, time.step.unwrap_or(Span::from_millis(1000)))),
             None if definition.has_header() => Some((definition.plan("header.stamp")?, Span::ZERO)),
             None => None,
         };
@@ -126,8 +124,8 @@ impl<'a> Extract<'a> {
 
 fn is_taken(taken: &Taken, asked: &str) -> bool {
     match taken {
-        Taken::Text(text) => is_value(text, asked),
-        Taken::Number(value) => is_value(&value.to_string(), asked),
+        Taken::Text(text) => is_text(text, asked),
+        Taken::Number(value) => is_text(&value.to_string(), asked),
         _ => false,
     }
 }

@@ -15,11 +15,12 @@ use serde_json::Value;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::time::Span;
 use shsa_format::model::live::{Live, Written};
-use shsa_format::recording::{self, ReadOptions, Recording, Sample, Session, parse_span};
+use shsa_format::recording::{self, ReadOptions, Recording, Sample, Session};
 use shsa_lab::campaign::{
     self, AmountSpec, Baseline, Campaign, Comparison, Detectable, Grid, GridSpec, HalfSpec, Progress,
     Recorded, calibrated, check_settings, instead, measure, settings,
 };
+use shsa_message::span::parse_span;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{BufWriter, IsTerminal, Write, stderr, stdout};

@@ -8,6 +8,7 @@ use shsa_core::knowledge::SignalId;
 use shsa_core::monitor::{self, Debounce};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time, Validity};
+use shsa_message::source::split_topic;
 use std::collections::BTreeMap;
 
 /// A part of the program, so that the demonstration runs anywhere.
@@ -30,7 +31,7 @@ impl EngineNode {
     pub(super) fn new() -> anyhow::Result<EngineNode> {
         let loaded = shsa_format::model::load(MODEL, "models/rover.yaml");
         ensure!(loaded.report.ok(), "{}", loaded.report.render(false));
-        let topic = |source: &str| source.split('#').next().unwrap_or(source).to_string();
+        let topic = |source: &str| split_topic(source).0.to_owned();
         let signals = loaded.knowledge.signals().enumerate();
         let signals = signals.map(|(id, signal)| (topic(&signal.source), id)).collect();
         let monitor = monitor::Options { debounce: DEBOUNCE, ..monitor::Options::default() };

@@ -12,10 +12,9 @@ use shsa_format::drive::Era;
 use shsa_format::fault::{Fault, moment};
 use shsa_format::journal;
 use shsa_format::model::live::Live;
-use shsa_format::recording::{
-    self, Cuts, ReadOptions, Recording, Sample, Session, Stretch, Wanted, parse_span,
-};
+use shsa_format::recording::{self, Cuts, ReadOptions, Recording, Sample, Session, Stretch, Wanted};
 use shsa_format::story::Story;
+use shsa_message::span::parse_span;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufRead, BufReader};

@@ -3,8 +3,9 @@
 use super::Scan;
 use super::heard::Heard;
 use super::text::rate;
-use shsa_bridge::payload::{Content, Field, Leaf, Reader, SIZE_LIMIT, StampField};
+use shsa_bridge::payload::{Content, Leaf, Reader, SIZE_LIMIT};
 use shsa_core::observation::RawValue;
+use shsa_message::source::{Field, StampField};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 

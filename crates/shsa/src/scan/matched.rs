@@ -1,13 +1,13 @@
 //! Which signals of a model are on the bus, and why the others are not.
 
 use super::heard::Heard;
-use shsa_bridge::payload::Path;
 use shsa_bridge::{Clock, Message, Quality};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, SignalId};
 use shsa_core::observation::RawValue;
 use shsa_core::unit::nearest;
-use shsa_format::recording::Source;
-use shsa_runtime::inputs::{Inputs, topic_and_field};
+use shsa_message::path::Path;
+use shsa_message::source::Source;
+use shsa_runtime::inputs::Inputs;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -43,7 +43,7 @@ impl Matched {
         let mut ends = IdVec::filled(knowledge.signals().len(), |_| End::default());
         for (id, _) in knowledge.signals().enumerate() {
             if let Ok(source) = source_of(&knowledge, id).parse::<Source>() {
-                let (topic, field) = topic_and_field(source);
+                let (topic, field) = source.on_bus();
                 ends[id] = End { topic, path: Path::parse(&field.path)?, ..End::default() };
             }
         }

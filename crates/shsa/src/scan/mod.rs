@@ -18,7 +18,7 @@ use shsa_bridge::Address;
 use shsa_bridge::memory::MemoryBus;
 use shsa_bridge::{Bridge, Clock, Inbox, Link};
 use shsa_core::time::Span;
-use shsa_format::recording::parse_span;
+use shsa_message::span::parse_span;
 use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::path::PathBuf;

@@ -23,7 +23,7 @@ use shsa_bridge::memory::MemoryBus;
 use shsa_bridge::{Bridge, Clock, Inbox, Provenance, Quality};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time, Validity};
-use shsa_format::recording::parse_span;
+use shsa_message::span::parse_span;
 use std::time::Instant;
 use stdio::Pipes;
 use timing::{Figures, Pace};

@@ -5,6 +5,7 @@ use shsa_bridge::payload::plain;
 use shsa_bridge::{Bridge, Outgoing, Payload, Provenance};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
+use shsa_message::source::split_topic;
 
 /// One output.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,7 +19,7 @@ impl Outlet {
     /// # Errors
     /// When a text names no topic, or a part of a field has no name.
     pub(super) fn new(text: &str) -> anyhow::Result<Outlet> {
-        let (topic, field) = text.split_once('#').map_or((text, None), |(topic, field)| (topic, Some(field)));
+        let (topic, field) = split_topic(text);
         let path: Vec<String> =
             field.into_iter().flat_map(|field| field.split('.')).map(Into::into).collect();
         if topic.is_empty() || path.iter().any(|name| name.is_empty() || name.contains(['[', ']', '@', '#']))

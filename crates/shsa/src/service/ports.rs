@@ -1,12 +1,12 @@
 //! The inputs of a service: the latest value of each, as long as it is not too old.
 
 use anyhow::{Context, anyhow};
-use shsa_bridge::payload::{Field, Reader, SIZE_LIMIT};
+use shsa_bridge::payload::{Reader, SIZE_LIMIT};
 use shsa_bridge::{Clock, Message, Quality};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
-use shsa_format::recording::Source;
-use shsa_runtime::inputs::topic_and_field;
+use shsa_message::source::Field;
+use shsa_message::source::Source;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -45,7 +45,7 @@ impl Ports {
         let mut fields: BTreeMap<Arc<str>, (Vec<Field>, Vec<usize>)> = BTreeMap::new();
         for (at, text) in inputs.iter().enumerate() {
             let source: Source = text.parse().map_err(|why| anyhow!("the input {text}: {why}"))?;
-            let (topic, field) = topic_and_field(source);
+            let (topic, field) = source.on_bus();
             let (list, ports) = fields.entry(topic).or_default();
             list.push(field);
             ports.push(at);

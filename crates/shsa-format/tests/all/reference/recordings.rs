@@ -4,9 +4,9 @@ use super::document::{Document, code};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use shsa_format::fault::{Fault, KINDS, Made};
-use shsa_format::recording::{
-    Format, ReadOptions, Recording, Sample, Source, TIME_NAMES, TIME_UNITS, Wanted, read_bytes,
-};
+use shsa_format::recording::{Format, ReadOptions, Recording, Sample, TIME_NAMES, Wanted, read_bytes};
+use shsa_message::source::Source;
+use shsa_message::span::TIME_UNITS;
 use std::path::Path;
 
 fn page() -> Document {

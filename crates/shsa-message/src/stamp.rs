@@ -1,4 +1,4 @@
-//! Time stamps within payloads: seconds, nanoseconds, ROS pairs and RFC 3339 texts, read and written in the same form.
+//! Time stamps as numbers and texts: seconds, nanoseconds, decimals and RFC 3339, read and written in the same notation.
 
 use shsa_core::time::{Span, Time};
 
@@ -6,7 +6,7 @@ const SECOND: i64 = 1_000_000_000;
 
 /// How a stamp is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Form {
+pub enum Notation {
     /// A whole number of steps.
     Steps(Span),
     /// A decimal number of steps.
@@ -15,33 +15,26 @@ pub(super) enum Form {
     Rfc3339,
 }
 
-/// A number as a stamp, and how it is written.
+/// A number as a stamp, and how it is written; `None` when the text is no number, or the time does not fit 64 bits.
 ///
-/// With a `step` it counts steps. Without one a whole number from 1e17 on counts nanoseconds, from 1e14 on micro-, from
-/// 1e11 on milliseconds (all of them since 1973), and everything else seconds.
-pub(super) fn number(text: &str, step: Option<Span>) -> Option<(Time, Form)> {
+/// With a `step` it counts steps. Without one a whole number counts [what its size says](likely_step), and a decimal one
+/// seconds.
+#[must_use]
+pub fn number(text: &str, step: Option<Span>) -> Option<(Time, Notation)> {
     if let Ok(whole) = text.parse::<i64>() {
-        let step = step.unwrap_or_else(|| likely_step(whole));
-        return Some((Time(whole.checked_mul(step.0)?), Form::Steps(step)));
+        let step = step.unwrap_or_else(|| likely_step(whole.unsigned_abs()));
+        return Some((Time(whole.checked_mul(step.0)?), Notation::Steps(step)));
     }
     let step = step.unwrap_or(Span(SECOND));
-    if let Some(time) = decimal_seconds(text).filter(|_| step == Span(SECOND)) {
-        return Some((time, Form::Decimal(step)));
-    }
-    let nanoseconds = text.parse::<f64>().ok()? * step.0 as f64;
-    (nanoseconds.abs() < i64::MAX as f64).then(|| (Time(nanoseconds.round() as i64), Form::Decimal(step)))
+    decimal(text, step).map(|time| (time, Notation::Decimal(step)))
 }
 
-/// Seconds with digits behind the point, to the nanosecond: the 53 bits of a float do not hold an epoch's.
-fn decimal_seconds(text: &str) -> Option<Time> {
-    let (whole, fraction) = text.split_once('.')?;
-    let (seconds, part) = (whole.parse::<i64>().ok()?.checked_mul(SECOND)?, nanoseconds(fraction)?);
-    let time = if whole.starts_with('-') { seconds.checked_sub(part) } else { seconds.checked_add(part) };
-    time.map(Time)
-}
-
-fn likely_step(whole: i64) -> Span {
-    match whole.unsigned_abs() {
+/// What one step of a stamp of this size is, where nothing says so: the epoch (1970) in seconds, milli-, micro- and nanoseconds
+/// cannot be mistaken for each other. From 1e17 on it counts nanoseconds, from 1e14 on micro-, from 1e11 on milliseconds (all of
+/// them since 1973), and everything smaller seconds.
+#[must_use]
+pub fn likely_step(size: u64) -> Span {
+    match size {
         100_000_000_000_000_000.. => Span(1),
         100_000_000_000_000.. => Span(1_000),
         100_000_000_000.. => Span(1_000_000),
@@ -49,9 +42,64 @@ fn likely_step(whole: i64) -> Span {
     }
 }
 
-/// A text as a stamp: RFC 3339 (without a zone it is UTC; a blank may stand for the `T`), or a number.
-pub(super) fn text(text: &str, step: Option<Span>) -> Option<(Time, Form)> {
-    rfc3339(text.trim()).map(|time| (time, Form::Rfc3339)).or_else(|| number(text.trim(), step))
+/// The time that a decimal number of steps says, rounded to the nanosecond, halves away from zero.
+///
+/// Computed on the digits: an epoch's nanoseconds do not fit the 53 bits of a float. `None` when the text is no
+/// finite decimal number, or the time does not fit.
+#[must_use]
+pub fn decimal(text: &str, step: Span) -> Option<Time> {
+    let (number, exponent) = match text.split_once(['e', 'E']) {
+        Some((number, exponent)) => (number, exponent.parse::<i32>().ok()?),
+        None => (text, 0),
+    };
+    let digits = number.strip_prefix(['-', '+']).unwrap_or(number);
+    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    if whole.is_empty() && fraction.is_empty() || !fraction.bytes().all(|byte| byte.is_ascii_digit()) {
+        return None;
+    }
+    // Further digits cannot reach a nanosecond of any step whose whole part fits 64 bits.
+    let fraction = fraction.get(..fraction.len().min(18))?;
+    let digits = digits_of(whole, fraction)?;
+    let places = exponent.checked_sub(i32::try_from(fraction.len()).ok()?)?;
+    let nanoseconds = match whole_step(step, places) {
+        Some(step) => digits.checked_mul(i128::from(step))?,
+        None => shifted(digits.checked_mul(i128::from(step.0))?, places)?,
+    };
+    i64::try_from(if number.starts_with('-') { -nanoseconds } else { nanoseconds }).ok().map(Time)
+}
+
+fn digits_of(whole: &str, fraction: &str) -> Option<i128> {
+    let digit = |byte: u8| byte.checked_sub(b'0').filter(|digit| *digit < 10);
+    let mut digits = whole.bytes().chain(fraction.bytes());
+    // The usual case: it fits 64 bits.
+    if whole.len() + fraction.len() <= 18 {
+        return digits.try_fold(0, |value, byte| Some(10 * value + i64::from(digit(byte)?))).map(i128::from);
+    }
+    digits.try_fold(0_i128, |value, byte| value.checked_mul(10)?.checked_add(i128::from(digit(byte)?)))
+}
+
+/// `step * 10^places` where that is a whole number for places behind the point: no division is needed then.
+fn whole_step(step: Span, places: i32) -> Option<i64> {
+    let power = 10_i64.checked_pow(places.unsigned_abs()).filter(|_| places <= 0)?;
+    (step.0 % power == 0).then_some(step.0 / power)
+}
+
+/// `value * 10^places`, rounded; `None` on overflow.
+fn shifted(value: i128, places: i32) -> Option<i128> {
+    let power = 10_i128.checked_pow(places.unsigned_abs());
+    match power {
+        Some(power) if places >= 0 => value.checked_mul(power),
+        Some(power) => Some(value / power + i128::from(value % power >= power / 2 && power > 1)),
+        // Beyond 38 places: nothing stays nothing, everything else is too large or vanishes.
+        None if value == 0 || places < 0 => Some(0),
+        None => None,
+    }
+}
+
+/// A text as a stamp: RFC 3339 (without a zone it is UTC; a blank may stand for the `T`), or a [number].
+#[must_use]
+pub fn text(text: &str, step: Option<Span>) -> Option<(Time, Notation)> {
+    rfc3339(text.trim()).map(|time| (time, Notation::Rfc3339)).or_else(|| number(text.trim(), step))
 }
 
 fn rfc3339(text: &str) -> Option<Time> {
@@ -100,7 +148,8 @@ fn nanoseconds(digits: &str) -> Option<i64> {
     if digits.is_empty() || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
         return None;
     }
-    format!("{digits:0<9}").get(..9)?.parse().ok()
+    let filled = digits.bytes().chain(std::iter::repeat(b'0')).take(9);
+    Some(filled.fold(0, |sum, digit| 10 * sum + i64::from(digit - b'0')))
 }
 
 /// Days from 1970-01-01 to a date of the proleptic Gregorian calendar.
@@ -124,17 +173,18 @@ fn date(days: i64) -> (i64, i64, i64) {
     (year + era * 400, month, day)
 }
 
-/// A stamp in a form, without quotes. Whole steps are rounded down.
-pub(super) fn written(time: Time, form: Form) -> String {
-    match form {
-        Form::Steps(step) => time.0.div_euclid(step.0.max(1)).to_string(),
-        Form::Decimal(Span(SECOND)) => {
+/// A stamp in a notation, without quotes. Whole steps are rounded down.
+#[must_use]
+pub fn written(time: Time, notation: Notation) -> String {
+    match notation {
+        Notation::Steps(step) => time.0.div_euclid(step.0.max(1)).to_string(),
+        Notation::Decimal(Span(SECOND)) => {
             let sign = if time.0 < 0 { "-" } else { "" };
             let nanoseconds = time.0.unsigned_abs();
             format!("{sign}{}.{:09}", nanoseconds / SECOND as u64, nanoseconds % SECOND as u64)
         }
-        Form::Decimal(step) => format!("{:?}", time.0 as f64 / step.0 as f64),
-        Form::Rfc3339 => {
+        Notation::Decimal(step) => format!("{:?}", time.0 as f64 / step.0 as f64),
+        Notation::Rfc3339 => {
             let (seconds, fraction) = (time.0.div_euclid(SECOND), time.0.rem_euclid(SECOND));
             let (year, month, day) = date(seconds.div_euclid(86_400));
             let of_day = seconds.rem_euclid(86_400);
@@ -169,7 +219,7 @@ mod tests {
         check("1969-12-31T23:59:59.999999999Z", -1);
         assert_eq!(
             number("7", Some(Span(5_000_000))),
-            Some((Time(35_000_000), Form::Steps(Span(5_000_000))))
+            Some((Time(35_000_000), Notation::Steps(Span(5_000_000))))
         );
         assert_eq!(number("1.5", Some(Span(1_000_000))).map(|(time, _)| time), Some(Time(1_500_000)));
     }
@@ -195,10 +245,55 @@ mod tests {
         assert_eq!(number("9223372036854775807", Some(Span(2))), None);
     }
 
+    #[test]
+    fn decimals_are_exact() {
+        #[track_caller]
+        fn check(text: &str, step: i64, expected: Option<i64>) {
+            assert_eq!(decimal(text, Span(step)), expected.map(Time));
+        }
+        check("0.580034", SECOND, Some(580_034_000));
+        check("-0.5", SECOND, Some(-500_000_000));
+        check("1533226488.299123456", SECOND, Some(1_533_226_488_299_123_456));
+        check("1533226488299123457", 1, Some(1_533_226_488_299_123_457));
+        check("1.533226488299123457e18", 1, Some(1_533_226_488_299_123_457));
+        check("5e-1", 1, Some(1));
+        check("0.4999999999999999999999999", 1, Some(0));
+        check("12e3", 5 * SECOND, Some(60_000 * SECOND));
+        check(".5", 1_000_000, Some(500_000));
+        check("5.", 1_000_000, Some(5_000_000));
+        check("0e999999999", SECOND, Some(0));
+        check("1e-999999999", SECOND, Some(0));
+        check("9223372036854775807", 1, Some(i64::MAX));
+        for none in [
+            "9223372036854775808",
+            "1e400",
+            "1e99999999999",
+            "nan",
+            "inf",
+            "",
+            ".",
+            "-",
+            "1.5.5",
+            "0x1",
+            "--1",
+            "1.-5",
+        ] {
+            check(none, 1, None);
+        }
+        check("1e10", SECOND, None);
+    }
+
+    #[test]
+    fn epochs_are_told_apart_by_size() {
+        let units =
+            [1.5e9_f64, 1.5e12, 1.5e15, 1.5e18, 0.0, f64::NAN].map(|first| likely_step(first as u64).0);
+        assert_eq!(units, [SECOND, 1_000_000, 1_000, 1, SECOND, SECOND]);
+    }
+
     proptest! {
         #[test]
         fn what_is_written_is_read_again(nanoseconds in -62_000_000_000_000_000_i64.., kind in 0..3) {
-            let form = [Form::Rfc3339, Form::Steps(Span(1)), Form::Decimal(Span(SECOND))][kind as usize];
+            let form = [Notation::Rfc3339, Notation::Steps(Span(1)), Notation::Decimal(Span(SECOND))][kind as usize];
             let shown = written(Time(nanoseconds), form);
             let (read, _) = text(&shown, (kind == 1).then_some(Span(1))).unwrap();
             prop_assert_eq!(read.0, nanoseconds, "{}", shown);

@@ -1,11 +1,11 @@
-//! The text that says where a signal is found in a recording.
+//! The text that says where a signal is found, in a recording or on a bus.
 
+use crate::path::split_conditions;
+use crate::span::parse_span;
+use shsa_core::time::Span;
 use std::path::Path;
 use std::str::FromStr;
-
-use shsa_core::time::Span;
-
-use super::stamp::parse_span;
+use std::sync::Arc;
 
 /// Where a signal is found.
 ///
@@ -36,18 +36,29 @@ pub struct Source {
     /// Only rows or messages in which each of these columns has this value.
     pub filters: Vec<(String, String)>,
     /// Where the time is found; `None`: recognised from the header or the message.
-    pub time: Option<TimeSource>,
+    pub time: Option<StampField>,
     /// A value equal to the one before is no sample.
     pub changed: bool,
 }
 
-/// Where the time of a row is found.
+/// Where the time of a row or a message is found.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TimeSource {
-    /// The column; `row` where no column has this name counts the rows from 0.
-    pub column: String,
-    /// How long one step is; `None`: from the header's unit.
-    pub scale: Option<Span>,
+pub struct StampField {
+    /// The column, or where in the message, as [`Path`](crate::path::Path) reads it. `row` where no column has this name counts
+    /// the rows from 0.
+    pub path: String,
+    /// How long one step of a number is. `None`: as the column's header says. In a message decimal numbers count seconds, and
+    /// whole ones [what their size says](crate::stamp::likely_step).
+    pub step: Option<Span>,
+}
+
+/// A field that is wanted of a topic's messages.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Field {
+    /// Where it is, as [`Path`](crate::path::Path) reads it.
+    pub path: String,
+    /// Where its time stamp is; `None`: the message carries none, or one where its type has it.
+    pub stamp: Option<StampField>,
 }
 
 impl Source {
@@ -59,13 +70,33 @@ impl Source {
         file.ends_with(name) || file.with_extension("").ends_with(name)
     }
 
-    /// The topic and the path of the field within its messages.
-    pub(super) fn topic_and_field(&self) -> (&str, &str) {
+    /// The topic of a bag, and the path of the field within its messages.
+    #[must_use]
+    pub fn in_bag(&self) -> (&str, &str) {
         match self.file.as_deref() {
             Some(topic) => (topic, &self.field),
             None => (&self.field, "data"),
         }
     }
+
+    /// The topic on a bus, and the field of its messages, with the filters as conditions of its path. A source that names only
+    /// one thing names the topic.
+    #[must_use]
+    pub fn on_bus(self) -> (Arc<str>, Field) {
+        let (topic, field) = match self.file {
+            Some(topic) => (topic, self.field),
+            None => (self.field, String::new()),
+        };
+        let conditions = self.filters.iter().map(|(column, value)| format!("[{column}={value}]"));
+        let path = field + &conditions.collect::<String>();
+        (topic.into(), Field { path, stamp: self.time })
+    }
+}
+
+/// The two parts of `TOPIC#FIELD`, as they stand; without a `#` there is no field.
+#[must_use]
+pub fn split_topic(text: &str) -> (&str, Option<&str>) {
+    text.split_once('#').map_or((text, None), |(topic, field)| (topic, Some(field)))
 }
 
 impl FromStr for Source {
@@ -76,15 +107,17 @@ impl FromStr for Source {
     fn from_str(text: &str) -> Result<Source, String> {
         let (text, changed) = split_flag(text.trim())?;
         let (text, time) = split_time(text)?;
-        let (text, filters) = split_filters(text);
-        let (file, field) = match text.split_once('#') {
-            Some((file, field)) => (Some(file.trim()), field.trim()),
-            None => (None, text.trim()),
+        let (text, filters) = split_conditions(text);
+        let (file, field) = match split_topic(text) {
+            (file, Some(field)) => (Some(file.trim()), field.trim()),
+            (field, None) => (None, field.trim()),
         };
         if field.is_empty() {
             return Err("names no column or field; write FILE_OR_TOPIC#FIELD".into());
         }
         let file = file.filter(|file| !file.is_empty()).map(str::to_owned);
+        let filters =
+            filters.into_iter().map(|(column, value)| (column.to_owned(), value.to_owned())).collect();
         Ok(Source { file, field: field.into(), filters, time, changed })
     }
 }
@@ -99,34 +132,16 @@ fn split_flag(text: &str) -> Result<(&str, bool), String> {
     }
 }
 
-fn split_time(text: &str) -> Result<(&str, Option<TimeSource>), String> {
+fn split_time(text: &str) -> Result<(&str, Option<StampField>), String> {
     let Some((rest, time)) = text.rsplit_once('@') else { return Ok((text, None)) };
-    let (column, scale) = match time.rsplit_once('*') {
-        Some((column, scale)) => (column, Some(parse_span(scale)?)),
+    let (path, step) = match time.rsplit_once('*') {
+        Some((path, step)) => (path, Some(parse_span(step)?)),
         None => (time, None),
     };
-    if column.trim().is_empty() {
+    if path.trim().is_empty() {
         return Err("names no column after '@'; write @TIME_COLUMN or @TIME_COLUMN*SPAN".into());
     }
-    Ok((rest.trim_end(), Some(TimeSource { column: column.trim().into(), scale })))
-}
-
-/// Takes the filters off the end; brackets without `=` belong to the name: `speed [m/s]`, `position[1]`.
-fn split_filters(mut text: &str) -> (&str, Vec<(String, String)>) {
-    let mut filters = Vec::new();
-    while let Some((rest, filter)) = text.strip_suffix(']').and_then(|open| open.rsplit_once('[')) {
-        let Some((column, value)) = filter.split_once('=') else { break };
-        filters.push((column.trim().to_owned(), value.trim().to_owned()));
-        text = rest.trim_end();
-    }
-    filters.reverse();
-    (text, filters)
-}
-
-/// Whether a recorded text is the value that a filter asks for: the same text, or the same number.
-pub(super) fn is_value(recorded: &str, asked: &str) -> bool {
-    let number = |text: &str| text.parse::<f64>().ok();
-    recorded == asked || number(recorded).is_some_and(|value| number(asked) == Some(value))
+    Ok((rest.trim_end(), Some(StampField { path: path.trim().into(), step })))
 }
 
 #[cfg(test)]
@@ -140,7 +155,7 @@ mod tests {
             Ok(Source { file, field, filters, time, changed }) => {
                 let filters: Vec<_> = filters.iter().map(|(c, v)| format!(" where {c}={v}")).collect();
                 let time = time.map_or(String::new(), |time| {
-                    format!(" at {} x {:?}", time.column, time.scale.map(|scale| scale.0))
+                    format!(" at {} x {:?}", time.path, time.step.map(|step| step.0))
                 });
                 let file = file.unwrap_or("any".into());
                 format!("{file} | {field}{}{time}{}", filters.concat(), if changed { " changed" } else { "" })
@@ -196,8 +211,16 @@ mod tests {
     }
 
     #[test]
-    fn filters_compare_texts_and_numbers() {
-        assert!(is_value("1", "1.0") && is_value("abc", "abc"));
-        assert!(!is_value("10", "1") && !is_value("nan", "1") && !is_value("", "1"));
+    fn topics_and_fields_are_those_of_a_bag_or_a_bus() {
+        #[track_caller]
+        fn check(text: &str, bag: (&str, &str), bus: (&str, &str)) {
+            let source: Source = text.parse().unwrap();
+            assert_eq!(source.in_bag(), bag);
+            let (topic, field) = source.on_bus();
+            assert_eq!((&*topic, &*field.path), bus);
+        }
+        check("odom#speed", ("odom", "speed"), ("odom", "speed"));
+        check("speed", ("speed", "data"), ("speed", ""));
+        check("joints#position[name=left]@t", ("joints", "position"), ("joints", "position[name=left]"));
     }
 }

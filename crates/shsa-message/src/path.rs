@@ -1,11 +1,11 @@
-//! Where within a payload a field is: `twist.linear.x`, `/twist/linear/x`, `position[1]`, `position[name=left_wheel]`.
+//! Where within a message a field is: `twist.linear.x`, `/twist/linear/x`, `position[1]`, `position[name=left_wheel]`.
 
-use crate::BridgeError;
+use crate::MessageError;
 
-/// The most steps of a path; deeper payloads are not read.
+/// The most steps of a path; deeper messages are not read.
 const STEPS_MAX: usize = 32;
 
-/// One step into a payload.
+/// One step into a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Step {
     /// The member of this name; in a list the element of this number, if it is one.
@@ -14,28 +14,28 @@ pub enum Step {
     Index(usize),
 }
 
-/// What must hold of a payload, or which element of a list is meant: `[NAME=TEXT]`.
+/// What must hold of a message, or which element of a list is meant: `[NAME=TEXT]`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Condition {
-    /// Where the text is found, from the root of the payload.
+    /// Where the text is found, from the root of the message.
     pub steps: Vec<Step>,
     /// The text asked for; numbers are compared as numbers.
     pub text: String,
 }
 
-/// The way to a field, from the root of the payload.
+/// The way to a field, from the root of the message.
 ///
 /// | text | means |
 /// |---|---|
-/// | nothing, or `data` | the payload itself; its member `data` if it has one |
+/// | nothing, or `data` | the message itself; its member `data` if it has one |
 /// | `twist.linear.x` | members by name |
 /// | `/twist/linear/x`, `/list/0` | the same as a JSON pointer (RFC 6901), for names with dots, brackets or blanks |
 /// | `position[1]`, `position.1` | the second element |
 /// | `position[name=left]` | where `name` is a list: the element of `position` at which `name` has this text |
-/// | `value[id=3]` | where `id` is a number or a text: only of payloads in which it is this one |
+/// | `value[id=3]` | where `id` is a number or a text: only of messages in which it is this one |
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Path {
-    /// From the root on; none: the payload itself.
+    /// From the root on; none: the message itself.
     pub steps: Vec<Step>,
     /// What must hold, all of it.
     pub conditions: Vec<Condition>,
@@ -45,31 +45,23 @@ impl Path {
     /// Reads a path.
     ///
     /// # Errors
-    /// [`BridgeError::Configuration`] says which part does not follow the grammar.
-    pub fn parse(text: &str) -> Result<Path, BridgeError> {
+    /// Says which part does not follow the grammar.
+    pub fn parse(text: &str) -> Result<Path, MessageError> {
         let (base, conditions) = split_conditions(text.trim());
         let steps = if base == "data" { Vec::new() } else { steps(base)? };
         let conditions = conditions
             .into_iter()
             .map(|(name, text)| Ok(Condition { steps: steps_of_condition(name)?, text: text.to_owned() }));
-        Ok(Path { steps, conditions: conditions.collect::<Result<_, BridgeError>>()? })
+        Ok(Path { steps, conditions: conditions.collect::<Result<_, MessageError>>()? })
     }
 }
 
-fn steps_of_condition(name: &str) -> Result<Vec<Step>, BridgeError> {
-    if name.is_empty() {
-        Err(wrong("a condition names no field; write it like [name=left]"))
-    } else {
-        steps(name)
-    }
+fn steps_of_condition(name: &str) -> Result<Vec<Step>, MessageError> {
+    if name.is_empty() { Err(MessageError::NamelessCondition) } else { steps(name) }
 }
 
-fn wrong(what: &str) -> BridgeError {
-    BridgeError::Configuration(what.to_owned())
-}
-
-/// Takes `[NAME=TEXT]` off the end, in their order.
-fn split_conditions(mut text: &str) -> (&str, Vec<(&str, &str)>) {
+/// Takes `[NAME=TEXT]` off the end, in their order; brackets without `=` belong to the name: `speed [m/s]`, `position[1]`.
+pub(crate) fn split_conditions(mut text: &str) -> (&str, Vec<(&str, &str)>) {
     let mut conditions = Vec::new();
     while let Some((rest, condition)) = text.strip_suffix(']').and_then(|open| open.rsplit_once('[')) {
         let Some((name, asked)) = condition.split_once('=') else { break };
@@ -80,7 +72,7 @@ fn split_conditions(mut text: &str) -> (&str, Vec<(&str, &str)>) {
     (text, conditions)
 }
 
-fn steps(text: &str) -> Result<Vec<Step>, BridgeError> {
+fn steps(text: &str) -> Result<Vec<Step>, MessageError> {
     let mut steps = Vec::new();
     if let Some(pointer) = text.strip_prefix('/') {
         let names = pointer.split('/').map(|name| name.replace("~1", "/").replace("~0", "~"));
@@ -89,18 +81,18 @@ fn steps(text: &str) -> Result<Vec<Step>, BridgeError> {
         text.split('.').try_for_each(|part| push_part(part, text, &mut steps))?;
     }
     if steps.len() > STEPS_MAX {
-        return Err(wrong(&format!("a path has {} steps, more than {STEPS_MAX}", steps.len())));
+        return Err(MessageError::LongPath { steps: steps.len(), most: STEPS_MAX });
     }
     Ok(steps)
 }
 
 /// `position[1][2]`: the name, then the numbers.
-fn push_part(part: &str, path: &str, steps: &mut Vec<Step>) -> Result<(), BridgeError> {
+fn push_part(part: &str, path: &str, steps: &mut Vec<Step>) -> Result<(), MessageError> {
     let (name, mut indexes) = part.split_once('[').unwrap_or((part, ""));
     if !name.trim().is_empty() {
         steps.push(Step::Key(name.trim().to_owned()));
     } else if indexes.is_empty() {
-        return Err(wrong(&format!("`{path}` names nothing between two dots")));
+        return Err(MessageError::Nameless { path: path.to_owned() });
     }
     while !indexes.is_empty() {
         let (index, rest) = indexes.split_once(']').unwrap_or((indexes, "?"));
@@ -115,13 +107,11 @@ fn push_part(part: &str, path: &str, steps: &mut Vec<Step>) -> Result<(), Bridge
     Ok(())
 }
 
-fn not_an_index(text: &str, name: &str, path: &str) -> BridgeError {
-    wrong(&format!(
-        "`[{text}` in `{path}` is no index, write it like {name}[0]; or begin with a slash, then brackets belong to the name"
-    ))
+fn not_an_index(index: &str, name: &str, path: &str) -> MessageError {
+    MessageError::NoIndex { index: index.to_owned(), name: name.to_owned(), path: path.to_owned() }
 }
 
-/// Whether a text of a payload is the one that a condition asks for: the same, or the same number.
+/// Whether a text that was found is the one that a condition asks for: the same, or the same number.
 #[must_use]
 pub fn is_text(found: &str, asked: &str) -> bool {
     let number = |text: &str| text.parse::<f64>().ok();
@@ -179,5 +169,11 @@ mod tests {
             "error: `a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.` names nothing between two dots",
         );
         check(&["a"; 40].join("."), "error: a path has 40 steps, more than 32");
+    }
+
+    #[test]
+    fn conditions_compare_texts_and_numbers() {
+        assert!(is_text("1", "1.0") && is_text("abc", "abc"));
+        assert!(!is_text("10", "1") && !is_text("nan", "1") && !is_text("", "1"));
     }
 }

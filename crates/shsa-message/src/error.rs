@@ -1,0 +1,116 @@
+//! What is wrong with a path, a definition or a message.
+
+use shsa_core::unit::nearest;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Why a field cannot be asked for, or why bytes are no message.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum MessageError {
+    /// The path has a condition `[=left]`.
+    #[error("a condition names no field; write it like [name=left]")]
+    NamelessCondition,
+    /// The path has more steps than are read.
+    #[error("a path has {steps} steps, more than {most}")]
+    LongPath {
+        /// So many.
+        steps: usize,
+        /// So many are read.
+        most: usize,
+    },
+    /// The path is like `a..b`.
+    #[error("`{path}` names nothing between two dots")]
+    Nameless {
+        /// The whole path.
+        path: String,
+    },
+    /// The path is like `a[b]`.
+    #[error(
+        "`[{index}` in `{path}` is no index, write it like {name}[0]; or begin with a slash, then brackets belong to the name"
+    )]
+    NoIndex {
+        /// What stands in the brackets, or behind them.
+        index: String,
+        /// What stands before them.
+        name: String,
+        /// The whole path.
+        path: String,
+    },
+    /// The path names nothing at all.
+    #[error("names no field")]
+    NoField,
+    /// There is no message type of this name.
+    #[error("the message type {name} is not known{}", meant(.near.as_deref()))]
+    UnknownType {
+        /// The type.
+        name: String,
+        /// The known one with the nearest name.
+        near: Option<String>,
+    },
+    /// A message type has no field of this name.
+    #[error("no field '{name}' in {owner}{}", meant_field(.name, .known))]
+    UnknownField {
+        /// The field.
+        name: String,
+        /// The type.
+        owner: String,
+        /// The fields that it has.
+        known: Vec<String>,
+    },
+    /// An element is asked for of what is no list.
+    #[error("{0} is no list")]
+    NoList(String),
+    /// A part is asked for of a list as a whole.
+    #[error("'{0}' is a list; say which element: {0}[0]")]
+    List(String),
+    /// A part is asked for of what is no message.
+    #[error("'{0}' has no parts")]
+    NoParts(String),
+    /// The field is a message.
+    #[error("'{field}' is a {message_type}; name one of its fields: {}", .parts.join(", "))]
+    IsMessage {
+        /// The field.
+        field: String,
+        /// Its type.
+        message_type: String,
+        /// The type's fields.
+        parts: Vec<String>,
+    },
+    /// The definition is larger than any that is meant.
+    #[error("its message type is too large")]
+    TooLarge,
+    /// The definition nests deeper than any that is meant, or holds itself.
+    #[error("its message type nests too deep")]
+    TooDeep,
+    /// The field is a text of two or four bytes a character.
+    #[error("a text of wide characters cannot be read")]
+    WideText,
+    /// One stands before the field.
+    #[error("a text of wide characters before it cannot be skipped")]
+    WideTextBefore,
+    /// A folder or file of definitions cannot be read.
+    #[error("{}: {reason}", .path.display())]
+    Folder {
+        /// The folder or file.
+        path: PathBuf,
+        /// What the system said.
+        reason: String,
+    },
+    /// So many bytes are too few for a CDR message.
+    #[error("{0} bytes are no CDR message")]
+    NoCdr(usize),
+    /// The message begins with the number of another encoding.
+    #[error("an encapsulation 0x{0:04x} is no plain CDR (0x0000 or 0x0001)")]
+    NoPlainCdr(u16),
+}
+
+fn meant(near: Option<&str>) -> String {
+    near.map_or_else(String::new, |near| format!("; is it {near}?"))
+}
+
+fn meant_field(name: &str, known: &[String]) -> String {
+    match nearest(name, known.iter().map(String::as_str)) {
+        Some(near) => meant(Some(near)),
+        None => format!(" (there is: {})", known.join(", ")),
+    }
+}

@@ -1,0 +1,10 @@
+//! What messages and recorded rows are made of, the same for files and for middleware: where in them a signal is found, and
+//! when it was true.
+
+mod error;
+pub mod stamp;
+pub mod span;
+pub mod path;
+pub mod source;
+
+pub use error::MessageError;
