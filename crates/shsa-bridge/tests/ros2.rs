@@ -7,7 +7,7 @@ mod real;
 use bytes::Bytes;
 use real::{Script, eventually, free_port, python};
 use serde_json::{Value, json};
-use shsa_bridge::cdr::{Types, type_hash};
+use shsa_bridge::cdr::type_hash;
 use shsa_bridge::payload::{Reader, SIZE_LIMIT};
 use shsa_bridge::ros2::{Options, Ros2Bridge, Wire};
 use shsa_bridge::{
@@ -16,6 +16,7 @@ use shsa_bridge::{
 };
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
+use shsa_message::ros::Types;
 use shsa_message::source::Field;
 use std::path::Path;
 use std::time::Duration;

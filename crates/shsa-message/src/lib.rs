@@ -6,5 +6,6 @@ pub mod stamp;
 pub mod span;
 pub mod path;
 pub mod source;
+pub mod ros;
 
 pub use error::MessageError;

@@ -1,8 +1,7 @@
 //! Calls of the few services by which nodes of ROS 2 are switched on and off, in CDR.
 
-use super::reader::body;
-use super::text;
 use bytes::Bytes;
+use shsa_message::ros::Body;
 
 /// The encapsulation: plain CDR, little-endian.
 const HEAD: [u8; 4] = [0, 1, 0, 0];
@@ -34,8 +33,8 @@ fn message(content: &[u8]) -> Bytes {
 /// # Errors
 /// The text, where it was not done; or that this is no such response.
 pub fn outcome(response: &[u8]) -> Result<String, String> {
-    let body = body(response).map_err(|problem| problem.to_string())?;
-    let said = text(body, 1).map_or(String::new(), |(text, _)| String::from_utf8_lossy(text).into_owned());
+    let body = Body::cdr(response).map_err(|problem| problem.to_string())?;
+    let said = body.text(1).map_or(String::new(), |(text, _)| String::from_utf8_lossy(text).into_owned());
     match body.bytes.first() {
         Some(1) => Ok(said),
         Some(0) => Err(if said.is_empty() { "the service says no".to_owned() } else { said }),

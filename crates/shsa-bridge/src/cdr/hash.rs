@@ -3,12 +3,13 @@
 //! REP 2016 (<https://github.com/ros-infrastructure/rep/pull/381>) and `type_description_interfaces`: SHA-256 over a JSON
 //! text of the type and of all that it refers to.
 
-use super::types::{Count, Kind, Member, Primitive, Types, full_name};
 use sha2::{Digest, Sha256};
+use shsa_message::ros::{Count, Kind, Member, Primitive, Types, full_name};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// The hash of a type, as `RIHS01_` and 64 hexadecimal digits; `None` when it, or one that it refers to, is not known.
+/// The hash of a type, as `RIHS01_` and 64 hexadecimal digits; `None` when it, or one that it refers to, is not known or has a
+/// field that ROS 2 does not.
 #[must_use]
 pub fn type_hash(message_type: &str, types: &Types) -> Option<String> {
     let root = full_name(message_type);
@@ -37,7 +38,7 @@ fn describe(name: &str, types: &Types, described: &mut BTreeMap<String, String>)
         count: Count::One,
     };
     let shown = if members.is_empty() { std::slice::from_ref(&nothing) } else { members };
-    let fields: Vec<String> = shown.iter().map(field).collect();
+    let fields: Vec<String> = shown.iter().map(field).collect::<Option<_>>()?;
     let description = format!(r#"{{"type_name": "{name}", "fields": [{}]}}"#, fields.join(", "));
     described.insert(name.to_owned(), description);
     for member in members {
@@ -48,10 +49,10 @@ fn describe(name: &str, types: &Types, described: &mut BTreeMap<String, String>)
     Some(())
 }
 
-fn field(member: &Member) -> String {
+fn field(member: &Member) -> Option<String> {
     let (base, string_capacity, nested) = match &member.kind {
         Kind::Message(name) => (1, 0, name.as_ref()),
-        Kind::Primitive(primitive) => (number_of(*primitive), 0, ""),
+        Kind::Primitive(primitive) => (number_of(*primitive)?, 0, ""),
         Kind::Text(None) => (17, 0, ""),
         Kind::WideText => (18, 0, ""),
         Kind::Text(Some(bound)) => (21, *bound, ""),
@@ -59,19 +60,19 @@ fn field(member: &Member) -> String {
     let (increment, capacity) = match member.count {
         Count::One => (0, 0),
         Count::Fixed(count) => (48, count),
-        Count::Free(Some(bound)) => (96, bound),
+        Count::Free(Some(bound)) => (96, bound as usize),
         Count::Free(None) => (144, 0),
     };
-    format!(
+    Some(format!(
         r#"{{"name": "{}", "type": {{"type_id": {}, "capacity": {capacity}, "string_capacity": {string_capacity}, "nested_type_name": "{nested}"}}}}"#,
         member.name,
         base + increment
-    )
+    ))
 }
 
 /// As `type_description_interfaces/msg/FieldType` counts them.
-fn number_of(primitive: Primitive) -> u32 {
-    match primitive {
+fn number_of(primitive: Primitive) -> Option<u32> {
+    Some(match primitive {
         Primitive::I8 => 2,
         Primitive::U8 => 3,
         Primitive::I16 => 4,
@@ -84,7 +85,8 @@ fn number_of(primitive: Primitive) -> u32 {
         Primitive::F64 => 11,
         Primitive::Bool => 15,
         Primitive::Byte => 16,
-    }
+        Primitive::Time | Primitive::Duration => return None,
+    })
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use proptest::prelude::*;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use shsa_message::path::Path;
+use shsa_message::ros::{Body, Count, Kind, Layout, Plan, Types};
 use shsa_message::source::Field;
 
 fn field(path: &str) -> Field {
@@ -205,7 +206,6 @@ fn payloads_of_a_type_are_read_and_imitated_without_further_ado() {
 
 /// A path to every number of a type, the first element of lists; at most so deep.
 fn paths(message_type: &str, prefix: &str, depth: usize, found: &mut Vec<String>) {
-    use super::types::{Count, Kind};
     for member in Types::standard().members(message_type).unwrap() {
         let index = if member.count == Count::One { "" } else { "[0]" };
         let path = format!("{prefix}{}{index}", member.name);
@@ -252,8 +252,8 @@ proptest! {
         let message = [&[0, kind, 0, 0], bytes.as_slice()].concat();
         for path in found {
             let plan = Path::parse(&path).unwrap();
-            let plan = super::plan::Plan::new(&types, message_type, &plan.steps).unwrap();
-            if let Some(place) = plan.locate(body(&message).unwrap()) {
+            let plan = Plan::of_value(&types, Layout::Cdr, message_type, &plan.steps).unwrap();
+            if let Some(place) = plan.locate(Body::cdr(&message).unwrap()) {
                 prop_assert!(place.at < bytes.len().max(1) && place.count <= bytes.len());
             }
             let _ = read(message_type, &[&path], &message);

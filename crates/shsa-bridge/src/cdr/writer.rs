@@ -1,14 +1,13 @@
 //! A value as a CDR message: one field of an else empty message, or of a copy of another one.
 
-use super::plan::{Body, Plan, Target};
-use super::reader::{body, header_stamp, plan_of};
-use super::types::{Count, Kind, Member, Primitive, Types, full_name};
+use super::reader::{header_stamp, plan};
 use crate::BridgeError;
 use crate::payload::Unreadable;
 use bytes::Bytes;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use shsa_message::path::{Path, Step};
+use shsa_message::ros::{Body, Count, Kind, Member, Plan, Primitive, Target, Types, full_name};
 use std::sync::Arc;
 
 /// Writes one field of messages of one type.
@@ -32,7 +31,7 @@ impl Writer {
     pub(crate) fn new(message_type: &str, path: &str, types: Arc<Types>) -> Result<Writer, BridgeError> {
         let message_type = full_name(message_type).into_owned();
         let parsed = Path::parse(path)?;
-        let value = plan_of(&parsed, &message_type, &types)?;
+        let value = plan(&parsed.steps, &message_type, &types)?;
         if value.target == Target::Text || !parsed.conditions.is_empty() {
             let problem = format!("`{path}` of {message_type} is no number that could be written");
             return Err(BridgeError::Configuration(problem));
@@ -58,7 +57,7 @@ impl Writer {
     /// # Errors
     /// When the message does not have the field, or in another shape.
     pub(crate) fn patch(&self, pattern: &[u8], value: &RawValue, stamp: Time) -> Result<Bytes, Unreadable> {
-        let found = body(pattern)?;
+        let found = Body::cdr(pattern)?;
         let mut copy = pattern.to_vec();
         let absent =
             || Unreadable::Absent { field: format!("the field of {} to be replaced", self.message_type) };
@@ -164,6 +163,10 @@ fn encoded(primitive: Primitive, number: f64) -> Result<Vec<u8>, Unreadable> {
         Primitive::U64 => (whole as u64).to_le_bytes().to_vec(),
         Primitive::F32 => (number as f32).to_le_bytes().to_vec(),
         Primitive::F64 => number.to_le_bytes().to_vec(),
+        Primitive::Time | Primitive::Duration => {
+            let (seconds, nanoseconds) = time_parts(Time::from_seconds(number));
+            [seconds, nanoseconds].concat()
+        }
     })
 }
 
@@ -178,7 +181,7 @@ struct Out<'a> {
 impl Out<'_> {
     /// A message; `path` leads to the value within it, or is empty.
     fn message(&mut self, message_type: &str, path: &[Step]) -> Result<(), Unreadable> {
-        let members = self.types.members(message_type).map_err(Unreadable::Layout)?;
+        let members = self.types.members(message_type)?;
         if members.is_empty() {
             self.bytes.push(0);
         }
@@ -199,7 +202,7 @@ impl Out<'_> {
         });
         let is_list = member.count != Count::One;
         if let (Some([]), true, Kind::Primitive(primitive)) = (path, is_list, &member.kind) {
-            let length = if let Count::Fixed(count) = member.count { Some(count as usize) } else { None };
+            let length = if let Count::Fixed(count) = member.count { Some(count) } else { None };
             let numbers = numbers(self.value, true, length)?;
             if length.is_none() {
                 self.number(Primitive::U32, numbers.len() as f64)?;
@@ -208,7 +211,7 @@ impl Out<'_> {
         }
         let count = match member.count {
             Count::One => return self.one(owner, member, path),
-            Count::Fixed(count) => count as usize,
+            Count::Fixed(count) => count,
             Count::Free(_) => {
                 let count = chosen.map_or(0, |index| index.saturating_add(1)).min(LIST_MAX);
                 self.number(Primitive::U32, count as f64)?;

@@ -4,9 +4,9 @@ use super::json::{self, Kind, Place, Visitor};
 use super::reader::{Reader, scalar, text_of};
 use super::typed::{is_message_type, text_in};
 use super::{SIZE_LIMIT, Unreadable};
-use crate::cdr::{Types, full_name};
 use crate::{Message, Payload};
 use shsa_core::observation::RawValue;
+use shsa_message::ros::{Types, full_name};
 use shsa_message::source::Field;
 
 /// More fields than these of one payload are not told.
@@ -57,7 +57,7 @@ pub fn explore(message: &Message) -> Result<Vec<Leaf>, Unreadable> {
 /// The fields that a message's type says it has, as far as the message has them.
 fn typed_leaves(message: &Message, name: &str) -> Result<Vec<Leaf>, Unreadable> {
     let mut paths = Vec::new();
-    Types::standard().paths(&full_name(name), "", FIELDS_MAX, &mut paths).map_err(Unreadable::Layout)?;
+    Types::standard().paths(&full_name(name), "", FIELDS_MAX, &mut paths)?;
     let fields: Vec<Field> = paths.iter().map(|path| Field { path: path.clone(), stamp: None }).collect();
     let mut reader =
         Reader::new(&fields, SIZE_LIMIT).map_err(|error| Unreadable::Layout(error.to_string()))?;

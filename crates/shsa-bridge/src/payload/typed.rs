@@ -2,10 +2,11 @@
 
 use super::Unreadable;
 use super::reader::Reading;
-use crate::cdr::{Reader, Types, Writer, body, full_name, text};
+use crate::cdr::{Reader, Writer};
 use bytes::Bytes;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
+use shsa_message::ros::{Body, Types, full_name};
 use shsa_message::source::Field;
 use std::sync::Arc;
 
@@ -90,7 +91,7 @@ pub(super) fn is_message_type(name: &str) -> bool {
 /// What a message of one text says; `None` for other types.
 pub(super) fn text_in<'a>(message_type: &str, bytes: &'a [u8]) -> Option<Result<&'a [u8], Unreadable>> {
     (full_name(message_type) == "std_msgs/msg/String").then(|| {
-        let found = text(body(bytes)?, 0).map(|(text, _)| text);
+        let found = Body::cdr(bytes)?.text(0).map(|(text, _)| text);
         found.ok_or_else(|| Unreadable::Layout(format!("a text is not within {} bytes", bytes.len())))
     })
 }

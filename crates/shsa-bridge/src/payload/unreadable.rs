@@ -1,5 +1,6 @@
 //! Why a payload could not be read.
 
+use shsa_message::MessageError;
 use thiserror::Error;
 
 /// Why a payload, or a field of it, gives no observation: short, and with the place.
@@ -49,4 +50,10 @@ pub enum Unreadable {
     /// A payload of a typed binary form breaks its type's layout, or the type is unknown.
     #[error("{0}")]
     Layout(String),
+}
+
+impl From<MessageError> for Unreadable {
+    fn from(error: MessageError) -> Unreadable {
+        Unreadable::Layout(error.to_string())
+    }
 }

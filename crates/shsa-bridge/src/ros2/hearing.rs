@@ -2,10 +2,10 @@
 
 use super::Wire;
 use super::name::{Attachment, WireType, parts};
-use crate::cdr::full_name;
 use crate::zenoh::{bytes_of, stamp_of};
 use crate::{Inbox, Message, Payload};
 use ::zenoh::sample::{Sample, SampleKind};
+use shsa_message::ros::full_name;
 use std::collections::BTreeMap;
 use std::sync::{Arc, PoisonError, RwLock};
 

@@ -11,7 +11,7 @@ mod name;
 mod hearing;
 mod outlet;
 
-use crate::cdr::{Types, Writer, full_name, type_hash};
+use crate::cdr::{Writer, type_hash};
 use crate::zenoh::{self, Connection, Liveliness, Pace, Token};
 use crate::{
     Answer, Attendance, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId, Server, Taker,
@@ -24,6 +24,7 @@ use bytes::Bytes;
 use hearing::Hearing;
 use name::{Attachment, Entity, NO_HASH, WireType, bare, dds_name};
 use outlet::{Outlet, STRING, type_for};
+use shsa_message::ros::{Types, full_name};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::Duration;

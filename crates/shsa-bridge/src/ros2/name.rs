@@ -4,8 +4,8 @@
 
 use super::{Node, Wire};
 use crate::PublisherId;
-use crate::cdr::full_name;
 use shsa_core::time::Time;
+use shsa_message::ros::full_name;
 
 /// Where there is no hash of a type: before ROS 2 Iron.
 pub(super) const NO_HASH: &str = "TypeHashNotSupported";

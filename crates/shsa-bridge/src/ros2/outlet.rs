@@ -1,11 +1,12 @@
 //! What is published under one topic, and how payloads become messages of its type.
 
 use super::name::WireType;
-use crate::cdr::{Writer, body, text_message};
+use crate::cdr::{Writer, text_message};
 use crate::{BridgeError, Outgoing, Payload};
 use ::zenoh::pubsub::Publisher;
 use bytes::Bytes;
 use shsa_core::observation::RawValue;
+use shsa_message::ros::Body;
 
 /// The type of texts.
 pub(super) const STRING: &str = "std_msgs/msg/String";
@@ -57,5 +58,5 @@ pub(super) fn type_for(topic: &str, payload: &Payload) -> Result<&'static str, B
 
 /// Whether bytes begin as a message of CDR does; no text does.
 fn is_cdr(bytes: &[u8]) -> bool {
-    body(bytes).is_ok()
+    Body::cdr(bytes).is_ok()
 }

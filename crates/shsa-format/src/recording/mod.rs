@@ -11,7 +11,6 @@ mod cut;
 mod gathered;
 mod jsonl;
 mod names;
-mod ros_message;
 mod ros_topics;
 mod rosbag;
 mod session;

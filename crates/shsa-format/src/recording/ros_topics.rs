@@ -5,19 +5,20 @@ use std::io::{Read, Seek};
 use std::path::Path;
 
 use shsa_core::time::{Span, Time};
-use shsa_message::path::is_text;
+use shsa_message::MessageError;
+use shsa_message::path::Path as FieldPath;
+use shsa_message::ros::{Body, Count, Layout, Plan, Target, Types, chosen};
 
 use super::gathered::Gathered;
-use super::ros_message::{Definition, Plan, Taken};
 use super::rosbag::{Event, walk};
-use super::{Place, RawValue, RecordingError, TopicInfo, Want, mean_rate, names, unreadable};
+use super::{Place, RecordingError, TopicInfo, Want, mean_rate, names, unreadable};
 
 /// One wanted field of a connection's messages.
 struct Extract<'a> {
     want: &'a Want<'a>,
     value: Plan,
     stamp: Option<(Plan, Span)>,
-    filters: Vec<(Plan, &'a str)>,
+    filters: Vec<(Plan, String)>,
 }
 
 /// Reads the signals that ask for a topic of this bag.
@@ -51,7 +52,8 @@ fn extracts<'a>(
     let is_asked = |want: &&Want<'_>| names::bare(want.source.in_bag().0) == names::bare(topic);
     let mut extracts = Vec::new();
     for want in wants.iter().filter(is_asked) {
-        match Extract::of(want, &Definition::parse(kind, definition)) {
+        let messages = Messages { kind, types: Types::of_bag(kind, definition) };
+        match Extract::of(want, &messages) {
             Ok(extract) => {
                 gathered.found_in(want.index, &format!("{topic}#{}", want.source.in_bag().1));
                 extracts.push(extract);
@@ -62,21 +64,53 @@ fn extracts<'a>(
     extracts
 }
 
+/// What is known of a connection's messages.
+struct Messages<'a> {
+    kind: &'a str,
+    types: Types,
+}
+
+impl Messages<'_> {
+    fn plan(&self, path: &str) -> Result<Plan, String> {
+        let path = FieldPath::parse(path);
+        path.and_then(|path| Plan::new(&self.types, Layout::Packed, self.kind, &path.steps)).map_err(said)
+    }
+
+    fn header_stamp(&self) -> Option<Plan> {
+        let path = self.types.header_stamp(self.kind)?;
+        Plan::new(&self.types, Layout::Packed, self.kind, &path).ok()
+    }
+}
+
+/// What is wrong with a field, with what a bag has instead.
+fn said(problem: MessageError) -> String {
+    match problem {
+        MessageError::NoIndex { index, name, .. } => {
+            format!("'[{index}]' is no index; write it like {name}[0]")
+        }
+        MessageError::UnknownType { name, .. } => format!("the type {name} is not defined in the bag"),
+        MessageError::UnknownField { name, owner, known } => {
+            let hint = names::hint(&name, known.iter().map(String::as_str));
+            format!("no field '{name}' in {owner}{hint}")
+        }
+        other => other.to_string(),
+    }
+}
+
 impl<'a> Extract<'a> {
-    fn of(want: &'a Want<'a>, definition: &Definition) -> Result<Extract<'a>, String> {
+    fn of(want: &'a Want<'a>, messages: &Messages<'_>) -> Result<Extract<'a>, String> {
         let field = want.source.in_bag().1;
-        let value = definition.plan(field)?;
-        if !value.is_numeric() {
+        let value = messages.plan(field)?;
+        if !matches!(value.target, Target::Primitive(_) | Target::Time) {
             return Err(format!("'{field}' is neither a number nor a list of numbers"));
         }
         let stamp = match &want.source.time {
             Some(time) if time.path == "received" => None,
-            Some(time) => Some((definition.plan(&time.path)?, time.step.unwrap_or(Span::from_millis(1000)))),
-            None if definition.has_header() => Some((definition.plan("header.stamp")?, Span::ZERO)),
-            None => None,
+            Some(time) => Some((messages.plan(&time.path)?, time.step.unwrap_or(Span::from_millis(1000)))),
+            None => messages.header_stamp().map(|plan| (plan, Span::ZERO)),
         };
-        let filter = |(field, value): &'a (String, String)| match definition.plan(field)? {
-            plan if plan.is_comparable() => Ok((plan, value.as_str())),
+        let filter = |(field, value): &(String, String)| match messages.plan(field)? {
+            plan if is_comparable(&plan) => Ok((plan, value.clone())),
             _ => Err(format!("'{field}' is no number and no text: nothing can be compared with it")),
         };
         let filters = want.source.filters.iter().map(filter).collect::<Result<_, String>>()?;
@@ -84,49 +118,20 @@ impl<'a> Extract<'a> {
     }
 
     fn deliver(&self, received: Time, message: &[u8], gathered: &mut Gathered) {
-        let Some(element) = self.filtered(message) else { return };
-        let value = match (self.value.run(message), element) {
-            (Some(Taken::Number(value)), None) => RawValue::Number(value),
-            (Some(Taken::Time(time)), None) => RawValue::Number(Time(time).seconds()),
-            (Some(Taken::Vector(values)), None) => RawValue::Vector(values),
-            (Some(Taken::Vector(values)), Some(index)) if index < values.len() => {
-                RawValue::Number(values[index])
-            }
-            _ => return gathered.missing(self.want.index),
-        };
-        let stamp = self.stamp(message).filter(|stamp| stamp.0 != 0).unwrap_or(received);
-        gathered.sample(self.want.index, stamp, received, value);
-    }
-
-    /// `None`: the message does not pass the filters. A filter on a list of texts selects the element of the value
-    /// that stands where its text stands in the list: `position[name=left]`.
-    fn filtered(&self, message: &[u8]) -> Option<Option<usize>> {
-        let mut element = None;
-        for (plan, asked) in &self.filters {
-            match plan.run(message)? {
-                Taken::Texts(texts) => element = Some(texts.iter().position(|text| text == asked)?),
-                taken => is_taken(&taken, asked).then_some(())?,
-            }
-        }
-        Some(element)
-    }
-
-    /// The message's own stamp; zero means that nobody stamped it.
-    fn stamp(&self, message: &[u8]) -> Option<Time> {
-        let (plan, step) = self.stamp.as_ref()?;
-        match plan.run(message)? {
-            Taken::Time(time) => Some(Time(time)),
-            Taken::Number(steps) => Some(Time::from_seconds(steps * step.seconds())),
-            _ => None,
-        }
+        let body = Body::packed(message);
+        let Some(element) = chosen(&self.filters, body) else { return };
+        let Some(value) = self.value.value(body, element) else { return gathered.missing(self.want.index) };
+        let stamp = self.stamp.as_ref().and_then(|(plan, step)| plan.stamp(body, *step));
+        gathered.sample(self.want.index, stamp.unwrap_or(received), received, value);
     }
 }
 
-fn is_taken(taken: &Taken, asked: &str) -> bool {
-    match taken {
-        Taken::Text(text) => is_text(text, asked),
-        Taken::Number(value) => is_text(&value.to_string(), asked),
-        _ => false,
+/// Whether a field is a number, a text, or a list of texts.
+fn is_comparable(plan: &Plan) -> bool {
+    match plan.target {
+        Target::Primitive(_) | Target::Time => plan.count == Count::One,
+        Target::Text => true,
+        Target::Message => false,
     }
 }
 
@@ -161,4 +166,21 @@ pub(super) fn topics(input: impl Read + Seek, file: &Path) -> Result<Vec<TopicIn
         rate_hz: mean_rate(count, from, to),
     };
     Ok(topics.into_iter().map(info).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_bag_does_not_have_is_said() {
+        #[track_caller]
+        fn check(definition: &str, path: &str, expected: &str) {
+            let types = Types::of_bag("other/Flag", definition);
+            assert_eq!(Messages { kind: "other/Flag", types }.plan(path).unwrap_err(), expected);
+        }
+        check("bool set", "sett", "no field 'sett' in other/Flag; did you mean 'set'? (there is: set)");
+        check("float32[] ranges", "ranges[x]", "'[x]' is no index; write it like ranges[0]");
+        check("B b\nint8 last", "last", "the type other/B is not defined in the bag");
+    }
 }

@@ -321,7 +321,7 @@ fn long(bytes: &[u8]) -> Option<u64> {
 }
 
 /// Seconds and nanoseconds, four bytes each.
-pub(super) fn time_ns(bytes: &[u8]) -> Option<i64> {
+fn time_ns(bytes: &[u8]) -> Option<i64> {
     let seconds = i64::from(number(bytes)?);
     let nanoseconds = i64::from(number(bytes.get(4..)?)?);
     Some(seconds * 1_000_000_000 + nanoseconds)

@@ -1,57 +1,13 @@
-//! Types of messages: what fields they have, in the order in which they stand on the wire.
+//! Message types by their names: ROS 2's common ones, those of a workspace, those that a bag carries.
 
-use crate::BridgeError;
+use super::definition::{Count, Kind, Language, Member};
+use crate::MessageError;
+use crate::path::Step;
 use shsa_core::unit::nearest;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
-
-/// A number on the wire.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Primitive {
-    Bool,
-    Byte,
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
-}
-
-/// What a field holds, or each element of it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    Primitive(Primitive),
-    /// At most so many bytes, where it is bounded.
-    Text(Option<u32>),
-    /// A text of wide characters; no message of ROS's own has one, and nothing behind one is read.
-    WideText,
-    /// Of this type, by its full name.
-    Message(Arc<str>),
-}
-
-/// How many values a field holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Count {
-    One,
-    Fixed(u32),
-    /// Said on the wire; at most so many, where it is bounded.
-    Free(Option<u32>),
-}
-
-/// A field of a message.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Member {
-    pub(crate) name: String,
-    pub(crate) kind: Kind,
-    pub(crate) count: Count,
-}
 
 /// Types by their full names, such as `sensor_msgs/msg/LaserScan`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -76,16 +32,34 @@ impl Types {
         types
     }
 
-    /// Adds the type that the text of a `.msg` file defines; one of the same name is replaced. What is no field (comments,
-    /// constants) is passed over.
-    ///
-    /// Language: <https://docs.ros.org/en/rolling/Concepts/Basic/About-Interfaces.html>.
+    /// The types of a definition as bags of ROS 1 carry it: the fields of the type `root`, then those of the types that it uses,
+    /// each after a line `MSG: package/Type`. Names are ROS 1's, as `nav_msgs/Odometry`. Lines that are no field are passed over.
+    #[must_use]
+    pub fn of_bag(root: &str, definition: &str) -> Types {
+        let mut types = Types::default();
+        let mut name = root;
+        types.0.insert(name.into(), Vec::new());
+        for line in definition.lines().map(str::trim) {
+            if let Some(next) = line.strip_prefix("MSG:") {
+                name = next.trim();
+                types.0.insert(name.into(), Vec::new());
+            } else if let (Some(member), Some(members)) =
+                (Language::Ros1.member(line, name), types.0.get_mut(name))
+            {
+                members.push(member);
+            }
+        }
+        types
+    }
+
+    /// Adds the type that the text of a `.msg` file of ROS 2 defines; one of the same name is replaced. What is no field
+    /// (comments, constants) is passed over.
     pub fn add(&mut self, name: &str, definition: &str) {
         self.insert(&full_name(name), definition.lines());
     }
 
     fn insert<'a>(&mut self, name: &str, fields: impl Iterator<Item = &'a str>) {
-        let members = fields.filter_map(|line| member(line, name)).collect();
+        let members = fields.filter_map(|line| Language::Ros2.member(line, name)).collect();
         self.0.insert(name.into(), members);
     }
 
@@ -94,9 +68,10 @@ impl Types {
     ///
     /// # Errors
     /// When the folder or a file in it cannot be read.
-    pub fn add_folder(&mut self, folder: &Path) -> Result<(), BridgeError> {
-        let wrong = |what: &Path, why: std::io::Error| {
-            BridgeError::Configuration(format!("{}: {why}", what.display()))
+    pub fn add_folder(&mut self, folder: &Path) -> Result<(), MessageError> {
+        let wrong = |what: &Path, why: std::io::Error| MessageError::Folder {
+            path: what.to_owned(),
+            reason: why.to_string(),
         };
         let mut folders = vec![(folder.to_owned(), 0)];
         while let Some((folder, depth)) = folders.pop() {
@@ -116,12 +91,24 @@ impl Types {
     ///
     /// # Errors
     /// When the type is not known; names the nearest one.
-    pub(crate) fn members(&self, name: &str) -> Result<&[Member], String> {
-        self.0.get(name).map(Vec::as_slice).ok_or_else(|| {
-            let near = nearest(name, self.0.keys().map(AsRef::as_ref));
-            let hint = near.map_or_else(String::new, |near| format!("; is it {near}?"));
-            format!("the message type {name} is not known{hint}")
+    pub fn members(&self, name: &str) -> Result<&[Member], MessageError> {
+        self.0.get(name).map(Vec::as_slice).ok_or_else(|| MessageError::UnknownType {
+            name: name.to_owned(),
+            near: nearest(name, self.names()).map(str::to_owned),
         })
+    }
+
+    /// The path of the stamp in the header that a type begins with; `None` where it begins with none.
+    #[must_use]
+    pub fn header_stamp(&self, name: &str) -> Option<[Step; 2]> {
+        let Member { name, kind: Kind::Message(kind), count: Count::One } =
+            self.members(name).ok()?.first()?
+        else {
+            return None;
+        };
+        // ROS 1 knows a header by its name, too.
+        let is_header = &**kind == "std_msgs/msg/Header" || &**kind == "std_msgs/Header" && name == "header";
+        is_header.then(|| [name.as_str(), "stamp"].map(|name| Step::Key(name.to_owned())))
     }
 
     /// Appends the paths of all numbers and lists of numbers in a type, until there are `at_most`; of a list of messages
@@ -129,13 +116,13 @@ impl Types {
     ///
     /// # Errors
     /// When a type is not known.
-    pub(crate) fn paths(
+    pub fn paths(
         &self,
         name: &str,
         from: &str,
         at_most: usize,
         paths: &mut Vec<String>,
-    ) -> Result<(), String> {
+    ) -> Result<(), MessageError> {
         for Member { name, kind, count } in self.members(name)? {
             let dot = if from.is_empty() { "" } else { "." };
             let element = if matches!(kind, Kind::Message(_)) && *count != Count::One { "[0]" } else { "" };
@@ -171,7 +158,7 @@ fn name_of_file(path: &Path) -> Option<String> {
     Some(format!("{}/msg/{}", package.to_str()?, path.file_stem()?.to_str()?))
 }
 
-/// The full name of a type that may be written shorter, or as DDS writes it: `std_msgs/Float64` and
+/// The full name of a type of ROS 2 that may be written shorter, or as DDS writes it: `std_msgs/Float64` and
 /// `std_msgs::msg::dds_::Float64_` are `std_msgs/msg/Float64`.
 #[must_use]
 pub fn full_name(name: &str) -> Cow<'_, str> {
@@ -182,78 +169,6 @@ pub fn full_name(name: &str) -> Cow<'_, str> {
     match name.split_once('/') {
         Some((package, own)) if !own.contains('/') => format!("{package}/msg/{own}").into(),
         _ => name.into(),
-    }
-}
-
-/// A field of a definition's line; `None` for comments, constants, blank lines.
-fn member(line: &str, owner: &str) -> Option<Member> {
-    let line = line.split('#').next()?.trim();
-    let (kind, rest) = line.split_once(char::is_whitespace)?;
-    let mut rest = rest.split_whitespace();
-    let name = rest.next()?;
-    if name.contains('=') || rest.next().is_some_and(|word| word.starts_with('=')) {
-        return None;
-    }
-    let (kind, count) = match kind.strip_suffix(']').and_then(|open| open.rsplit_once('[')) {
-        None => (kind, Count::One),
-        Some((kind, "")) => (kind, Count::Free(None)),
-        Some((kind, size)) => (
-            kind,
-            match size.strip_prefix("<=") {
-                Some(bound) => Count::Free(Some(bound.parse().ok()?)),
-                None => Count::Fixed(size.parse().ok()?),
-            },
-        ),
-    };
-    Some(Member { name: name.to_owned(), kind: kind_of(kind, owner)?, count })
-}
-
-fn kind_of(kind: &str, owner: &str) -> Option<Kind> {
-    let (kind, bound) = match kind.split_once("<=") {
-        Some((kind, bound)) => (kind, Some(bound.parse().ok()?)),
-        None => (kind, None),
-    };
-    if let Some(primitive) = Primitive::named(kind) {
-        return Some(Kind::Primitive(primitive));
-    }
-    Some(match kind {
-        "string" => Kind::Text(bound),
-        "wstring" => Kind::WideText,
-        "time" => Kind::Message("builtin_interfaces/msg/Time".into()),
-        "duration" => Kind::Message("builtin_interfaces/msg/Duration".into()),
-        "Header" => Kind::Message("std_msgs/msg/Header".into()),
-        other if other.contains('/') => Kind::Message(full_name(other).into()),
-        near => Kind::Message(format!("{}/msg/{near}", owner.split('/').next()?).into()),
-    })
-}
-
-impl Primitive {
-    fn named(name: &str) -> Option<Primitive> {
-        Some(match name {
-            "bool" => Primitive::Bool,
-            "byte" => Primitive::Byte,
-            "int8" => Primitive::I8,
-            "uint8" | "char" => Primitive::U8,
-            "int16" => Primitive::I16,
-            "uint16" => Primitive::U16,
-            "int32" => Primitive::I32,
-            "uint32" => Primitive::U32,
-            "int64" => Primitive::I64,
-            "uint64" => Primitive::U64,
-            "float32" => Primitive::F32,
-            "float64" => Primitive::F64,
-            _ => return None,
-        })
-    }
-
-    /// Its size, which is its alignment, too; bytes.
-    pub(crate) fn size(self) -> usize {
-        match self {
-            Primitive::Bool | Primitive::Byte | Primitive::I8 | Primitive::U8 => 1,
-            Primitive::I16 | Primitive::U16 => 2,
-            Primitive::I32 | Primitive::U32 | Primitive::F32 => 4,
-            Primitive::I64 | Primitive::U64 | Primitive::F64 => 8,
-        }
     }
 }
 
@@ -280,7 +195,7 @@ mod tests {
                 }
             }
         }
-        let problem = types.members("sensor_msgs/msg/LaserScam").unwrap_err();
+        let problem = types.members("sensor_msgs/msg/LaserScam").unwrap_err().to_string();
         assert!(problem.ends_with("is not known; is it sensor_msgs/msg/LaserScan?"), "{problem}");
     }
 
@@ -324,5 +239,15 @@ mod tests {
         assert_eq!(types.names().collect::<Vec<_>>(), ["bot_msgs/msg/Part"]);
         std::fs::remove_dir_all(&folder).unwrap();
         assert!(types.add_folder(&folder).is_err());
+    }
+
+    #[test]
+    fn a_header_is_known_where_it_comes_first() {
+        let of_bag = |definition| Types::of_bag("a/A", definition).header_stamp("a/A").is_some();
+        assert!(of_bag("Header header") && of_bag("std_msgs/Header header\nint8 x"));
+        assert!(!of_bag("int8 x\nHeader header") && !of_bag("Header head") && !of_bag("Header[] header"));
+        let stamp = Types::standard().header_stamp("sensor_msgs/msg/Imu").unwrap();
+        assert_eq!(stamp, [Step::Key("header".into()), Step::Key("stamp".into())]);
+        assert_eq!(Types::standard().header_stamp("std_msgs/msg/Float64"), None);
     }
 }

@@ -1,0 +1,19 @@
+//! Messages of ROS: which fields a type has, and where they stand in the bytes of ROS 1 (packed) and ROS 2 (CDR).
+//!
+//! `types` knows the fields of each type from its `definition`, `plan` finds one of them in a `layout` by `steps`, `value` reads it.
+
+mod definition;
+mod types;
+mod layout;
+mod steps;
+mod plan;
+mod value;
+
+pub use definition::{Count, Kind, Member, Primitive};
+pub use layout::{Body, Layout};
+pub use plan::{Place, Plan, Target};
+pub use types::{Types, full_name};
+pub use value::chosen;
+
+#[cfg(test)]
+mod tests;

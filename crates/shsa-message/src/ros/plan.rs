@@ -1,0 +1,389 @@
+//! The way to one field of a message, compiled once.
+
+use super::definition::{Count, Kind, Member, Primitive};
+use super::layout::{Body, Layout};
+use super::steps::{Step, Steps, run};
+use super::types::Types;
+use crate::MessageError;
+use crate::path::Step as PathStep;
+
+/// So many fields may be looked at for one plan: definitions nest, and a malicious one nests exponentially.
+const WORK_MAX: usize = 100_000;
+/// Types may nest so deep.
+const DEPTH_MAX: usize = 64;
+
+/// A field's place in one message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Of its first byte in the body.
+    pub at: usize,
+    /// How many elements; 1 for what is no list.
+    pub count: usize,
+}
+
+/// What stands at the end of a plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// Numbers.
+    Primitive(Primitive),
+    /// Texts.
+    Text,
+    /// Seconds and nanoseconds: a point in time, in ROS 2 also a duration.
+    Time,
+    /// A message, which is no value.
+    Message,
+}
+
+/// How one field is found in the bytes of a message.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    steps: Vec<Step>,
+    /// What is there, or each element of it.
+    pub target: Target,
+    /// Whether it is a list.
+    pub count: Count,
+}
+
+impl Plan {
+    /// The way to the field at a path within a type. No steps: the field `data`.
+    ///
+    /// # Errors
+    /// Says which part of the path is not there, and what is; or that it cannot be reached.
+    pub fn new(
+        types: &Types,
+        layout: Layout,
+        message_type: &str,
+        path: &[PathStep],
+    ) -> Result<Plan, MessageError> {
+        Ok(compile(types, layout, message_type, path)?.0)
+    }
+
+    /// As [`Plan::new`] for what is a value or a text.
+    ///
+    /// # Errors
+    /// As there, and when the field is a message.
+    pub fn of_value(
+        types: &Types,
+        layout: Layout,
+        message_type: &str,
+        path: &[PathStep],
+    ) -> Result<Plan, MessageError> {
+        match compile(types, layout, message_type, path)? {
+            (Plan { target: Target::Message, .. }, Kind::Message(name)) => Err(is_message(types, name, path)),
+            (plan, _) => Ok(plan),
+        }
+    }
+
+    /// Where the field stands; `None` when the message is too short or a list has no such element. At most `O(message)`.
+    #[must_use]
+    pub fn locate(&self, body: Body<'_>) -> Option<Place> {
+        let at = run(&self.steps, body, 0)?;
+        let size = match self.target {
+            Target::Primitive(primitive) => primitive.size(),
+            Target::Time => 8,
+            Target::Text => 4,
+            Target::Message => return None,
+        };
+        let place = match self.count {
+            Count::One => Place { at, count: 1 },
+            Count::Fixed(count) => Place { at, count },
+            Count::Free(_) => {
+                let (count, at) = body.counted(at)?;
+                let first = || at.checked_next_multiple_of(body.layout.alignment(size));
+                Place { at: if count == 0 { at } else { first()? }, count }
+            }
+        };
+        let end = place.at.checked_add(place.count.checked_mul(size)?)?;
+        (end <= body.bytes.len()).then_some(place)
+    }
+}
+
+/// The plan, and what the definition says that the field is.
+fn compile<'t>(
+    types: &'t Types,
+    layout: Layout,
+    message_type: &str,
+    path: &[PathStep],
+) -> Result<(Plan, &'t Kind), MessageError> {
+    let data = [PathStep::Key("data".into())];
+    let path = if path.is_empty() { &data } else { path };
+    let mut steps = Steps::default();
+    let mut compiler = Compiler { types, layout, work_left: WORK_MAX };
+    let (kind, count) = compiler.descend(message_type, path, &mut steps)?;
+    let is_one = count == Count::One;
+    let target = match kind {
+        Kind::Primitive(Primitive::Time) if is_one => Target::Time,
+        Kind::Primitive(primitive) => {
+            if !matches!(count, Count::Free(_)) {
+                steps.align(layout.alignment(primitive.size()));
+            }
+            Target::Primitive(*primitive)
+        }
+        Kind::Text(_) => Target::Text,
+        Kind::Message(name) if is_time(name) && is_one => {
+            steps.align(layout.alignment(4));
+            Target::Time
+        }
+        Kind::Message(_) => Target::Message,
+        Kind::WideText => return Err(MessageError::WideText),
+    };
+    Ok((Plan { steps: steps.list, target, count }, kind))
+}
+
+/// Whether a type is a point in time or a duration of ROS 2.
+fn is_time(name: &str) -> bool {
+    matches!(name, "builtin_interfaces/msg/Time" | "builtin_interfaces/msg/Duration")
+}
+
+fn is_message(types: &Types, name: &str, path: &[PathStep]) -> MessageError {
+    let members = types.members(name).unwrap_or_default();
+    let last = path.iter().rev().find_map(|step| match step {
+        PathStep::Key(key) => Some(key.clone()),
+        PathStep::Index(_) => None,
+    });
+    MessageError::IsMessage {
+        field: last.unwrap_or_default(),
+        message_type: name.to_owned(),
+        parts: members.iter().map(|member| member.name.clone()).collect(),
+    }
+}
+
+/// Makes the steps of one plan.
+struct Compiler<'t> {
+    types: &'t Types,
+    layout: Layout,
+    work_left: usize,
+}
+
+impl<'t> Compiler<'t> {
+    /// Appends the steps to the field at a path within a type, up to its count or its alignment.
+    fn descend(
+        &mut self,
+        root: &str,
+        path: &[PathStep],
+        steps: &mut Steps,
+    ) -> Result<(&'t Kind, Count), MessageError> {
+        let mut owner = root;
+        let mut path = path.iter().peekable();
+        while let Some(step) = path.next() {
+            let PathStep::Key(name) = step else { return Err(MessageError::NoList(owner.to_owned())) };
+            let member = self.pass_to(owner, name, steps)?;
+            let mut count = member.count;
+            if let Some(index) = path.peek().and_then(|step| index(step)).filter(|_| count != Count::One) {
+                path.next();
+                self.enter(member, index, steps)?;
+                count = Count::One;
+            }
+            match (&member.kind, path.peek()) {
+                (kind, None) => return Ok((kind, count)),
+                (_, Some(PathStep::Index(_))) => return Err(MessageError::NoList(format!("'{name}'"))),
+                (Kind::Message(_), _) if count != Count::One => return Err(MessageError::List(name.clone())),
+                (Kind::Message(inner), _) => owner = inner,
+                _ => return Err(MessageError::NoParts(name.clone())),
+            }
+        }
+        Err(MessageError::NoField)
+    }
+
+    /// Skips the fields before the named one.
+    fn pass_to(&mut self, owner: &str, name: &str, steps: &mut Steps) -> Result<&'t Member, MessageError> {
+        let members = self.types.members(owner)?;
+        for member in members {
+            if member.name == name {
+                return Ok(member);
+            }
+            self.over(member, member.count, 0, steps)?;
+        }
+        Err(MessageError::UnknownField {
+            name: name.to_owned(),
+            owner: owner.to_owned(),
+            known: members.iter().map(|member| member.name.clone()).collect(),
+        })
+    }
+
+    fn enter(&mut self, member: &Member, index: usize, steps: &mut Steps) -> Result<(), MessageError> {
+        let element = self.element(member, 0)?;
+        steps.push(Step::Enter { count: member.count, index, element }, 1);
+        Ok(())
+    }
+
+    /// The steps over one element of a list.
+    fn element(&mut self, member: &Member, depth: usize) -> Result<Vec<Step>, MessageError> {
+        let mut element = Steps::anywhere();
+        self.over(member, Count::One, depth, &mut element)?;
+        Ok(element.list)
+    }
+
+    /// Appends the steps over one field, or over one element of it.
+    fn over(
+        &mut self,
+        member: &Member,
+        count: Count,
+        depth: usize,
+        steps: &mut Steps,
+    ) -> Result<(), MessageError> {
+        self.work_left = self.work_left.checked_sub(1).ok_or(MessageError::TooLarge)?;
+        if depth > DEPTH_MAX {
+            return Err(MessageError::TooDeep);
+        }
+        let uniform = self.uniform(&member.kind, depth)?;
+        match (count, uniform) {
+            (Count::Fixed(0), _) => {}
+            // After no elements it stands behind the count.
+            (Count::Free(_), Some((align, size))) => steps.push(Step::List { align, size }, align.min(4)),
+            (Count::One, Some((align, size))) => {
+                steps.align(align);
+                steps.skip(size);
+            }
+            (Count::Fixed(count), Some((align, size))) => {
+                steps.align(align);
+                steps.skip(size.checked_mul(count).ok_or(MessageError::TooLarge)?);
+            }
+            (Count::One, None) => self.over_one(&member.kind, depth, steps)?,
+            (count, None) => {
+                let element = self.element(member, depth + 1)?;
+                steps.push(Step::Each { count, element }, 1);
+            }
+        }
+        Ok(())
+    }
+
+    /// Appends the steps over a value of changing size.
+    fn over_one(&mut self, kind: &Kind, depth: usize, steps: &mut Steps) -> Result<(), MessageError> {
+        match kind {
+            Kind::Text(_) => steps.push(Step::Text, 1),
+            Kind::WideText => return Err(MessageError::WideTextBefore),
+            Kind::Message(inner) => {
+                for member in self.types.members(inner)? {
+                    self.over(member, member.count, depth + 1, steps)?;
+                }
+            }
+            Kind::Primitive(_) => {}
+        }
+        Ok(())
+    }
+
+    /// Alignment and size of what has no gaps wherever it stands: numbers of one alignment.
+    fn uniform(&mut self, kind: &Kind, depth: usize) -> Result<Option<(usize, usize)>, MessageError> {
+        self.work_left = self.work_left.checked_sub(1).ok_or(MessageError::TooLarge)?;
+        let members = match kind {
+            Kind::Primitive(primitive) => {
+                let size = primitive.size();
+                return Ok(Some((self.layout.alignment(size), size)));
+            }
+            Kind::Message(name) if depth <= DEPTH_MAX => self.types.members(name)?,
+            _ => return Ok(None),
+        };
+        let mut whole = if members.is_empty() { Some((1, self.layout.nothing())) } else { None };
+        for member in members {
+            let Some((align, size)) = self.uniform(&member.kind, depth + 1)? else { return Ok(None) };
+            let count = match member.count {
+                Count::One => 1,
+                Count::Fixed(count) => count,
+                Count::Free(_) => return Ok(None),
+            };
+            let size = size.checked_mul(count).ok_or(MessageError::TooLarge)?;
+            whole = match whole {
+                None => Some((align, size)),
+                Some((same, before)) if same == align => {
+                    Some((align, before.checked_add(size).ok_or(MessageError::TooLarge)?))
+                }
+                Some(_) => return Ok(None),
+            };
+        }
+        Ok(whole)
+    }
+}
+
+/// The index that a step says: `[1]`, or the name `1`.
+fn index(step: &PathStep) -> Option<usize> {
+    match step {
+        PathStep::Index(index) => Some(*index),
+        PathStep::Key(key) => key.parse().ok(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::path::Path;
+
+    fn plan(types: &Types, message_type: &str, path: &str) -> Result<Plan, MessageError> {
+        Plan::of_value(types, Layout::Cdr, message_type, &Path::parse(path).unwrap().steps)
+    }
+
+    #[track_caller]
+    fn check(message_type: &str, path: &str, expected: &str) {
+        let shown = match plan(&Types::standard(), message_type, path) {
+            Ok(plan) => format!("{:?} {:?} {:?}", plan.steps, plan.target, plan.count),
+            Err(problem) => problem.to_string(),
+        };
+        assert_eq!(shown, expected);
+    }
+
+    #[test]
+    fn plans_are_short() {
+        check("std_msgs/msg/Float64", "", "[] Primitive(F64) One");
+        check(
+            "nav_msgs/msg/Odometry",
+            "twist.twist.linear.x",
+            "[Skip(8), Text, Text, Align(8), Skip(344)] Primitive(F64) One",
+        );
+        let skips = "[Skip(8), Text, Align(4), Skip(28)] Primitive(F32) Free(None)";
+        check("sensor_msgs/msg/LaserScan", "ranges", skips);
+        check("sensor_msgs/msg/NavSatFix", "header.stamp", "[] Time One");
+        check(
+            "tf2_msgs/msg/TFMessage",
+            "transforms[2].transform.translation.z",
+            "[Enter { count: Free(None), index: 2, element: [Align(4), Skip(8), Text, Text, Align(8), Skip(56)] }, \
+             Align(4), Skip(8), Text, Text, Align(8), Skip(16)] Primitive(F64) One",
+        );
+    }
+
+    #[test]
+    fn what_is_not_there_is_said() {
+        check(
+            "nav_msgs/msg/Odometry",
+            "twist.linear.x",
+            "no field 'linear' in geometry_msgs/msg/TwistWithCovariance (there is: twist, covariance)",
+        );
+        check("nav_msgs/msg/Odometry", "twits", "no field 'twits' in nav_msgs/msg/Odometry; is it twist?");
+        check(
+            "nav_msgs/msg/Odometry",
+            "pose.pose.position",
+            "'position' is a geometry_msgs/msg/Point; name one of its fields: x, y, z",
+        );
+        check("nav_msgs/msg/Odometry", "child_frame_id.x", "'child_frame_id' has no parts");
+        check(
+            "tf2_msgs/msg/TFMessage",
+            "transforms.transform",
+            "'transforms' is a list; say which element: transforms[0]",
+        );
+        check("std_msgs/msg/Float64", "data[0]", "'data' is no list");
+        check("bot/msg/None", "x", "the message type bot/msg/None is not known");
+    }
+
+    #[test]
+    fn malicious_definitions_end() {
+        let mut types = Types::default();
+        types.add("m/A", "A again\nint8 last");
+        assert_eq!(plan(&types, "m/msg/A", "last"), Err(MessageError::TooDeep));
+        for level in 0..9 {
+            types.add(&format!("m/L{level}"), &format!("L{} x\n", level + 1).repeat(100));
+        }
+        types.add("m/L9", "string x");
+        types.add("m/Deep", "L0 x\nint8 last");
+        assert_eq!(plan(&types, "m/msg/Deep", "last"), Err(MessageError::TooLarge));
+        types.add("m/Wide", "Big[4294967295] a\nint8 last");
+        types.add("m/Big", "Bigger[4294967295] a");
+        types.add("m/Bigger", "int64[4294967295] a");
+        assert_eq!(plan(&types, "m/msg/Wide", "last"), Err(MessageError::TooLarge));
+        types.add("m/Void", "");
+        types.add("m/Voids", "Void[] a\nint8 last");
+        let voids = plan(&types, "m/msg/Voids", "last").unwrap();
+        let body = Body::cdr(&[0, 1, 0, 0, 255, 255, 255, 255, 0, 5]).unwrap();
+        assert_eq!(voids.locate(body), None);
+        let body = Body::cdr(&[0, 1, 0, 0, 1, 0, 0, 0, 0, 5]).unwrap();
+        assert_eq!(voids.locate(body), Some(Place { at: 5, count: 1 }));
+    }
+}
