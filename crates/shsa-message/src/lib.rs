@@ -6,6 +6,7 @@ pub mod stamp;
 pub mod span;
 pub mod path;
 pub mod source;
+pub mod json;
 pub mod ros;
 
 pub use error::MessageError;

@@ -1,11 +1,11 @@
 //! What a payload holds, when nobody knows yet what to ask for.
 
-use super::json::{self, Kind, Place, Visitor};
 use super::reader::{Reader, scalar, text_of};
 use super::typed::{is_message_type, text_in};
 use super::{SIZE_LIMIT, Unreadable};
 use crate::{Message, Payload};
 use shsa_core::observation::RawValue;
+use shsa_message::json::{self, Kind, Place, Visitor};
 use shsa_message::ros::{Types, full_name};
 use shsa_message::source::Field;
 

@@ -5,7 +5,6 @@
 //! A payload is a stranger's: any bytes are survived, the size and the depth are bounded, and what cannot be read says why
 //! in a few words. Scalars are read without allocation.
 
-mod json;
 mod unreadable;
 mod wanted;
 mod typed;

@@ -1,12 +1,12 @@
 //! Fields of a message as values: one walk over the payload for all that is wanted of its topic.
 
 use super::Unreadable;
-use super::json::{self, Broken, Kind, Place};
 use super::typed::{Typed, is_message_type, text_in};
 use super::wanted::{Node, ROOT, Wanted};
 use crate::{BridgeError, Message, Payload};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
+use shsa_message::json::{self, Broken, Kind, Place};
 use shsa_message::path::{Path, Step, is_text};
 use shsa_message::ros::Types;
 use shsa_message::source::{Field, StampField};

@@ -1,6 +1,6 @@
 //! Which values of a payload are wanted, as a tree of names, and where the last payload has them.
 
-use super::json::{self, Broken, Place, Visitor};
+use shsa_message::json::{self, Broken, Place, Visitor};
 use shsa_message::path::Step;
 use std::ops::Range;
 

@@ -2,13 +2,13 @@
 //! replaces.
 
 use super::Unreadable;
-use super::json::{self, Kind, Place};
 use super::reader::{Found, Reader, StampPlace, ValuePlace};
 use super::typed::{TypedPattern, is_message_type};
 use crate::{BridgeError, Message, Payload, Provenance};
 use bytes::Bytes;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
+use shsa_message::json::{self, Kind, Place};
 use shsa_message::ros::Types;
 use shsa_message::source::Field;
 use shsa_message::stamp;

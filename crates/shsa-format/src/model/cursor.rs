@@ -1,6 +1,7 @@
 //! A place in a JSON text that moves on, checking the syntax (RFC 8259).
 
 use shsa_core::knowledge::Place;
+use shsa_message::json::{Flaw, Scanner};
 
 use super::tree::{MAX_DEPTH, offset};
 
@@ -35,8 +36,7 @@ pub(crate) struct Quoted {
 /// Reads one token after the other.
 #[derive(Clone, Copy)]
 pub(crate) struct Cursor<'a> {
-    source: &'a str,
-    at: usize,
+    scanner: Scanner<'a>,
     values: usize,
     most: usize,
 }
@@ -44,28 +44,27 @@ pub(crate) struct Cursor<'a> {
 impl<'a> Cursor<'a> {
     /// At the first token, behind blanks and the byte order mark.
     pub(crate) fn new(source: &'a str) -> Cursor<'a> {
-        let marked = source.starts_with('\u{feff}');
-        let mut cursor =
-            Cursor { source, at: if marked { '\u{feff}'.len_utf8() } else { 0 }, values: 0, most: MAX_KEPT };
-        cursor.blank();
-        cursor
+        let mut scanner = Scanner::new(source);
+        scanner.at = if source.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
+        scanner.blanks();
+        Cursor { scanner, values: 0, most: MAX_KEPT }
     }
 
     /// The same text at another place.
     pub(crate) fn moved_to(self, at: u32) -> Cursor<'a> {
-        Cursor { at: at as usize, ..self }
+        Cursor { scanner: Scanner { at: at as usize, ..self.scanner }, ..self }
     }
 
     pub(crate) fn place(&self) -> u32 {
-        offset(self.at)
+        offset(self.scanner.at)
     }
 
     pub(crate) fn rest(&self) -> &'a str {
-        self.source.get(self.at..).unwrap_or("")
+        self.scanner.text.get(self.scanner.at..).unwrap_or("")
     }
 
     pub(crate) fn peek(&self) -> Option<u8> {
-        self.source.as_bytes().get(self.at).copied()
+        self.scanner.peek()
     }
 
     pub(crate) fn is_object(&self) -> bool {
@@ -75,7 +74,7 @@ impl<'a> Cursor<'a> {
     /// What stands between the quotes.
     pub(crate) fn inner(&self, quoted: Quoted) -> &'a str {
         let Place { from, to } = quoted.place;
-        self.source.get(from as usize + 1..(to as usize).saturating_sub(1)).unwrap_or("")
+        self.scanner.text.get(from as usize + 1..(to as usize).saturating_sub(1)).unwrap_or("")
     }
 
     /// Goes through an object, whose `{` comes next; each key is given with the cursor at its value.
@@ -90,11 +89,11 @@ impl<'a> Cursor<'a> {
                 return Err(cursor.broken("a key in quotes is missing", Some(help)));
             }
             let key = cursor.string()?;
-            cursor.blank();
-            if !cursor.take(b':') {
+            cursor.scanner.blanks();
+            if !cursor.scanner.eat(b':') {
                 return Err(cursor.broken("a `:` is missing", Some("write `\"key\": value`")));
             }
-            cursor.blank();
+            cursor.scanner.blanks();
             entry(cursor, key)
         })
     }
@@ -113,7 +112,7 @@ impl<'a> Cursor<'a> {
         match self.peek() {
             Some(b'{' | b'[') if depth > MAX_DEPTH => {
                 let message = format!("nested more than {MAX_DEPTH} levels deep");
-                Err(Broken { at: self.at, message, help: None })
+                Err(Broken { at: self.scanner.at, message, help: None })
             }
             Some(b'{') => self.object(|cursor, _| cursor.skip(depth + 1)),
             Some(b'[') => self.list(|cursor| cursor.skip(depth + 1)),
@@ -135,7 +134,7 @@ impl<'a> Cursor<'a> {
 
     /// That nothing follows but blanks.
     pub(crate) fn end(&mut self) -> Result<(), Broken> {
-        self.blank();
+        self.scanner.blanks();
         match self.peek() {
             None => Ok(()),
             Some(_) => Err(self.broken("something follows behind the end", Some("a model is one object"))),
@@ -144,29 +143,39 @@ impl<'a> Cursor<'a> {
 
     /// A string, whose quote comes next.
     pub(crate) fn string(&mut self) -> Result<Quoted, Broken> {
-        let from = self.at;
-        self.at += 1;
-        let mut escaped = false;
-        loop {
-            self.at += plain_length(self.source.as_bytes().get(self.at..).unwrap_or_default());
-            match self.peek() {
-                Some(b'"') => break,
-                Some(b'\\') => {
-                    escaped = true;
-                    self.escape()?;
-                }
-                Some(_) => {
-                    let help = "close the quotes in the same line, or write `\\n` or `\\t`";
-                    return Err(self.broken("a control character in quotes", Some(help)));
-                }
-                None => {
-                    self.at = from;
-                    return Err(self.broken("these quotes are not closed", None));
-                }
+        let from = self.scanner.at;
+        let escaped = match self.scanner.quoted() {
+            Ok(escaped) => escaped,
+            Err(flaw) => return Err(self.flawed(from, flaw)),
+        };
+        let quoted = Quoted { place: Place { from: offset(from), to: self.place() }, escaped };
+        let half = if escaped { half_character(self.inner(quoted)) } else { None };
+        match half {
+            None => Ok(quoted),
+            Some(at) => {
+                self.scanner.at = from + 1 + at;
+                let help = "a character beyond U+FFFF is written as two: `\\ud83d\\ude00`";
+                Err(self.broken("this escape is half a character", Some(help)))
             }
         }
-        self.at += 1;
-        Ok(Quoted { place: Place { from: offset(from), to: self.place() }, escaped })
+    }
+
+    /// What is wrong with a string that begins at `from`.
+    fn flawed(&mut self, from: usize, flaw: Flaw) -> Broken {
+        let (at, message, help) = match flaw {
+            Flaw::Unclosed => (from, "these quotes are not closed", None),
+            Flaw::Escape(at) => {
+                let help = "known: `\\\"`, `\\\\`, `\\/`, `\\b`, `\\f`, `\\n`, `\\r`, `\\t`, `\\u00e4`";
+                (at, "there is no such escape", Some(help))
+            }
+            Flaw::HexDigit(at) => (at, "this escape needs four digits", Some("write it like `\\u00e4`")),
+            Flaw::Control | Flaw::Digit => {
+                let help = "close the quotes in the same line, or write `\\n` or `\\t`";
+                (self.scanner.at, "a control character in quotes", Some(help))
+            }
+        };
+        self.scanner.at = at;
+        self.broken(message, help)
     }
 
     /// A number, `true`, `false` or `null`.
@@ -176,7 +185,7 @@ impl<'a> Cursor<'a> {
         let length = rest.bytes().take_while(|byte| is_part(byte)).count();
         let word = rest.get(..length).unwrap_or("");
         if matches!(word, "null" | "true" | "false") || is_number(word) {
-            self.at += length;
+            self.scanner.at += length;
             return Ok(word);
         }
         let (message, help) = match word.bytes().next() {
@@ -198,74 +207,33 @@ impl<'a> Cursor<'a> {
         close: u8,
         mut item: impl FnMut(&mut Self) -> Result<(), Broken>,
     ) -> Result<(), Broken> {
-        let from = self.at;
-        if !self.take(open) {
+        let from = self.scanner.at;
+        if !self.scanner.eat(open) {
             return Err(self.broken(&format!("a `{}` is missing", char::from(open)), None));
         }
-        self.blank();
-        if self.take(close) {
+        self.scanner.blanks();
+        if self.scanner.eat(close) {
             return Ok(());
         }
         loop {
             item(self)?;
-            self.blank();
-            if self.take(close) {
+            self.scanner.blanks();
+            if self.scanner.eat(close) {
                 return Ok(());
             }
             if self.peek().is_none() {
-                self.at = from;
+                self.scanner.at = from;
                 return Err(self.broken("this bracket is not closed", None));
             }
-            if !self.take(b',') {
+            if !self.scanner.eat(b',') {
                 return Err(self.broken(&format!("a `,` or `{}` is missing", char::from(close)), None));
             }
-            self.blank();
-        }
-    }
-
-    /// An escape, whose backslash comes next.
-    fn escape(&mut self) -> Result<(), Broken> {
-        let unit = |at: usize| {
-            let digits = self.source.get(at..at + 6)?.strip_prefix("\\u")?;
-            let hexadecimal = digits.bytes().all(|byte| byte.is_ascii_hexdigit());
-            u16::from_str_radix(digits, 16).ok().filter(|_| hexadecimal)
-        };
-        let length = match self.source.as_bytes().get(self.at + 1) {
-            Some(b'"' | b'\\' | b'/' | b'b' | b'f' | b'n' | b'r' | b't') => 2,
-            Some(b'u') => match (unit(self.at), unit(self.at + 6)) {
-                (Some(0xD800..=0xDBFF), Some(0xDC00..=0xDFFF)) => 12,
-                (Some(0xD800..=0xDFFF), _) => {
-                    let help = "a character beyond U+FFFF is written as two: `\\ud83d\\ude00`";
-                    return Err(self.broken("this escape is half a character", Some(help)));
-                }
-                (Some(_), _) => 6,
-                (None, _) => {
-                    return Err(self.broken("this escape needs four digits", Some("write it like `\\u00e4`")));
-                }
-            },
-            _ => {
-                let help = "known: `\\\"`, `\\\\`, `\\/`, `\\b`, `\\f`, `\\n`, `\\r`, `\\t`, `\\u00e4`";
-                return Err(self.broken("there is no such escape", Some(help)));
-            }
-        };
-        self.at += length;
-        Ok(())
-    }
-
-    fn take(&mut self, byte: u8) -> bool {
-        let taken = self.peek() == Some(byte);
-        self.at += usize::from(taken);
-        taken
-    }
-
-    fn blank(&mut self) {
-        while let Some(b' ' | b'\n' | b'\r' | b'\t') = self.peek() {
-            self.at += 1;
+            self.scanner.blanks();
         }
     }
 
     fn broken(&self, message: &str, help: Option<&'static str>) -> Broken {
-        Broken { at: self.at, message: format!("this is no JSON: {message}"), help }
+        Broken { at: self.scanner.at, message: format!("this is no JSON: {message}"), help }
     }
 
     fn too_many(&self) -> Broken {
@@ -274,55 +242,28 @@ impl<'a> Cursor<'a> {
         } else {
             format!("more than {MAX_KEPT} values in one entry, or outside of the large sections")
         };
-        Broken { at: self.at, message, help: Some("is this a model?") }
+        Broken { at: self.scanner.at, message, help: Some("is this a model?") }
     }
 }
 
-/// How many bytes come before a quote, a backslash or a control character, eight at a time where there are as many.
-fn plain_length(bytes: &[u8]) -> usize {
-    const ONES: u64 = u64::MAX / 255;
-    // Not zero when a byte of the word is zero, and only then (Mycroft's test).
-    let zeros = |word: u64| word.wrapping_sub(ONES) & !word & (ONES << 7);
-    let is_plain = |word: &[u8; 8]| {
-        let word = u64::from_le_bytes(*word);
-        let quotes = zeros(word ^ (ONES * u64::from(b'"')));
-        let backslashes = zeros(word ^ (ONES * u64::from(b'\\')));
-        quotes | backslashes | zeros(word & (ONES * 0xE0)) == 0
-    };
-    let (words, _) = bytes.as_chunks::<8>();
-    let whole = 8 * words.iter().take_while(|word| is_plain(word)).count();
-    let rest = bytes.get(whole..).unwrap_or_default();
-    whole + rest.iter().take_while(|byte| !matches!(byte, b'"' | b'\\' | 0..0x20)).count()
-}
-
-/// A sign, digits without zeros before them, a fraction, an exponent.
+/// Whether a word is a number as a whole.
 fn is_number(word: &str) -> bool {
-    let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-    let word = word.strip_prefix('-').unwrap_or(word);
-    let (mantissa, exponent) = match word.split_once(['e', 'E']) {
-        Some((mantissa, exponent)) => (mantissa, Some(exponent.strip_prefix(['+', '-']).unwrap_or(exponent))),
-        None => (word, None),
-    };
-    let (whole, fraction) = match mantissa.split_once('.') {
-        Some((whole, fraction)) => (whole, Some(fraction)),
-        None => (mantissa, None),
-    };
-    let plain = digits(whole) && (whole == "0" || !whole.starts_with('0'));
-    plain && fraction.is_none_or(digits) && exponent.is_none_or(digits)
+    let mut scanner = Scanner::new(word);
+    scanner.number().is_ok() && scanner.at == word.len()
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn plain_bytes_end_where_the_first_other_one_is(bytes in prop::collection::vec(any::<u8>(), 0..40), plain in 0..40_usize) {
-            let mut bytes: Vec<u8> = bytes;
-            bytes.iter_mut().take(plain).for_each(|byte| *byte |= 0x80);
-            let first = bytes.iter().position(|byte| matches!(byte, b'"' | b'\\' | 0..0x20));
-            prop_assert_eq!(plain_length(&bytes), first.unwrap_or(bytes.len()));
-        }
+/// The first escape within quotes that is half a character: one of a surrogate pair without the other.
+fn half_character(inner: &str) -> Option<usize> {
+    let unit = |at: usize| u16::from_str_radix(inner.get(at..at + 6)?.strip_prefix("\\u")?, 16).ok();
+    let mut at = 0;
+    while let Some(before) = inner.get(at..)?.find('\\') {
+        at += before;
+        at += match (unit(at), unit(at + 6)) {
+            (Some(0xD800..=0xDBFF), Some(0xDC00..=0xDFFF)) => 12,
+            (Some(0xD800..=0xDFFF), _) => return Some(at),
+            (Some(_), _) => 6,
+            (None, _) => 2,
+        };
     }
+    None
 }

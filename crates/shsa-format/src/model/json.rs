@@ -3,6 +3,7 @@
 //! The large sections of a model are not kept as trees: [`Json::entries`] reads one entry after the other.
 
 use shsa_core::knowledge::{BodyDraft, Diagnostic, Place, PropertyDrafts, RelationDraft, Text};
+use shsa_message::json::unescaped;
 use std::collections::BTreeSet;
 
 use super::cursor::{Broken, Cursor, Quoted};
@@ -189,8 +190,8 @@ impl Json<'_> {
     fn text(&mut self, cursor: &Cursor, quoted: Quoted) -> Text {
         let inner = cursor.inner(quoted);
         if quoted.escaped {
-            let decoded = decoded(inner);
-            let text = decoded.trim();
+            let unescaped = unescaped(inner);
+            let text = unescaped.trim();
             let place = tree::narrowed(self.source, text, quoted.place, &mut self.rewritten);
             return Text { text: text.to_owned(), place };
         }
@@ -201,45 +202,6 @@ impl Json<'_> {
         let from = if text.is_empty() { quoted.place.from } else { quoted.place.from + 1 + offset(before) };
         Text { text: text.to_owned(), place: Place { from, to: from + offset(text.len()) } }
     }
-}
-
-/// A checked text with its escapes replaced.
-fn decoded(inner: &str) -> String {
-    let mut parts = inner.split('\\');
-    let mut text = parts.next().unwrap_or("").to_owned();
-    let mut high = None;
-    while let Some(part) = parts.next() {
-        let mut rest = part.chars();
-        match rest.next() {
-            // The backslash itself: what stands between it and the next one is plain.
-            None => {
-                text.push('\\');
-                text.push_str(parts.next().unwrap_or(""));
-                continue;
-            }
-            Some('u') => {
-                let unit =
-                    part.get(1..5).and_then(|digits| u32::from_str_radix(digits, 16).ok()).unwrap_or(0);
-                match (high.take(), unit) {
-                    (None, 0xD800..=0xDBFF) => high = Some(unit),
-                    (Some(high), _) => {
-                        let point = 0x1_0000 + ((high - 0xD800) << 10) + unit.saturating_sub(0xDC00);
-                        text.extend(char::from_u32(point));
-                    }
-                    (None, _) => text.extend(char::from_u32(unit)),
-                }
-                rest = part.get(5..).unwrap_or("").chars();
-            }
-            Some('n') => text.push('\n'),
-            Some('t') => text.push('\t'),
-            Some('r') => text.push('\r'),
-            Some('b') => text.push('\u{8}'),
-            Some('f') => text.push('\u{c}'),
-            Some(other) => text.push(other),
-        }
-        text.push_str(rest.as_str());
-    }
-    text
 }
 
 #[cfg(test)]
@@ -258,7 +220,7 @@ mod tests {
             let written = if slash { written.replace('/', "\\/") } else { written };
             let expected: String = serde_json::from_str(&written).unwrap();
             let quoted = Cursor::new(&written).string().unwrap();
-            prop_assert_eq!(decoded(Cursor::new(&written).inner(quoted)), expected);
+            prop_assert_eq!(unescaped(Cursor::new(&written).inner(quoted)), expected);
         }
 
         #[test]

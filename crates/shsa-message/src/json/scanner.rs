@@ -1,0 +1,162 @@
+//! The tokens of JSON (RFC 8259): a place in a text that moves on over blanks, texts in quotes and numbers.
+
+/// A place in a text that moves on.
+#[derive(Clone, Copy, Debug)]
+pub struct Scanner<'a> {
+    /// The whole text.
+    pub text: &'a str,
+    /// The next byte.
+    pub at: usize,
+}
+
+/// What is wrong where a scanner has stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flaw {
+    /// A control character within quotes.
+    Control,
+    /// The end, before the closing quote.
+    Unclosed,
+    /// No letter that an escape has behind its backslash, which is at this byte.
+    Escape(usize),
+    /// No hexadecimal digit, where the escape with its backslash at this byte has four.
+    HexDigit(usize),
+    /// No digit, where a number has one.
+    Digit,
+}
+
+impl<'a> Scanner<'a> {
+    /// At the start of a text.
+    #[must_use]
+    pub fn new(text: &'a str) -> Scanner<'a> {
+        Scanner { text, at: 0 }
+    }
+
+    /// The next byte; `None` at the end.
+    #[must_use]
+    #[inline]
+    pub fn peek(&self) -> Option<u8> {
+        self.text.as_bytes().get(self.at).copied()
+    }
+
+    /// Steps over this byte if it is there.
+    #[inline]
+    pub fn eat(&mut self, byte: u8) -> bool {
+        let is_there = self.peek() == Some(byte);
+        self.at += usize::from(is_there);
+        is_there
+    }
+
+    /// Steps over blanks.
+    #[inline]
+    pub fn blanks(&mut self) {
+        while let Some(b' ' | b'\n' | b'\r' | b'\t') = self.peek() {
+            self.at += 1;
+        }
+    }
+
+    /// Steps over a text whose opening quote comes next; says whether it has escapes.
+    ///
+    /// # Errors
+    /// What is wrong where it has stopped.
+    #[inline]
+    pub fn quoted(&mut self) -> Result<bool, Flaw> {
+        self.at += 1;
+        let (from, mut has_escapes) = (self.at, false);
+        loop {
+            match self.peek() {
+                Some(b'"') => break,
+                Some(b'\\') => {
+                    has_escapes = true;
+                    self.escape()?;
+                }
+                Some(0..0x20) => return Err(Flaw::Control),
+                // Most are short, and done before it pays to look at eight bytes at a time.
+                Some(_) if self.at < from + 12 => self.at += 1,
+                Some(_) => self.at += plain_length(self.text.as_bytes().get(self.at..).unwrap_or_default()),
+                None => return Err(Flaw::Unclosed),
+            }
+        }
+        self.at += 1;
+        Ok(has_escapes)
+    }
+
+    fn escape(&mut self) -> Result<(), Flaw> {
+        let from = self.at;
+        self.at += 1;
+        let digits = match self.peek() {
+            Some(b'"' | b'\\' | b'/' | b'b' | b'f' | b'n' | b'r' | b't') => 0,
+            Some(b'u') => 4,
+            _ => return Err(Flaw::Escape(from)),
+        };
+        self.at += 1;
+        for _ in 0..digits {
+            if !self.peek().is_some_and(|byte| byte.is_ascii_hexdigit()) {
+                return Err(Flaw::HexDigit(from));
+            }
+            self.at += 1;
+        }
+        Ok(())
+    }
+
+    /// Steps over a number: a sign, digits without zeros before them, a fraction, an exponent.
+    ///
+    /// # Errors
+    /// [`Flaw::Digit`] where one is missing.
+    #[inline]
+    pub fn number(&mut self) -> Result<(), Flaw> {
+        let _sign = self.eat(b'-');
+        if !self.eat(b'0') {
+            self.digits()?;
+        }
+        if self.eat(b'.') {
+            self.digits()?;
+        }
+        if self.eat(b'e') || self.eat(b'E') {
+            let _sign = self.eat(b'+') || self.eat(b'-');
+            self.digits()?;
+        }
+        Ok(())
+    }
+
+    fn digits(&mut self) -> Result<(), Flaw> {
+        let from = self.at;
+        while self.peek().is_some_and(|byte| byte.is_ascii_digit()) {
+            self.at += 1;
+        }
+        if self.at == from { Err(Flaw::Digit) } else { Ok(()) }
+    }
+}
+
+/// How many bytes come before a quote, a backslash or a control character, eight at a time where there are as many.
+fn plain_length(bytes: &[u8]) -> usize {
+    const ONES: u64 = u64::MAX / 255;
+    // The lowest bit that is set is that of the first byte that is zero (Mycroft's test).
+    let zeros = |word: u64| word.wrapping_sub(ONES) & !word & (ONES << 7);
+    let (words, rest) = bytes.as_chunks::<8>();
+    for (index, word) in words.iter().enumerate() {
+        let word = u64::from_le_bytes(*word);
+        let quotes = zeros(word ^ (ONES * u64::from(b'"')));
+        let backslashes = zeros(word ^ (ONES * u64::from(b'\\')));
+        let others = quotes | backslashes | zeros(word & (ONES * 0xE0));
+        if others != 0 {
+            return 8 * index + others.trailing_zeros() as usize / 8;
+        }
+    }
+    8 * words.len() + rest.iter().take_while(|byte| !matches!(byte, b'"' | b'\\' | 0..0x20)).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn plain_bytes_end_where_the_first_other_one_is(bytes in prop::collection::vec(any::<u8>(), 0..40), plain in 0..40_usize) {
+            let mut bytes: Vec<u8> = bytes;
+            bytes.iter_mut().take(plain).for_each(|byte| *byte |= 0x80);
+            let first = bytes.iter().position(|byte| matches!(byte, b'"' | b'\\' | 0..0x20));
+            prop_assert_eq!(plain_length(&bytes), first.unwrap_or(bytes.len()));
+        }
+    }
+}

@@ -1,0 +1,249 @@
+//! JSON (RFC 8259) gone through once: where the wanted values stand; nothing is built and nothing is copied.
+//!
+//! Beyond the standard only the words `NaN`, `Infinity` and `-Infinity` are numbers, as Python and JavaScript libraries
+//! write them: a sensor that says so is readable, and its value is invalid.
+
+use super::scanner::{Flaw, Scanner};
+use std::ops::Range;
+
+/// Deeper nesting is refused: it would cost stack.
+const DEPTH_MAX: usize = 64;
+
+/// Where a text stops to be JSON.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Broken {
+    /// Byte, counted from 0.
+    pub at: usize,
+    /// What would have been right there.
+    pub expected: &'static str,
+}
+
+/// What a value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// `null`.
+    Null,
+    /// `false`.
+    False,
+    /// `true`.
+    True,
+    /// A number, also `NaN` and the infinities.
+    Number,
+    /// A text; its place is that of what stands between the quotes.
+    Text,
+    /// A list.
+    List,
+    /// An object.
+    Object,
+}
+
+/// Where a value stands in the text, in bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// What it is.
+    pub kind: Kind,
+    /// Its first byte.
+    pub from: usize,
+    /// The byte behind it.
+    pub to: usize,
+}
+
+impl Place {
+    /// Its bytes.
+    #[must_use]
+    pub fn range(self) -> Range<usize> {
+        self.from..self.to
+    }
+
+    /// What stands there; nothing when the place is of another text.
+    #[must_use]
+    pub fn of(self, text: &str) -> &str {
+        text.get(self.range()).unwrap_or("")
+    }
+}
+
+/// Is told of every value on the way.
+pub trait Visitor {
+    /// What is known of a value on the way to its members.
+    type Node: Copy;
+    /// The node of an object's member; its name as it stands between the quotes. `None`: neither it nor anything in it
+    /// is of interest.
+    fn member(&mut self, of: Self::Node, name: &str) -> Option<Self::Node>;
+    /// The node of a list's element.
+    fn element(&mut self, of: Self::Node, index: usize) -> Option<Self::Node>;
+    /// A value of interest begins.
+    fn enter(&mut self, node: Self::Node);
+    /// It has ended.
+    fn leave(&mut self, node: Self::Node, place: Place);
+}
+
+/// Whether a text is JSON if it is anything: else it is a plain number or word.
+#[must_use]
+pub fn is_likely(text: &str) -> bool {
+    text.trim_ascii_start().starts_with(['{', '[', '"'])
+}
+
+/// Goes through a text that must be one JSON value. `O(bytes)`; allocates nothing.
+///
+/// # Errors
+/// Where it stops to be JSON.
+pub fn walk<V: Visitor>(text: &str, root: V::Node, visitor: &mut V) -> Result<(), Broken> {
+    let mut walker = Walker { scanner: Scanner::new(text), visitor };
+    walker.value(Some(root), 0)?;
+    walker.scanner.blanks();
+    if walker.scanner.at < text.len() { Err(walker.broken("the end")) } else { Ok(()) }
+}
+
+struct Walker<'a, V> {
+    scanner: Scanner<'a>,
+    visitor: &'a mut V,
+}
+
+impl<V: Visitor> Walker<'_, V> {
+    fn broken(&self, expected: &'static str) -> Broken {
+        Broken { at: self.scanner.at, expected }
+    }
+
+    fn flawed(&self, flaw: Flaw) -> Broken {
+        self.broken(match flaw {
+            Flaw::Control => "no control character in a text",
+            Flaw::Unclosed => "a closing quote",
+            Flaw::Escape(_) => "an escaped character",
+            Flaw::HexDigit(_) => "four hexadecimal digits",
+            Flaw::Digit => "a digit",
+        })
+    }
+
+    fn value(&mut self, node: Option<V::Node>, depth: usize) -> Result<(), Broken> {
+        self.scanner.blanks();
+        if let Some(node) = node {
+            self.visitor.enter(node);
+        }
+        let from = self.scanner.at;
+        let kind = match self.scanner.peek() {
+            Some(b'{') => self.object(node, depth)?,
+            Some(b'[') => self.list(node, depth)?,
+            Some(b'"') => self.text()?,
+            Some(b't') => self.word("true", Kind::True)?,
+            Some(b'f') => self.word("false", Kind::False)?,
+            Some(b'n') => self.word("null", Kind::Null)?,
+            Some(b'N') => self.word("NaN", Kind::Number)?,
+            Some(b'I') => self.word("Infinity", Kind::Number)?,
+            Some(b'-' | b'0'..=b'9') => self.number()?,
+            _ => return Err(self.broken("a value")),
+        };
+        let quote = usize::from(kind == Kind::Text);
+        if let Some(node) = node {
+            self.visitor.leave(node, Place { kind, from: from + quote, to: self.scanner.at - quote });
+        }
+        Ok(())
+    }
+
+    fn object(&mut self, node: Option<V::Node>, depth: usize) -> Result<Kind, Broken> {
+        self.opened(depth)?;
+        if self.scanner.eat(b'}') {
+            return Ok(Kind::Object);
+        }
+        loop {
+            self.scanner.blanks();
+            let from = self.scanner.at + 1;
+            if self.scanner.peek() != Some(b'"') {
+                return Err(self.broken("a name in quotes"));
+            }
+            self.text()?;
+            let name = self.scanner.text.get(from..self.scanner.at - 1).unwrap_or("");
+            let member = node.and_then(|node| self.visitor.member(node, name));
+            self.scanner.blanks();
+            if !self.scanner.eat(b':') {
+                return Err(self.broken("a colon"));
+            }
+            self.value(member, depth + 1)?;
+            if self.closed(b'}', "a comma or a closing brace")? {
+                return Ok(Kind::Object);
+            }
+        }
+    }
+
+    fn list(&mut self, node: Option<V::Node>, depth: usize) -> Result<Kind, Broken> {
+        self.opened(depth)?;
+        if self.scanner.eat(b']') {
+            return Ok(Kind::List);
+        }
+        let mut index = 0;
+        loop {
+            let element = node.and_then(|node| self.visitor.element(node, index));
+            self.value(element, depth + 1)?;
+            index += 1;
+            if self.closed(b']', "a comma or a closing bracket")? {
+                return Ok(Kind::List);
+            }
+        }
+    }
+
+    fn opened(&mut self, depth: usize) -> Result<(), Broken> {
+        if depth >= DEPTH_MAX {
+            return Err(self.broken("no deeper nesting"));
+        }
+        self.scanner.at += 1;
+        self.scanner.blanks();
+        Ok(())
+    }
+
+    /// Whether the list or object ends here; else it goes on behind a comma.
+    fn closed(&mut self, by: u8, expected: &'static str) -> Result<bool, Broken> {
+        self.scanner.blanks();
+        let closed = self.scanner.eat(by);
+        if closed || self.scanner.eat(b',') { Ok(closed) } else { Err(self.broken(expected)) }
+    }
+
+    fn word(&mut self, word: &str, kind: Kind) -> Result<Kind, Broken> {
+        let rest = self.scanner.text.get(self.scanner.at..);
+        if !rest.is_some_and(|rest| rest.starts_with(word)) {
+            return Err(self.broken("a value"));
+        }
+        self.scanner.at += word.len();
+        Ok(kind)
+    }
+
+    fn text(&mut self) -> Result<Kind, Broken> {
+        let read = self.scanner.quoted();
+        read.map(|_| Kind::Text).map_err(|flaw| self.flawed(flaw))
+    }
+
+    fn number(&mut self) -> Result<Kind, Broken> {
+        let (at, bytes) = (self.scanner.at, self.scanner.text.as_bytes());
+        if bytes.get(at) == Some(&b'-') && bytes.get(at + 1) == Some(&b'I') {
+            self.scanner.at += 1;
+            return self.word("Infinity", Kind::Number);
+        }
+        let read = self.scanner.number();
+        read.map(|()| Kind::Number).map_err(|flaw| self.flawed(flaw))
+    }
+}
+
+/// The places of the elements of a list, told one after the other to `each`, which says whether to go on.
+pub fn elements(text: &str, list: Place, mut each: impl FnMut(usize, Place) -> bool) {
+    struct Elements<F>(F, usize, bool);
+    impl<F: FnMut(usize, Place) -> bool> Visitor for Elements<F> {
+        /// Whether it is the list itself.
+        type Node = bool;
+        fn member(&mut self, _of: bool, _name: &str) -> Option<bool> {
+            None
+        }
+        fn element(&mut self, of: bool, index: usize) -> Option<bool> {
+            self.1 = index;
+            (of && self.2).then_some(false)
+        }
+        fn enter(&mut self, _node: bool) {}
+        fn leave(&mut self, node: bool, place: Place) {
+            if !node && self.2 {
+                self.2 = (self.0)(self.1, place);
+            }
+        }
+    }
+    let shifted = |index, place: Place| {
+        each(index, Place { kind: place.kind, from: place.from + list.from, to: place.to + list.from })
+    };
+    // It is a part of a text that has been gone through: it cannot be broken.
+    let _walked = walk(list.of(text), true, &mut Elements(shifted, 0, true));
+}
