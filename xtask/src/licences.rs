@@ -12,7 +12,8 @@ use std::fs;
 const SHIPPED: &str = "shsa";
 
 /// What other programs depend on: `[patch]` does not reach them.
-const LIBRARIES: [&str; 5] = ["shsa-core", "shsa-format", "shsa-bridge", "shsa-lab", "shsa-runtime"];
+const LIBRARIES: [&str; 6] =
+    ["shsa-core", "shsa-message", "shsa-format", "shsa-bridge", "shsa-lab", "shsa-runtime"];
 
 /// The part of `deny.toml` that is read here; cargo-deny reads the rest.
 #[derive(Deserialize)]
