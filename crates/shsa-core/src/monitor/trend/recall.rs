@@ -23,44 +23,43 @@ impl Trend {
     /// What is to be remembered; `None` before there is anything.
     #[must_use]
     pub fn to_record(&self) -> Option<TrendRecord> {
-        (self.weight > 0.0).then_some(TrendRecord {
-            usual: self.usual,
-            sums: self.sums,
+        let Trend { drift, scatter, skew, .. } = self;
+        (drift.weight > 0.0).then_some(TrendRecord {
+            usual: drift.usual,
+            sums: drift.sums,
             means: [
-                self.mean,
-                self.square,
-                self.recent,
-                self.scatter,
-                self.slope_slope,
-                self.slope_difference,
+                drift.mean,
+                skew.square,
+                scatter.square,
+                scatter.variance,
+                skew.slope_slope,
+                skew.slope_difference,
             ],
-            weight: self.weight,
+            weight: drift.weight,
             tendency: self.alarm,
         })
     }
 
     /// Goes on from what was remembered; numbers that cannot be are left out.
     pub fn recall(&mut self, record: &TrendRecord, now: Time) {
-        let [mean, square, recent, scatter, slope_slope, slope_difference] = record.means;
+        let [mean, square, recent, variance, slope_slope, slope_difference] = record.means;
         let numbers = record.means.iter().chain(&record.sums).chain(&record.usual).chain([&record.weight]);
         if !numbers.into_iter().all(|number| number.is_finite()) {
             return;
         }
         let not_below_zero = |number: f64| number.max(0.0);
-        *self = Trend {
-            usual: record.usual,
-            settled: record.usual.map(|_| now),
-            sums: record.sums.map(|sum| sum.clamp(0.0, 1.0)),
-            mean,
-            square: not_below_zero(square),
-            recent: not_below_zero(recent),
-            scatter: not_below_zero(scatter),
-            slope_slope: not_below_zero(slope_slope),
-            slope_difference,
-            weight: record.weight.clamp(0.0, 1.0),
-            alarm: record.tendency,
-            raised: now,
-            ..Trend::empty(self.options, self.noise)
-        };
+        *self = Trend::empty(self.options, self.noise);
+        let Trend { drift, scatter, skew, .. } = self;
+        drift.usual = record.usual;
+        drift.settled = record.usual.map(|_| now);
+        drift.sums = record.sums.map(|sum| sum.clamp(0.0, 1.0));
+        drift.mean = mean;
+        drift.weight = record.weight.clamp(0.0, 1.0);
+        scatter.variance = not_below_zero(variance);
+        scatter.square = not_below_zero(recent);
+        skew.square = not_below_zero(square);
+        skew.slope_slope = not_below_zero(slope_slope);
+        skew.slope_difference = slope_difference;
+        (self.alarm, self.raised) = (record.tendency, now);
     }
 }

@@ -1,0 +1,45 @@
+//! A value with what every comparison asks of it.
+
+use crate::interval::Interval;
+
+/// A value with what comparisons ask of it, found once however many there are.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured {
+    /// The value, SI.
+    pub value: Interval,
+    middle: f64,
+    width: f64,
+}
+
+impl Measured {
+    /// Finds the middle and the width.
+    #[inline]
+    #[must_use]
+    pub fn of(value: Interval) -> Measured {
+        Measured { value, middle: value.midpoint(), width: value.width() }
+    }
+
+    /// The same bounds around another best guess.
+    pub(in super::super) fn with_guess(self, guess: Option<f64>) -> Measured {
+        Measured { middle: guess.unwrap_or(self.middle), ..self }
+    }
+
+    /// What it says with a margin on both sides: the middle is the same.
+    #[inline]
+    pub(in super::super) fn widened(&self, margin: f64) -> Measured {
+        let value = self.value.widened(margin);
+        Measured { value, middle: self.middle, width: self.width + 2.0 * margin }
+    }
+
+    /// Its middle, SI.
+    #[inline]
+    pub(in super::super) fn middle(&self) -> f64 {
+        self.middle
+    }
+
+    /// Its width, SI.
+    #[inline]
+    pub(in super::super) fn width(&self) -> f64 {
+        self.width
+    }
+}

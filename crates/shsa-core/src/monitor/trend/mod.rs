@@ -1,0 +1,330 @@
+//! What many comparisons of two ways say together although each single one agrees: drift, scatter, skew in time.
+//!
+//! Each of the three has a detector of its own; this holds them together and says which of them raises the alarm.
+//!
+//! All figures are shares of the tolerance: half the sum of both widths. A difference of 1 is where the intervals part. Where
+//! the noise of both is known, they are multiples of its deviation.
+
+mod options;
+mod measured;
+mod drift;
+mod scatter;
+mod skew;
+mod recall;
+#[cfg(test)]
+mod tests;
+
+pub use measured::Measured;
+pub use options::{Noise, TrendOptions};
+pub use recall::TrendRecord;
+
+use crate::time::{Span, Time, Validity};
+use drift::{Drift, WILD};
+use scatter::{BEYOND, Scatter};
+use skew::{SHIFTED, Skew};
+
+/// Means go over so many times as many comparisons as a drift takes at least.
+const MEMORY: f64 = 4.0;
+/// Differences count at most so many tolerances, as one wild value is no trend.
+const LARGEST: f64 = 1.5;
+/// Scatter and skew that have come so far towards an alarm may yet become one.
+const HALF: f64 = 0.5;
+/// An alarm about scatter or skew ends below this share of its limit.
+const HYSTERESIS: f64 = 0.5;
+
+/// What has come together over many comparisons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tendency {
+    /// Nothing.
+    Calm,
+    /// Too little to count, but it may become more.
+    Building,
+    /// The mean difference lasts.
+    Drift,
+    /// Differences scatter.
+    Noise,
+    /// Differences go with the slope of the values.
+    Skew,
+}
+
+/// What many comparisons say together and the declared bounds allow: it accuses nobody.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Note {
+    /// The mean difference, SI, lasts; and how long it takes at this pace until the two ways part.
+    Drift {
+        /// The first minus the second.
+        mean: f64,
+        /// `None` where it does not grow.
+        parts_in: Option<Span>,
+    },
+    /// The differences scatter.
+    Scatter,
+}
+
+/// The comparison before.
+#[derive(Clone, Copy, Debug)]
+struct Before {
+    time: Time,
+    /// Half the sum of both widths, SI, and the difference as a share of that,
+    tolerance: f64,
+    share: f64,
+    /// and in the unit of all figures, clipped.
+    clipped: f64,
+    /// The middle of the other way's value, SI.
+    other: f64,
+}
+
+/// What many comparisons of two ways say together.
+#[derive(Clone, Copy, Debug)]
+pub struct Trend {
+    options: TrendOptions,
+    noise: Noise,
+    /// One over the deviation of the noise, where that is known.
+    per_deviation: f64,
+    /// The share of a mean that a second of comparisons replaces, and the most that one comparison does.
+    gain_per_second: f64,
+    most_gain: f64,
+    before: Option<Before>,
+    drift: Drift,
+    scatter: Scatter,
+    skew: Skew,
+    alarm: Tendency,
+    /// When the alarm was raised.
+    raised: Time,
+    /// The single comparisons are in conflict.
+    in_conflict: bool,
+}
+
+impl Trend {
+    /// Nothing compared yet; each comparison tells about so long a window.
+    #[must_use]
+    pub fn new(options: TrendOptions, window: Span, noise: Noise) -> Trend {
+        let span = options.span.max(window.times(2));
+        Trend::empty(TrendOptions { span, ..options }, noise)
+    }
+
+    fn empty(options: TrendOptions, noise: Noise) -> Trend {
+        let (options, per_deviation) = match noise {
+            Noise::Known(deviation) => {
+                (TrendOptions { scatter: BEYOND, skew: SHIFTED, ..options }, 1.0 / deviation)
+            }
+            Noise::Unknown | Noise::Declared => (options, 0.0),
+        };
+        Trend {
+            options,
+            noise,
+            per_deviation,
+            gain_per_second: 1.0 / options.span.seconds(),
+            most_gain: 1.0 / f64::from(options.least.max(1)),
+            before: None,
+            drift: Drift::new(&options, noise),
+            scatter: Scatter::new(&options),
+            skew: Skew::new(&options),
+            alarm: Tendency::Calm,
+            raised: Time::MIN,
+            in_conflict: false,
+        }
+    }
+
+    /// Forgets everything but how the two usually differ.
+    pub fn forget(&mut self) {
+        let before = self.drift;
+        self.begin_anew();
+        self.drift.keep_usual(&before);
+    }
+
+    /// Forgets everything.
+    pub(super) fn begin_anew(&mut self) {
+        *self = Trend::empty(self.options, self.noise);
+    }
+
+    /// Whether it goes by the noise that is declared, and so by the best guess of both values.
+    pub(super) fn goes_by_noise(&self) -> bool {
+        matches!(self.noise, Noise::Known(_))
+    }
+
+    /// Takes a comparison in.
+    // Once for every observation or comparison, from two places: by a hint alone it would be called.
+    #[inline(always)]
+    pub fn record(&mut self, value: &Measured, other: &Measured, validity: Validity, now: Time) {
+        let tolerance = 0.5 * (value.width() + other.width());
+        let (difference, middle) = (value.middle() - other.middle(), other.middle());
+        // Divisions are what this costs: one for all shares of the tolerance.
+        let per_tolerance = 1.0 / tolerance;
+        let share = difference * per_tolerance;
+        // A tolerance that is infinite has none, and of one that is zero they are no numbers.
+        if !(per_tolerance > 0.0 && share.abs() < f64::INFINITY) {
+            return;
+        }
+        // A hull of neighbours is wider where the plant moves: noise is not.
+        let (shares, largest) = match self.noise {
+            Noise::Known(_) => (self.per_deviation, WILD),
+            Noise::Unknown | Noise::Declared => (per_tolerance, LARGEST),
+        };
+        let clipped = (difference * shares).clamp(-largest, largest);
+        let time = validity.to;
+        let before = self.before.replace(Before { time, tolerance, share, clipped, other: middle });
+        let Some(before) = before.filter(|before| before.time < time) else { return };
+        let elapsed = (time - before.time).seconds();
+        let gain = self.gain(elapsed);
+        match self.noise {
+            Noise::Known(_) => {
+                let (per_deviation, scatter) = (self.per_deviation, self.scatter.variance);
+                self.drift.accumulate_beyond((difference, share), per_deviation, scatter);
+            }
+            Noise::Unknown | Noise::Declared => self.drift.accumulate(share, shares, gain),
+        }
+        self.scatter.record(clipped, before.clipped, elapsed);
+        let gain = gain / MEMORY;
+        self.drift.average(difference, gain);
+        if !matches!(self.noise, Noise::Unknown) {
+            // A shift in time may be many deviations wide.
+            let apart = difference.clamp(-LARGEST * tolerance, LARGEST * tolerance) * shares;
+            let slope = (middle - before.other) * shares / elapsed;
+            self.skew.record(apart, slope, gain);
+        }
+        self.drift.learn(time);
+        if !self.stays_calm() {
+            self.raise(now);
+        }
+    }
+
+    /// The share of a mean that a comparison replaces, and of an alarm that twice the allowance adds.
+    fn gain(&self, elapsed: f64) -> f64 {
+        smaller(elapsed * self.gain_per_second, self.most_gain)
+    }
+
+    /// Whether nothing has come together, and nothing comes near to it: most often, and quickly seen.
+    fn stays_calm(&self) -> bool {
+        self.alarm == Tendency::Calm
+            && self.drift.stays_calm()
+            && self.scatter.stays_calm()
+            && self.skew.stays_calm()
+    }
+
+    #[inline(never)]
+    fn raise(&mut self, now: Time) {
+        let held = |alarm| if self.alarm == alarm { HYSTERESIS } else { 1.0 };
+        let drift = self.drift.nearness();
+        let noise = self.scatter.nearness();
+        let skew = if self.drift.rests_on_enough() { self.skew.nearness(held(Tendency::Skew)) } else { 0.0 };
+        let alarm = if skew > held(Tendency::Skew) {
+            Tendency::Skew
+        } else if drift >= 1.0 || (self.alarm == Tendency::Drift && drift > 0.0) {
+            Tendency::Drift
+        } else if noise > held(Tendency::Noise) {
+            Tendency::Noise
+        } else if self.drift.is_open() || noise.max(skew) > HALF {
+            Tendency::Building
+        } else {
+            Tendency::Calm
+        };
+        let is_raised = |tendency| !matches!(tendency, Tendency::Calm | Tendency::Building);
+        if is_raised(alarm) && !is_raised(self.alarm) {
+            self.raised = now;
+        }
+        self.alarm = alarm;
+    }
+
+    /// Single comparisons are in conflict: while they are, there is nothing to add.
+    pub fn engage(&mut self) {
+        if !self.in_conflict {
+            self.drift.note();
+            self.skew.note(self.alarm == Tendency::Skew, self.drift.rests_on_enough());
+        }
+        self.drift.sums = [0.0; 2];
+        self.in_conflict = true;
+    }
+
+    /// The single comparisons agree again: what was gathered during their conflict is over.
+    pub fn relax(&mut self) {
+        if self.in_conflict {
+            self.forget();
+        }
+    }
+
+    /// What has come together that may accuse: nothing while the noise is not declared.
+    #[must_use]
+    pub fn tendency(&self) -> Tendency {
+        if matches!(self.noise, Noise::Unknown) { Tendency::Calm } else { self.alarm }
+    }
+
+    /// What has come together where nothing of it may accuse.
+    #[must_use]
+    pub fn note(&self) -> Option<Note> {
+        match self.alarm {
+            _ if self.noise != Noise::Unknown => None,
+            Tendency::Drift => Some(Note::Drift { mean: self.mean(), parts_in: self.parts_in() }),
+            Tendency::Noise => Some(Note::Scatter),
+            Tendency::Skew | Tendency::Building | Tendency::Calm => None,
+        }
+    }
+
+    /// How long it takes until the mean difference is as large as the tolerance, at its pace since what is usual was learnt.
+    fn parts_in(&self) -> Option<Span> {
+        let before = self.before?;
+        self.drift.parts_in(before.tolerance, before.time)
+    }
+
+    /// How long a difference must last to be a drift.
+    #[must_use]
+    pub fn span(&self) -> Span {
+        self.options.span
+    }
+
+    /// How long an alarm may take after the first sign, for comparisons every `period`.
+    #[must_use]
+    pub fn latency(&self, period: Span) -> Span {
+        self.options.span.max(period.times(i64::from(self.options.least)))
+    }
+
+    /// How far apart the two were at the last comparison.
+    pub(super) fn last_share(&self) -> f64 {
+        self.before.map_or(0.0, |before| before.share.abs())
+    }
+
+    /// When what has come together became enough.
+    #[must_use]
+    pub fn raised(&self) -> Time {
+        self.raised
+    }
+
+    /// The mean difference of late, SI.
+    #[must_use]
+    pub fn mean(&self) -> f64 {
+        self.drift.mean()
+    }
+
+    /// How much later than the other the first way tells what happens; `None` where no shift in time explains the
+    /// differences.
+    #[must_use]
+    pub fn skew(&self) -> Option<Span> {
+        self.skew.late()
+    }
+
+    /// What the differences look like, for comparisons that are in conflict.
+    #[must_use]
+    pub fn character(&self) -> Tendency {
+        if self.alarm == Tendency::Drift || self.drift.had_begun() {
+            Tendency::Drift
+        } else if self.alarm == Tendency::Skew || self.skew.was_shifted() {
+            Tendency::Skew
+        } else if self.scatter.alternates() {
+            Tendency::Noise
+        } else {
+            Tendency::Calm
+        }
+    }
+}
+
+/// The smaller of two numbers.
+#[inline]
+fn smaller(one: f64, other: f64) -> f64 {
+    if one < other { one } else { other }
+}
+
+/// Moves a mean towards a value.
+#[inline]
+fn approach(mean: &mut f64, value: f64, gain: f64) {
+    *mean += gain * (value - *mean);
+}
