@@ -25,6 +25,7 @@ pub mod computation;
 pub mod monitor;
 pub mod diagnosis;
 pub mod plan;
+pub mod residual_selection;
 pub mod service;
 pub mod engine;
 pub mod analysis;

@@ -2,8 +2,8 @@
 
 use super::Options;
 use crate::computation::Computation;
-use crate::engine::WatchBudget;
 use crate::knowledge::{KnowledgeBase, RelationId};
+use crate::residual_selection::WatchBudget;
 use crate::substitution::{Step, Way};
 use alloc::vec::Vec;
 

@@ -2,10 +2,10 @@
 
 use super::basis::Basis;
 use super::budget::Budget;
-use crate::engine::{FaultSignature, Witnesses, afford, isolate, witnesses};
 use crate::knowledge::{IdVec, KnowledgeBase, RelationSet, Shape, SignalSet, VariableId};
 use crate::monitor::compared;
 use crate::plan::Graph;
+use crate::residual_selection::{FaultSignature, Witnesses, afford, isolate, witnesses};
 use crate::substitution::Way;
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;

@@ -2,8 +2,8 @@
 
 use super::comparisons::Comparisons;
 use crate::diagnosis::Component;
-use crate::engine::{Findings, Told};
 use crate::knowledge::{Id, KnowledgeBase, RelationId, SignalId, SignalSet};
+use crate::residual_selection::{Findings, Told};
 use alloc::vec::Vec;
 
 /// What the comparisons say about a fault of each signal and relation.

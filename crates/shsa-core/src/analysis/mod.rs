@@ -24,9 +24,9 @@ pub use gaps::{Gap, Obstacle};
 pub use losses::Tolerance;
 pub use watch::{Hidden, Watch};
 
-use crate::engine::WatchBudget;
 use crate::knowledge::{Id, IdVec, KnowledgeBase, NeedId, RelationId, SignalId, SignalSet};
 use crate::plan::Graph;
+use crate::residual_selection::WatchBudget;
 use alloc::vec::Vec;
 use budget::Budget;
 use survey::Survey;

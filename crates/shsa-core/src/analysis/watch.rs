@@ -33,7 +33,7 @@ pub struct Hidden {
     pub taken_for: SignalSet,
 }
 
-/// In file order. Complexity: that of [`Witnesses::reach`](crate::engine::Witnesses::reach) for each variable of which
+/// In file order. Complexity: that of [`Witnesses::reach`](crate::residual_selection::Witnesses::reach) for each variable of which
 /// not all ways are watched.
 pub(super) fn watched(
     knowledge: &KnowledgeBase,

@@ -8,10 +8,6 @@ mod operator;
 mod snapshot;
 mod message;
 mod reason;
-mod fault_signature;
-mod findings;
-mod residual_selection;
-mod isolation;
 mod ways;
 mod ready_sources;
 mod provider;
@@ -22,16 +18,14 @@ mod evidence;
 mod ticks;
 
 pub use evidence::{Comparison, Evidence, Mute, Rival, Side};
-pub use fault_signature::FaultSignature;
-pub use findings::{Findings, Told};
-pub use isolation::{isolate, to_watch};
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality, Report};
 pub use operator::{Order, Refusal, Subject};
 pub use provider::{Delegation, NeedStatus};
 pub use reason::{difference as difference_text, interval as interval_text, span as span_text};
-pub use residual_selection::{WatchBudget, Witnesses, afford, can_be_watched, witnesses};
 pub use snapshot::{Accusation, Missing, Published, Remembered, Served, Snapshot, Trending};
 pub use ticks::Ticks;
+
+pub use crate::residual_selection::{Told, WatchBudget, can_be_watched, to_watch, witnesses};
 
 use crate::computation::Task;
 use crate::diagnosis::{Component, Decision, Judge, JudgeOptions, Verdict};

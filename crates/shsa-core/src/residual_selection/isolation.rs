@@ -8,9 +8,11 @@
 //! not, so only numbers with a single independent signal are looked behind, one at a time, and only ways that tell more
 //! apart than all comparisons so far are added.
 
+use super::candidates::stands;
 use super::fault_signature::FaultSignature;
 use super::findings::Findings;
-use super::residual_selection::{WatchBudget, Witnesses, afford, can_be_watched, stands, witnesses};
+use super::measured::{Measured, only_signal};
+use super::witnesses::Witnesses;
 use crate::knowledge::{
     IdVec, KnowledgeBase, RelationId, RelationSet, Shape, SignalId, SignalSet, VariableId,
 };
@@ -41,23 +43,6 @@ const MOST_PAIRED: usize = 8;
 
 /// Of each variable so many ways count as compared with each other.
 const MOST_COMPARED: usize = 64;
-
-/// All ways of knowing every variable that can be known in two ways or more, with those that [isolate](isolate()) more, within a
-/// budget: what the engine's monitor compares.
-#[must_use]
-pub fn to_watch(knowledge: &KnowledgeBase, graph: &Graph, budget: WatchBudget) -> Vec<Way> {
-    let runs = |way: &Way| can_be_watched(knowledge, way);
-    let is_number = |variable: &VariableId| knowledge.variables()[*variable].shape == Shape::Scalar;
-    let variables = knowledge.variables().ids().filter(is_number);
-    let mut all: Vec<(VariableId, Witnesses)> = variables
-        .map(|variable| (variable, witnesses(knowledge, graph, variable, budget.ways, runs)))
-        .collect();
-    let mut by_variable = all.iter_mut().map(|(variable, witnesses)| (*variable, witnesses)).collect();
-    isolate(knowledge, graph, &mut by_variable, budget.ways, runs);
-    afford(knowledge, all.iter_mut().map(|(_, witnesses)| witnesses), budget.cost);
-    let watched = all.into_iter().map(|(_, witnesses)| witnesses.ways);
-    watched.filter(|ways| ways.len() > 1).flatten().collect()
-}
 
 /// Adds ways that look behind a measured number to those that are watched, as long as each tells more apart, and as there are
 /// no more than `most` of a variable. Gives how many decisions were taken.
@@ -144,40 +129,6 @@ fn readers(knowledge: &KnowledgeBase) -> IdVec<VariableId, Vec<RelationId>> {
         }
     }
     readers
-}
-
-/// A number with one independent signal, which relations compute, too.
-struct Measured {
-    variable: VariableId,
-    /// The signal, or the first of those that are the same measurement or rest on it.
-    signal: SignalId,
-    /// All signals that go with it.
-    followers: SignalSet,
-}
-
-impl Measured {
-    /// Complexity: O(signals times what they are derived from).
-    fn new(knowledge: &KnowledgeBase, variable: VariableId, signal: SignalId) -> Measured {
-        let follows = |other: &SignalId| rests(knowledge, *other, signal);
-        Measured { variable, signal, followers: knowledge.signals().ids().filter(follows).collect() }
-    }
-}
-
-/// Whether a signal is the same measurement as another one, or derived from it.
-fn rests(knowledge: &KnowledgeBase, signal: SignalId, other: SignalId) -> bool {
-    knowledge.as_witnesses(knowledge.origins(signal)).contains(other)
-}
-
-/// The signal on which all signals of a number rest that relations compute, too.
-fn only_signal(knowledge: &KnowledgeBase, variable: VariableId) -> Option<SignalId> {
-    let described = &knowledge.variables()[variable];
-    let is_number = described.constant.is_none() && described.shape == Shape::Scalar;
-    if !is_number || knowledge.producers(variable).is_empty() {
-        return None;
-    }
-    let mut carriers = knowledge.carriers(variable).iter().filter(|&&it| knowledge.is_available(it));
-    let signal = knowledge.witness(*carriers.next()?);
-    carriers.all(|&other| rests(knowledge, other, signal)).then_some(signal)
 }
 
 /// A way that may be added, or is watched.

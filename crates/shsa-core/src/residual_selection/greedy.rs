@@ -10,7 +10,7 @@
 //! signals also reach ways over different relations, kinds may not be transitive, and the bounds are not proven.
 //! "No fault" counts as one more `t`, so that what shows at all counts, too.
 
-use super::super::fault_signature::{BySignal, FaultSignature, compacted};
+use super::fault_signature::{BySignal, FaultSignature, compacted};
 use crate::knowledge::{IdVec, SignalId, SignalSet};
 use alloc::vec::Vec;
 use core::cmp::Reverse;

@@ -1,17 +1,9 @@
-//! What two ways of knowing a variable say about signals when they disagree, and what it costs to compare them.
+//! What two ways of knowing a variable say about signals and relations when they disagree.
 
-use crate::computation::Computation;
-use crate::expression::{Formula, Shape};
 use crate::knowledge::{Id, IdVec, KnowledgeBase, RelationId, RelationSet, SignalId, SignalSet, VariableId};
 use crate::monitor::{rests_on, sized_by};
 use crate::substitution::{Step, Way};
 use alloc::vec::Vec;
-
-/// Operations that a comparison counts as: looking the other way up at that moment, and keeping what was found.
-const COMPARISON: f64 = 10.0;
-
-/// Elements that a vector counts as: how long it is, only its observations say.
-const USUAL_ELEMENTS: f64 = 256.0;
 
 /// The signals and relations of a way of knowing, and how they reach its output.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +46,11 @@ impl FaultSignature {
         let sized_through = sized_through.map(|(relation, _)| *relation).collect();
         let rests_on = rests_on(knowledge, way);
         FaultSignature { rests_on, sized_by, relations, sized_through, paths, through }
+    }
+
+    /// Those of some ways.
+    pub(super) fn of_all(knowledge: &KnowledgeBase, ways: &[Way]) -> Vec<FaultSignature> {
+        ways.iter().map(|way| FaultSignature::of(knowledge, way)).collect()
     }
 
     /// The signals whose loss takes the way.
@@ -175,48 +172,6 @@ fn path(
     }
     steps.sort_unstable();
     steps
-}
-
-/// What a way under watch costs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Cost {
-    rate_hz: f64,
-    operations: f64,
-}
-
-impl Cost {
-    /// A signal whose rate is not declared counts as a usual one, a vector as 256 elements, a relation without a
-    /// formula as one operation an input.
-    pub(super) fn of(knowledge: &KnowledgeBase, way: &Way) -> Cost {
-        let operations = |step: &Step| {
-            let relation = &knowledge.relations()[step.relation];
-            let condition = relation.condition.as_ref().map_or(0.0, operations);
-            let inputs = || relation.needs(step.output).count() as f64;
-            condition + relation.formula(step.output).map_or_else(inputs, operations)
-        };
-        Cost {
-            rate_hz: Computation::rate_hz(knowledge, way, Computation::slowest_input),
-            operations: 1.0 + way.substitution.steps.iter().map(operations).sum::<f64>(),
-        }
-    }
-
-    /// Operations a second of computing it.
-    pub(super) fn alone(self) -> f64 {
-        self.rate_hz * self.operations
-    }
-
-    /// Operations a second of comparing it with another: when the slower one delivers.
-    pub(super) fn compared(self, other: Cost) -> f64 {
-        COMPARISON * self.rate_hz.min(other.rate_hz)
-    }
-}
-
-/// Operations of an evaluation.
-fn operations(formula: &Formula) -> f64 {
-    let is_vector = |formula: &Formula| formula.shape() == Shape::Vector;
-    let reads_vector = is_vector(formula) || formula.arguments().iter().any(is_vector);
-    let own = if reads_vector { USUAL_ELEMENTS } else { 1.0 };
-    own + formula.arguments().iter().map(operations).sum::<f64>()
 }
 
 /// What is to be compared, with the signals numbered from 0 as far as they take part.
