@@ -1,11 +1,11 @@
 //! A need whose source is computed by somebody else, a process of its own say: the engine brings the inputs to one moment and
 //! hands them out, and judges what comes back as if it had computed it itself. While nobody is there, it computes.
 
-use super::super::message::{Output, PublishedValue, Report};
-use super::Provider;
+use super::super::message::{Output, PublishedValue};
+use super::settings::Given;
 use crate::alignment::{Port, Sample};
 use crate::computation::Computed;
-use crate::knowledge::{IdVec, KnowledgeBase, Shape, SignalId};
+use crate::knowledge::{IdVec, KnowledgeBase, NeedId, Shape, SignalId};
 use crate::service::Service;
 use crate::substitution::Way;
 use crate::time::Validity;
@@ -31,7 +31,7 @@ pub(super) struct Delegate {
     /// The moments of the tasks that are not answered yet, oldest first.
     open: VecDeque<(u64, Validity)>,
     /// What was answered and not looked at yet.
-    answer: Option<(PublishedValue, Validity)>,
+    answer: Option<Given>,
     /// Whether what was looked at last is from there.
     has_given: bool,
 }
@@ -60,7 +60,63 @@ impl Delegate {
         self.given
     }
 
-    fn take(&mut self, number: u64, result: Option<(PublishedValue, Validity)>, shape: Shape) {
+    /// What could be computed, where there is something to compute.
+    pub(super) fn offer<'w>(&self, way: Option<&'w Way>) -> Option<Delegation<'w>> {
+        let way = way.filter(|way| way.direct().is_none())?;
+        Some(Delegation { era: self.era, way })
+    }
+
+    /// Somebody is ready to compute the source with this number, of which a way was offered or none.
+    pub(super) fn begin(&mut self, era: u64, is_offered: bool) {
+        self.is_ready = era == self.era && is_offered;
+    }
+
+    /// Nobody is there any more: computes the source here from now on, as if it had always been so.
+    pub(super) fn end(
+        &mut self,
+        service: &mut Service,
+        knowledge: &KnowledgeBase,
+        ports: &IdVec<SignalId, Port>,
+    ) {
+        if !core::mem::take(&mut self.is_ready) {
+            return;
+        }
+        let way = service.way().clone();
+        let undone = self.open.pop_back().map(|(_, moment)| moment);
+        self.open.clear();
+        let anew = match undone {
+            Some(moment) => Service::start_at(knowledge, way, ports, moment),
+            None => Service::start(knowledge, way, ports, None),
+        };
+        if let Some(anew) = anew {
+            *service = anew;
+        }
+    }
+
+    /// The next value of a source: computed, or answered; in the latter case what is to be computed next is handed out.
+    pub(super) fn next(
+        &mut self,
+        service: &mut Service,
+        need: NeedId,
+        (ports, last): (&IdVec<SignalId, Port>, Option<Sample>),
+        outputs: &mut VecDeque<Output>,
+    ) -> Option<Given> {
+        if !self.is_ready {
+            let computed = service.compute(ports, last).map(owned)?;
+            self.has_given = false;
+            return Some(computed);
+        }
+        if let Some(task) = service.task(ports, last) {
+            let number = self.hand_out(task.moment);
+            outputs.push_back(Output::Task { need, number, task });
+        }
+        let answer = self.answer.take()?;
+        self.has_given = true;
+        Some(answer)
+    }
+
+    /// Hears the answer to a task.
+    pub(super) fn take(&mut self, number: u64, result: Option<Given>, shape: Shape) {
         let Some((_, moment)) = self.open.iter().copied().find(|(open, _)| *open == number) else { return };
         self.open.retain(|(open, _)| *open > number);
         self.answer = result.filter(|(value, validity)| is_sound(value, shape) && is_of(*validity, moment));
@@ -81,70 +137,7 @@ fn is_of(validity: Validity, moment: Validity) -> bool {
     validity.from <= validity.to && validity.to == moment.to
 }
 
-impl Provider {
-    /// What somebody else could compute, where there is something to compute.
-    pub(in super::super) fn delegation(&self) -> Option<Delegation<'_>> {
-        let way = self.active.as_ref().map(Service::way).filter(|way| way.direct().is_none())?;
-        Some(Delegation { era: self.delegate.era, way })
-    }
-
-    /// Hears from who computes the source.
-    pub(in super::super) fn hear(
-        &mut self,
-        knowledge: &KnowledgeBase,
-        ports: &IdVec<SignalId, Port>,
-        report: Report,
-    ) {
-        match report {
-            Report::Ready { era } => {
-                self.delegate.is_ready = era == self.delegate.era && self.delegation().is_some();
-            }
-            Report::Answer { number, result } => {
-                self.delegate.take(number, result, knowledge.variables()[self.variable].shape);
-            }
-            Report::Gone => self.compute_again(knowledge, ports),
-        }
-    }
-
-    /// Computes the source here from now on, as if it had always been so.
-    fn compute_again(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>) {
-        if !core::mem::take(&mut self.delegate.is_ready) {
-            return;
-        }
-        let Some(way) = self.active.as_ref().map(|service| service.way().clone()) else { return };
-        let undone = self.delegate.open.pop_back().map(|(_, moment)| moment);
-        self.delegate.open.clear();
-        let service = match undone {
-            Some(moment) => Service::start_at(knowledge, way, ports, moment),
-            None => Service::start(knowledge, way, ports, None),
-        };
-        self.active = service.or(self.active.take());
-    }
-
-    /// The next value of the source: computed, or answered; in the latter case what is to be computed next is handed out.
-    pub(super) fn computed(
-        &mut self,
-        ports: &IdVec<SignalId, Port>,
-        last: Option<Sample>,
-        outputs: &mut VecDeque<Output>,
-    ) -> Option<(PublishedValue, Validity)> {
-        let service = self.active.as_mut()?;
-        if !self.delegate.is_ready {
-            let computed = service.compute(ports, last).map(owned)?;
-            self.delegate.has_given = false;
-            return Some(computed);
-        }
-        if let Some(task) = service.task(ports, last) {
-            let number = self.delegate.hand_out(task.moment);
-            outputs.push_back(Output::Task { need: self.need, number, task });
-        }
-        let answer = self.delegate.answer.take()?;
-        self.delegate.has_given = true;
-        Some(answer)
-    }
-}
-
-fn owned((computed, validity): (Computed<'_>, Validity)) -> (PublishedValue, Validity) {
+fn owned((computed, validity): (Computed<'_>, Validity)) -> Given {
     let value = match computed {
         Computed::Scalar(value) => PublishedValue::Scalar(value),
         Computed::Vector(elements) => PublishedValue::Vector(elements.to_vec()),

@@ -1,13 +1,8 @@
-//! Which source is the best proven one, at the moment at which one has to be chosen.
-//!
-//! Sources are ranked when the trust in a signal has changed, never in between: how ways run makes no source flap.
+//! How well a source is proven among others of the same utility.
 
 use super::super::reason;
-use super::super::ways::Source;
-use super::Provider;
-use crate::knowledge::KnowledgeBase;
-use crate::monitor::{Figures, Monitor};
-use crate::time::Time;
+use crate::knowledge::{KnowledgeBase, VariableId};
+use crate::monitor::Figures;
 use alloc::format;
 use alloc::string::String;
 use core::cmp::{Ordering, Reverse};
@@ -22,72 +17,34 @@ const FINEST_ERROR: f64 = 0.1;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ranked {
     /// Where it stands in the sources.
-    at: usize,
+    pub(super) at: usize,
     /// Its utility with how it ran, where the model rates that.
     pub(super) utility: f64,
     figures: Figures,
     goes_on: bool,
-    standing: Standing,
+    pub(super) standing: Standing,
 }
 
-impl Provider {
-    /// Ranks the sources by utility, of equals the best proven first: by the share of time in which they gave a value that
-    /// others confirmed, then by their distance from the others, then in the order of the search.
-    ///
-    /// Complexity: O(n²) for the at most 32 sources, whatever the model holds.
-    pub(super) fn rank(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Option<Time>) {
-        let rates_ways = knowledge.utility().rates_ways();
-        let prefers_proven = self.prefers_proven;
-        let ranked = |(at, source): (usize, &Source)| {
-            let watched = now.and_then(|now| Some(monitor.figures(monitor.find(&source.way)?, now)));
-            let figures = watched.filter(|_| prefers_proven || rates_ways).unwrap_or_default();
-            let rating = knowledge.utility().of_way(|figure| figures.get(figure));
-            let utility = match rates_ways {
-                true => knowledge.utility().aggregate().with(source.utility, rating),
-                false => source.utility,
-            };
-            let goes_on = source.way.substitution.continues_itself(knowledge);
-            Ranked { at, utility, figures, goes_on, standing: Standing::NONE }
-        };
-        // In the place of the last ones: where nothing serves the need, this is done with every value.
-        self.ranked.clear();
-        self.ranked.extend(self.sources.iter().enumerate().map(ranked));
-        if prefers_proven {
-            self.compare();
-        }
-        self.ranked.sort_unstable_by(|one, other| {
-            let by_utility = one.goes_on.cmp(&other.goes_on).then(other.utility.total_cmp(&one.utility));
-            by_utility.then(one.standing.cmp(&other.standing)).then(one.at.cmp(&other.at))
-        });
+impl Ranked {
+    pub(super) fn new(at: usize, utility: f64, figures: Figures, goes_on: bool) -> Ranked {
+        Ranked { at, utility, figures, goes_on, standing: Standing::NONE }
     }
 
-    /// Sees how well each source is proven among the others.
-    fn compare(&mut self) {
-        for at in 0..self.ranked.len() {
-            let standing = self.ranked.get(at).map(|ranked| Standing::among(&self.ranked, ranked));
-            if let (Some(ranked), Some(standing)) = (self.ranked.get_mut(at), standing) {
-                ranked.standing = standing;
-            }
-        }
+    /// Better sources come first: what does not only go on from its own last value, by utility, the best proven of equals,
+    /// then in the order of the search.
+    pub(super) fn order(&self, other: &Ranked) -> Ordering {
+        let by_utility = self.goes_on.cmp(&other.goes_on).then(other.utility.total_cmp(&self.utility));
+        by_utility.then(self.standing.cmp(&other.standing)).then(self.at.cmp(&other.at))
     }
 
-    /// The sources as they were last ranked, best first.
-    pub(super) fn ranked(&self) -> impl Iterator<Item = (&Source, &Ranked)> {
-        self.ranked.iter().filter_map(|ranked| Some((self.sources.get(ranked.at)?, ranked)))
-    }
-
-    /// What is known of a source from how it ran, in words: empty unless that has made the choice.
-    pub(super) fn proof(&self, knowledge: &KnowledgeBase, ranked: &Ranked) -> String {
-        let in_order = self.ranked.iter().map(|ranked| ranked.at).is_sorted();
-        if in_order && !knowledge.utility().rates_ways() {
-            return String::new();
-        }
-        let Figures { agreement, error, availability, .. } = ranked.figures;
+    /// What is known of it from how it ran, in words.
+    pub(super) fn proof(&self, knowledge: &KnowledgeBase, variable: VariableId) -> String {
+        let Figures { agreement, error, availability, .. } = self.figures;
         let percent = |share: Option<f64>| {
             share.map_or(String::from("an unknown share"), |share| format!("{:.1} %", 100.0 * share))
         };
         let distance = error.map_or(String::new(), |error| {
-            format!(", {} off", reason::difference(knowledge, self.variable, error))
+            format!(", {} off", reason::difference(knowledge, variable, error))
         });
         match (agreement, availability) {
             (None, None) => String::from(", not proven"),
@@ -102,7 +59,7 @@ impl Provider {
 
 /// How well a source is proven among others of the same utility; less is better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Standing {
+pub(super) struct Standing {
     /// Per cent of the time in which it was there and right.
     share: Reverse<u32>,
     /// How much further from the others it was than the nearest, in steps of the root of two; unknown is the last.
@@ -113,7 +70,7 @@ impl Standing {
     /// That of all where proof does not count.
     const NONE: Standing = Standing { share: Reverse(0), distance: 0 };
 
-    fn among(all: &[Ranked], ranked: &Ranked) -> Standing {
+    pub(super) fn among(all: &[Ranked], ranked: &Ranked) -> Standing {
         let equals = || {
             let is_equal = |other: &&Ranked| other.utility.total_cmp(&ranked.utility) == Ordering::Equal;
             all.iter().filter(is_equal).map(|other| other.figures)

@@ -1,0 +1,334 @@
+//! Which source serves a need: the best one, another one when it is lost, the better one again, or the one that is ordered.
+
+use super::super::message::{Event, EventKind};
+use super::super::operator::Subject;
+use super::super::reason;
+use super::settings::{Given, width};
+use super::situation::{Situation, Succession};
+use super::unsure::{Unsure, independent};
+use super::{Better, Forced, Provider};
+use crate::alignment::{Port, Sample};
+use crate::knowledge::{IdVec, KnowledgeBase, SignalId, WhenUnsure};
+use crate::monitor::Monitor;
+use crate::service::Service;
+use crate::substitution::Way;
+use crate::time::Time;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+impl Provider {
+    /// Looks again for what may serve the need.
+    pub(super) fn find_sources(&mut self, situation: &Situation<'_>) {
+        let Situation { knowledge, graph, ready_sources, monitor, now, .. } = situation;
+        let lost = self.sources.find(self.settings.need, situation);
+        let is_left = self.state.way().is_some_and(|way| self.sources.contain(way));
+        if self.forced.is_none() && !is_left {
+            self.refusals.note((knowledge, graph, ready_sources), self.settings.need, lost);
+        }
+        self.sources.rank(knowledge, monitor, Some(*now));
+    }
+
+    /// Starts the best source; whether there is one.
+    pub(super) fn start_best(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>) -> bool {
+        let best = self.sources.ways().next().cloned();
+        self.start(knowledge, best, ports)
+    }
+
+    /// Starts the best source whose signals have all spoken, else the best; whether there is one.
+    pub(super) fn start_heard(&mut self, situation: &Situation<'_>) -> bool {
+        let Situation { knowledge, monitor, .. } = *situation;
+        let spoken = |way: &&Way| way.inputs().all(|signal| monitor.timeouts().has_spoken(signal));
+        let heard = self.sources.ways().find(spoken).cloned();
+        let service = heard.and_then(|way| Service::start(knowledge, way, monitor.ports(), None));
+        match service {
+            Some(_) => {
+                self.take_over(knowledge, service);
+                true
+            }
+            None => self.start_best(knowledge, monitor.ports()),
+        }
+    }
+
+    /// Starts the best source in the place of one that was lost, of those whose newest value is fit where there are any; whether
+    /// there is one. What it knows already that is newer
+    /// than what was published last goes out at once.
+    fn replace_by_best(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> bool {
+        let best = self.fittest(monitor, now, None).or_else(|| self.sources.ways().next()).cloned();
+        let since = self.last.map(|(_, sample)| sample.validity.to);
+        let service = best.and_then(|way| Service::start(knowledge, way, monitor.ports(), since));
+        self.take_over(knowledge, service);
+        self.state.serving().is_some()
+    }
+
+    pub(super) fn start(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        way: Option<Way>,
+        ports: &IdVec<SignalId, Port>,
+    ) -> bool {
+        let service = way.and_then(|way| Service::start(knowledge, way, ports, None));
+        self.take_over(knowledge, service);
+        self.state.serving().is_some()
+    }
+
+    pub(super) fn take_over(&mut self, knowledge: &KnowledgeBase, service: Option<Service>) {
+        self.state.take_over(knowledge, service);
+        self.delegate.retire();
+    }
+
+    /// Chooses again after the trust in a signal has changed, or an order.
+    pub(in super::super) fn replan(&mut self, situation: &Situation<'_>) -> Option<Event> {
+        let Situation { knowledge, monitor, now, .. } = *situation;
+        let was_outdone = self.better().is_some();
+        self.find_sources(situation);
+        if self.forced.is_some() {
+            return self.stay_forced(situation);
+        }
+        if let Some(serving) = self.state.serving_mut().filter(|_| !was_outdone) {
+            serving.better_by = if situation.order.is_some() { Better::Ordered } else { Better::Trusted };
+        }
+        if self.state.way().is_some_and(|way| self.sources.contain(way)) {
+            return None;
+        }
+        let lost = self.source_words(knowledge);
+        let order = situation.order.as_deref();
+        if !self.replace_by_best(knowledge, monitor, now) {
+            let because = lost.map(|lost| match order {
+                Some(order) => format!("{order}: {lost} is left, and nothing else is trusted"),
+                None => format!("{lost} was lost and nothing else is trusted"),
+            });
+            return self.do_without(situation, because);
+        }
+        self.switched = Some(now);
+        // Where nothing was lost, the need was not served: the first value tells that it is again.
+        let why = match order {
+            Some(order) => format!("{order}: {} is left", lost?),
+            None => format!("{} is not trusted any more", lost?),
+        };
+        let because = format!("{why}; {}", self.alternatives(knowledge));
+        Some(self.event(knowledge, EventKind::Substituted, because, now))
+    }
+
+    /// Leaves a source that a change of the model has taken away.
+    pub(super) fn start_anew(&mut self, lost: Option<&Way>, change: &Succession<'_>) -> Option<Event> {
+        let Situation { knowledge, now, .. } = change.situation;
+        let is_served = self.start_heard(&change.situation);
+        let reason = lost.map(|way| change.lost_by(way));
+        if !is_served {
+            let because = reason.map(|reason| format!("{reason}, and nothing else is trusted"));
+            return self.do_without(&change.situation, because);
+        }
+        self.switched = Some(now);
+        let because = format!("{}; {}", reason?, self.alternatives(knowledge));
+        Some(self.event(knowledge, EventKind::Substituted, because, now))
+    }
+
+    /// The chosen source and the next ones, with their utilities.
+    pub(super) fn alternatives(&self, knowledge: &KnowledgeBase) -> String {
+        self.sources.alternatives(knowledge, self.settings.variable, self.state.way())
+    }
+
+    /// A source that is better than the one in use, where another one may serve.
+    pub(super) fn better(&self) -> Option<&Way> {
+        let active = self.state.way().filter(|_| self.forced.is_none())?;
+        self.sources.better(active, self.settings.switching.hysteresis)
+    }
+
+    /// Until when the last switch holds.
+    pub(super) fn held_until(&self) -> Option<Time> {
+        self.switched.map(|at| at + self.settings.switching.hold)
+    }
+
+    /// Goes back to a better source when the hold time is over.
+    pub(super) fn go_back(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        monitor: &Monitor,
+        now: Time,
+    ) -> Option<Event> {
+        let held = self.held_until().is_some_and(|until| now < until);
+        let better = self.better().filter(|_| !held)?;
+        if !self.delivers(monitor, better, now) || self.refusals.is_short(better, now) {
+            return None;
+        }
+        let better = better.clone();
+        let serving = self.state.serving()?;
+        let (left, better_by) = (serving.service.way().describe(knowledge), serving.better_by);
+        self.start(knowledge, Some(better), monitor.ports());
+        self.switched = Some(now);
+        let why = match better_by {
+            Better::Changed => "the changed model has a better source",
+            Better::Ordered => "its better source may serve it again by order of the operator",
+            Better::Trusted => "its better source is trusted again",
+        };
+        Some(self.event(knowledge, EventKind::Restored, format!("{why}; before: {left}"), now))
+    }
+
+    /// Whether the newest value of a way is fit, as far as the way is watched.
+    fn delivers(&self, monitor: &Monitor, way: &Way, now: Time) -> bool {
+        let watched = monitor.find(way).and_then(|index| monitor.way(index));
+        let fit = |sample: &Sample| self.settings.is_fit(sample, now);
+        watched.is_none_or(|watched| watched.outputs.newest(0).is_some_and(fit))
+    }
+
+    /// The best source whose newest value is fit, another one than `left`; of those that are not watched, nothing is known.
+    fn fittest(&self, monitor: &Monitor, now: Time, left: Option<&Way>) -> Option<&Way> {
+        let fits = |way: &&Way| {
+            left != Some(*way) && !self.refusals.is_short(way, now) && self.delivers(monitor, way, now)
+        };
+        self.sources.ways().find(fits)
+    }
+
+    /// Leaves a source whose value is too wide, or not for the first time too old, for one whose newest value is fit.
+    pub(super) fn leave_unfit(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        monitor: &Monitor,
+        given: &Given,
+        now: Time,
+    ) -> Option<Event> {
+        let (value, validity) = given;
+        let (width, age) = (width(value), now - validity.to);
+        let max_width = self.settings.max_width;
+        let is_first = self.state.serving()?.unfit_since.is_none();
+        if self.forced.is_some() || (is_first && width <= max_width) {
+            return None;
+        }
+        // In the place of the last ranks: while nothing better is there, this is done with every value.
+        self.sources.rank(knowledge, monitor, Some(now));
+        let next = self.fittest(monitor, now, self.state.way())?.clone();
+        let current = self.state.way()?.clone();
+        self.refusals.remember(&self.settings, monitor, &current, now);
+        let owed = self.last.map(|(_, sample)| sample.validity.to);
+        let service = Service::start(knowledge, next, monitor.ports(), owed)?;
+        self.take_over(knowledge, Some(service));
+        self.switched = Some(now);
+        let amount = |amount: f64| reason::difference(knowledge, self.settings.variable, amount);
+        let shortfall = match width > max_width {
+            true => format!("{} wide, more than {}", amount(width), amount(max_width)),
+            false => format!("{} old, more than {}", reason::span(age), reason::span(self.settings.max_age)),
+        };
+        let left = current.describe(knowledge);
+        let because = format!("values of {left} are {shortfall}; {}", self.alternatives(knowledge));
+        Some(self.event(knowledge, EventKind::Substituted, because, now))
+    }
+
+    /// Ties the need to a source without a switch, for [`Provider::inherit`] and [`Provider::resume`].
+    pub(in super::super) fn tie(&mut self, way: Way) {
+        self.forced = Some(Forced { way, is_doubted: false });
+        self.state.end_unsure();
+    }
+
+    /// Serves the need from one source from now on. Tells the switch, when it is one.
+    pub(in super::super) fn force(&mut self, way: Way, situation: &Situation<'_>) -> Option<Event> {
+        self.tie(way);
+        self.stay_forced(situation)
+    }
+
+    /// Chooses the source again, as after a change of trust: what serves well goes on until a better one may take over.
+    pub(in super::super) fn release(&mut self, situation: &Situation<'_>) -> Option<Event> {
+        self.forced = None;
+        let event = self.replan(situation);
+        if let Some(serving) = self.state.serving_mut() {
+            serving.better_by = Better::Ordered;
+        }
+        event
+    }
+
+    /// Looks whether the source that the need is tied to can serve it, and tells when that has changed.
+    pub(super) fn stay_forced(&mut self, situation: &Situation<'_>) -> Option<Event> {
+        let Situation { knowledge, monitor, judge, now, .. } = *situation;
+        let forced = self.forced.as_mut()?;
+        forced.is_doubted = !self.sources.contain(&forced.way);
+        let way = forced.way.clone();
+        let only = format!("{} alone may serve it by order of the operator", way.describe(knowledge));
+        let forbidden = judge.forbidden_in(knowledge, &way);
+        if !forbidden.is_empty() {
+            self.take_over(knowledge, None);
+            let names =
+                forbidden.into_iter().map(|component| format!("{}", Subject::of(knowledge, component)));
+            let names: Vec<String> = names.collect();
+            let because = format!("{only}, and by another order {} must not be used", names.join(", "));
+            return self.tell_unserved(knowledge, Some(because), now);
+        }
+        let Some(serving) = self.state.serving().filter(|serving| *serving.service.way() == way) else {
+            let left = self.source_words(knowledge);
+            self.start(knowledge, Some(way), monitor.ports());
+            self.switched = Some(now);
+            let is_back = self.state.way() == self.sources.preferred.as_ref();
+            let kind = if is_back { EventKind::Restored } else { EventKind::Substituted };
+            let because = format!("{only}; before: {}", left.as_deref().unwrap_or("nothing"));
+            return Some(self.event(knowledge, kind, because, now));
+        };
+        let is_absent = |signal: &SignalId| monitor.timeouts().absence(*signal).is_some();
+        let absent = serving.rests_on.iter().filter(is_absent);
+        let absent: Vec<&str> = absent.map(|signal| knowledge.signals()[signal].name.as_str()).collect();
+        let because = (!absent.is_empty())
+            .then(|| format!("{only}, and {} gives no usable value", reason::listed(&absent)));
+        self.tell_unserved(knowledge, because, now)
+    }
+
+    /// Nothing trusted can serve the need: goes on with what may be right, or tells that it is not served.
+    pub(super) fn do_without(&mut self, situation: &Situation<'_>, because: Option<String>) -> Option<Event> {
+        let Situation { knowledge, monitor, now, .. } = *situation;
+        let before = self.state.take_unsure();
+        let Some(ways) = self.candidates(situation) else {
+            return self.tell_unserved(knowledge, because, now);
+        };
+        let there = (knowledge, monitor.ports());
+        let unsure = match before {
+            Some(before) => before.goes_on(there, ways, because),
+            None => self.unsure(there, ways, because, now),
+        };
+        self.state.go_on_unsure(unsure);
+        None
+    }
+
+    /// The ways that may be right, where they are enough.
+    fn candidates(&self, situation: &Situation<'_>) -> Option<Vec<Way>> {
+        let Situation { knowledge, graph, ready_sources, .. } = *situation;
+        let least = match self.settings.when_unsure {
+            WhenUnsure::Withhold => return None,
+            WhenUnsure::Last => 1,
+            WhenUnsure::Hull => 2,
+        };
+        if self.settings.is_vector {
+            return None;
+        }
+        let sources = ready_sources.sources(knowledge, graph, self.settings.need, &situation.doubted);
+        Some(independent(knowledge, &sources)).filter(|ways| ways.len() >= least)
+    }
+
+    /// The source is contradicted, and nothing can stand in for it: before anybody is suspect, what may be right goes on when the
+    /// need is about to be overdue.
+    pub(super) fn doubt(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>, now: Time) {
+        let is_due = self.last_served().is_none_or(|last| now - last > self.settings.half_age());
+        let is_hull = self.settings.when_unsure == WhenUnsure::Hull && !self.settings.is_vector;
+        if self.state.unsure().is_some() || self.sources.is_alone || !is_due || !is_hull {
+            return;
+        }
+        let ways = independent(knowledge, self.sources.all());
+        self.sources.is_alone = ways.len() < 2;
+        if !self.sources.is_alone {
+            let because = self.source_words(knowledge).map(|source| format!("{source} is contradicted"));
+            let unsure = self.unsure((knowledge, ports), ways, because, now);
+            self.state.go_on_unsure(unsure);
+        }
+    }
+
+    /// These ways may be right from now on.
+    fn unsure(
+        &self,
+        there: (&KnowledgeBase, &IdVec<SignalId, Port>),
+        ways: Vec<Way>,
+        because: Option<String>,
+        now: Time,
+    ) -> Unsure {
+        let kind = self.settings.when_unsure;
+        // So it was before a change of the model, too.
+        let is_told = self.told.is_uncertain();
+        let last = self.last.map(|(_, sample)| sample);
+        Unsure::new(there, kind, ways, because, now).following(last, is_told)
+    }
+}

@@ -1,0 +1,350 @@
+//! Keeps one need served: chooses its source, gates every value, and tells when the source changes.
+//!
+//! A lost source is replaced at once; a better one is taken after the hold time only. A value that more of the
+//! other ways contradict than support is held back even before there is a verdict, and a trusted way that is
+//! not contradicted fills in.
+
+mod settings;
+mod told;
+mod statistics;
+mod blend;
+mod pace;
+mod situation;
+mod proven;
+mod sources;
+mod refusal;
+mod delegate;
+mod episode;
+mod unsure;
+mod state;
+mod choose;
+mod provide;
+
+pub use delegate::Delegation;
+pub(super) use situation::{Resumption, Situation, Succession};
+
+use super::message::{Event, EventKind, Report};
+use super::ready_sources::ReadySources;
+use super::ways::Lost;
+use crate::alignment::{Port, Sample};
+use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
+use crate::monitor::{Monitor, WayIndex};
+use crate::observation::Observation;
+use crate::plan::Graph;
+use crate::service::Service;
+use crate::substitution::Way;
+use crate::time::{Span, Time};
+use alloc::format;
+use alloc::string::String;
+use blend::Blend;
+use delegate::Delegate;
+use refusal::Refusals;
+use settings::Settings;
+use sources::Sources;
+use state::State;
+use statistics::Statistics;
+use told::Told;
+
+/// How a need is served.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NeedStatus {
+    /// Signals and relations that serve it; `None` while nothing can.
+    pub source: Option<String>,
+    /// The only source that may serve it, where an operator has ordered that.
+    pub forced: Option<String>,
+    /// Values published.
+    pub published: u64,
+    /// The longest time between two of them.
+    pub longest_gap: Span,
+    /// The widest of them, SI.
+    pub widest: f64,
+    /// When the last one was.
+    pub last: Option<Time>,
+}
+
+/// Who gives a value of a need.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Server {
+    /// The chosen source, since the last switch.
+    Active { since: Option<Time> },
+    /// Another trusted way, for the moment.
+    StandIn(WayIndex),
+    /// What may be right, while nothing is trusted.
+    Unsure,
+}
+
+/// Why there is a better source than the one in use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Better {
+    /// Its signals are trusted again.
+    Trusted,
+    /// The changed model has brought another one that is preferred.
+    Changed,
+    /// The operator has given it back.
+    Ordered,
+}
+
+/// The only source that may serve a need, by order.
+#[derive(Debug)]
+struct Forced {
+    way: Way,
+    /// Whether nobody would choose it.
+    is_doubted: bool,
+}
+
+/// Serves one need.
+#[derive(Debug)]
+pub(super) struct Provider {
+    settings: Settings,
+    /// What may serve it.
+    sources: Sources,
+    /// What was refused, and what was left because its values fell short.
+    refusals: Refusals,
+    /// What serves it.
+    state: State,
+    forced: Option<Forced>,
+    /// Who computes the source instead of us.
+    delegate: Delegate,
+    /// When the last switch was.
+    switched: Option<Time>,
+    started: Option<Time>,
+    /// The last value, and when it went out.
+    last: Option<(Time, Sample)>,
+    /// Who gave it, and what is left of the way from the one before.
+    blend: Blend,
+    told: Told,
+    statistics: Statistics,
+}
+
+impl Provider {
+    pub(super) fn new(
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        ready_sources: &ReadySources,
+        monitor: &Monitor,
+        id: NeedId,
+        prefers_proven: bool,
+    ) -> Provider {
+        let mut provider = Provider {
+            settings: Settings::new(knowledge, id),
+            sources: Sources::new(knowledge, graph, ready_sources, id, prefers_proven),
+            refusals: Refusals::default(),
+            state: State::Unserved,
+            forced: None,
+            delegate: Delegate::default(),
+            switched: None,
+            started: None,
+            last: None,
+            blend: Blend::default(),
+            told: Told::NOTHING,
+            statistics: Statistics::default(),
+        };
+        provider.refusals.note((knowledge, graph, ready_sources), id, &Lost::default());
+        provider.sources.rank(knowledge, monitor, None);
+        provider.start_best(knowledge, monitor.ports());
+        provider.sources.preferred = provider.state.way().cloned();
+        provider
+    }
+
+    pub(super) fn status(&self, knowledge: &KnowledgeBase) -> NeedStatus {
+        let Statistics { published, longest_gap, widest } = self.statistics;
+        NeedStatus {
+            source: self.words(knowledge),
+            forced: self.forced().map(|way| way.describe(knowledge)),
+            published,
+            longest_gap,
+            widest,
+            last: self.last.map(|(time, _)| time),
+        }
+    }
+
+    /// When the source becomes late or the need overdue, or the hold time of a better source is over; after that, only
+    /// what comes can change something.
+    pub(super) fn next_deadline(&self, now: Time) -> Option<Time> {
+        let served = self.last_served();
+        let overdue = served.filter(|_| !self.told.is_unserved());
+        let overdue = overdue.map(|last| last + self.settings.max_age + Span(1));
+        let held = || self.held_until().filter(|until| *until > now && self.better().is_some());
+        let own = self.state.deadline((&self.settings, &self.told), served, held, now);
+        overdue.into_iter().chain(own).min()
+    }
+
+    pub(super) fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {
+        self.state.observe(knowledge, observation);
+    }
+
+    fn last_served(&self) -> Option<Time> {
+        self.last.map(|(time, _)| time).or(self.started)
+    }
+
+    /// What serves it, in words.
+    fn words(&self, knowledge: &KnowledgeBase) -> Option<String> {
+        let unsure = self.state.unsure().filter(|unsure| unsure.is_told());
+        unsure.map(|unsure| unsure.describe(knowledge)).or_else(|| self.source_words(knowledge))
+    }
+
+    /// The source, in words.
+    fn source_words(&self, knowledge: &KnowledgeBase) -> Option<String> {
+        self.state.way().map(|way| way.describe(knowledge))
+    }
+
+    fn event(&self, knowledge: &KnowledgeBase, kind: EventKind, because: String, time: Time) -> Event {
+        let substitution = if kind == EventKind::Unhealable { None } else { self.words(knowledge) };
+        let about = Event::new(time, kind, Some(self.settings.variable), because);
+        Event { substitution, need: Some(self.settings.need), ..about }
+    }
+
+    /// Tells that the need is not served, once.
+    fn tell_unserved(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        because: Option<String>,
+        now: Time,
+    ) -> Option<Event> {
+        let because = because.filter(|_| !self.told.is_unserved())?;
+        self.told.lose(self.settings.switching.probation, now);
+        Some(self.event(knowledge, EventKind::Unhealable, because, now))
+    }
+
+    /// The only source that may serve the need, where that is ordered.
+    pub(super) fn forced(&self) -> Option<&Way> {
+        self.forced.as_ref().map(|forced| &forced.way)
+    }
+
+    /// When the last switch was.
+    pub(super) fn switched(&self) -> Option<Time> {
+        self.switched
+    }
+
+    /// Whether it has been told that nothing serves the need.
+    pub(super) fn is_unserved(&self) -> bool {
+        self.told.is_unserved()
+    }
+
+    /// The last published value, and when that was.
+    pub(super) fn last(&self) -> Option<(Time, Sample)> {
+        self.last
+    }
+
+    /// The source of the need.
+    pub(super) fn active(&self) -> Option<&Service> {
+        self.state.serving().map(|serving| &serving.service)
+    }
+
+    /// What somebody else could compute, where there is something to compute.
+    pub(super) fn delegation(&self) -> Option<Delegation<'_>> {
+        self.delegate.offer(self.state.way())
+    }
+
+    /// Hears from who computes the source.
+    pub(super) fn hear(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>, report: Report) {
+        match report {
+            Report::Ready { era } => self.delegate.begin(era, self.delegation().is_some()),
+            Report::Answer { number, result } => {
+                let shape = knowledge.variables()[self.settings.variable].shape;
+                self.delegate.take(number, result, shape);
+            }
+            Report::Gone => {
+                if let Some(serving) = self.state.serving_mut() {
+                    self.delegate.end(&mut serving.service, knowledge, ports);
+                }
+            }
+        }
+    }
+
+    /// Goes on from the provider of the same need before a change of the model. Tells when the source had to be left.
+    pub(super) fn inherit(&mut self, old: Provider, change: &Succession<'_>) -> Option<Event> {
+        self.started = old.started;
+        self.last = old.last;
+        self.statistics = old.statistics;
+        self.told = old.told;
+        self.switched = old.switched;
+        self.refusals.inherit(&old.refusals, change);
+        self.blend = old.blend.renamed(|server| match server {
+            Server::Active { .. } | Server::Unsure => Some(server),
+            Server::StandIn(way) => change.inheritance.way(way).map(Server::StandIn),
+        });
+        self.find_sources(&change.situation);
+        let preferred = old.sources.preferred.as_ref().and_then(|way| way.succeeded(change.lineage));
+        let way = old.state.way().and_then(|way| way.succeeded(change.lineage));
+        let way = way.filter(|way| self.may_go_on(way, change));
+        match (way, old.state) {
+            (Some(way), State::Serving(mut before)) => {
+                self.go_on(way, &mut before.service, change);
+                if let (Some(forced), Some(old)) = (&mut self.forced, &old.forced) {
+                    forced.is_doubted = old.is_doubted;
+                }
+                let is_same = self.sources.preferred == preferred;
+                if let Some(serving) = self.state.serving_mut() {
+                    serving.pace = before.pace;
+                    serving.unfit_since = before.unfit_since;
+                    serving.episode = before.episode.and_then(|it| it.inherit(change.inheritance));
+                    serving.better_by = if is_same { before.better_by } else { Better::Changed };
+                }
+                None
+            }
+            _ if self.forced.is_some() => self.stay_forced(&change.situation),
+            (_, left) => self.start_anew(left.way(), change),
+        }
+    }
+
+    /// Whether a source that has served until the change may do so.
+    fn may_go_on(&self, way: &Way, change: &Succession<'_>) -> bool {
+        let Situation { knowledge, judge, .. } = change.situation;
+        match self.forced() {
+            Some(forced) => forced == way && judge.forbidden_in(knowledge, way).is_empty(),
+            None => self.sources.contain(way),
+        }
+    }
+
+    /// Goes on with the same source, without a gap in what its program remembers where it still computes the same.
+    fn go_on(&mut self, way: Way, old: &mut Service, change: &Succession<'_>) {
+        let Situation { knowledge, monitor, .. } = change.situation;
+        let Some(mut service) = Service::start(knowledge, way, monitor.ports(), None) else { return };
+        if !service.inherit(old, change.lineage) {
+            // Its values may differ from now on: that is a switch, as for the blending.
+            self.blend.leave();
+        }
+        self.take_over(knowledge, Some(service));
+    }
+
+    /// A need that is new, or means something else now, begins with what can be trusted.
+    pub(super) fn begin(&mut self, change: &Succession<'_>) {
+        self.find_sources(&change.situation);
+        self.start_heard(&change.situation);
+    }
+
+    /// Goes on from before a restart: from the source that served the need, where that may still be used. Tells when it had to
+    /// be left.
+    pub(super) fn resume(&mut self, before: &Resumption<'_>, situation: &Situation<'_>) -> Option<Event> {
+        let Situation { knowledge, monitor, now, .. } = *situation;
+        self.started = Some(now);
+        self.switched = before.switched;
+        self.told.recall(before.unserved);
+        // What is older says nothing about now: neither is there a jump from it, nor can anything go on from it.
+        self.last = before.last.filter(|(at, _)| now - *at <= self.settings.max_age);
+        self.blend.pass_to(Server::Active { since: self.switched });
+        self.refusals.take_as_told();
+        self.find_sources(situation);
+        let described = |way: &Way| Some(way.describe(knowledge)) == before.source.map(Into::into);
+        if let Some(forced) = self.forced().cloned() {
+            if described(&forced) {
+                self.start(knowledge, Some(forced), monitor.ports());
+            }
+            return self.stay_forced(situation);
+        }
+        let same = self.sources.ways().find(|way| described(way)).cloned();
+        if same.is_some() && self.start(knowledge, same, monitor.ports()) {
+            return None;
+        }
+        let is_served = self.start_best(knowledge, monitor.ports());
+        let left = format!("{} served it before the restart and must not be used now", before.source?);
+        if !is_served {
+            let because = format!("{left}, and nothing else is trusted");
+            return self.do_without(situation, Some(because));
+        }
+        self.switched = Some(now);
+        let because = format!("{left}; {}", self.alternatives(knowledge));
+        Some(self.event(knowledge, EventKind::Substituted, because, now))
+    }
+}

@@ -1,0 +1,382 @@
+//! What goes out for a need at a moment: the value of its source, of another way, or what may be right; and what is told of it.
+
+use super::super::message::{Event, EventKind, Output, Publication, PublishedValue, Quality};
+use super::super::reason;
+use super::episode::{Episode, Fault};
+use super::settings::Given;
+use super::told::News;
+use super::{Provider, Server, State};
+use crate::alignment::Sample;
+use crate::diagnosis::Judge;
+use crate::interval::Interval;
+use crate::knowledge::KnowledgeBase;
+use crate::monitor::{Monitor, WatchedWay, WayIndex};
+use crate::time::{Time, Validity};
+use alloc::collections::VecDeque;
+use alloc::format;
+use alloc::string::{String, ToString};
+
+/// Tells an event where there is one. Most often there is none, and a list that is extended by nothing costs more.
+#[inline]
+fn tell(outputs: &mut VecDeque<Output>, event: Option<Event>) {
+    if let Some(event) = event {
+        outputs.push_back(Output::Event(event));
+    }
+}
+
+impl Provider {
+    /// Publishes what this moment brings.
+    pub(in super::super) fn provide(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        monitor: &Monitor,
+        judge: &Judge,
+        now: Time,
+        outputs: &mut VecDeque<Output>,
+    ) {
+        self.started.get_or_insert(now);
+        if self.refusals.is_open() {
+            let because = self.refusals.tell(knowledge);
+            tell(outputs, Some(self.event(knowledge, EventKind::Refused, because, now)));
+        }
+        self.refusals.follow(&self.settings, monitor, now);
+        if self.better().is_some() {
+            tell(outputs, self.go_back(knowledge, monitor, now));
+        }
+        let trusts = |way: &WatchedWay| judge.trusts_way(way);
+        // What is only doubted is better than nothing.
+        let mut doubted = None;
+        let given = self.given(knowledge, monitor, now, outputs);
+        let is_unfit = self.state.serving().is_some_and(|serving| serving.unfit_since.is_some());
+        let fault = match given {
+            Some((PublishedValue::Scalar(value), validity)) => {
+                let sample = Sample { validity, value };
+                let (fault, is_usable) = self.weigh(monitor, sample, is_unfit, trusts);
+                doubted = is_usable.then_some(sample);
+                if fault.is_none() {
+                    return self.publish_own(knowledge, monitor, sample, now, outputs);
+                }
+                fault
+            }
+            Some((vector, validity)) if !is_unfit => {
+                return self.publish(knowledge, vector, validity, now, outputs);
+            }
+            Some(_) => None,
+            None => self.is_late(now).then_some(Fault::Late),
+        };
+        if let Some(fault) = fault
+            && let Some((sample, way)) =
+                self.stand_in(knowledge, monitor, trusts, (now, fault == Fault::Late))
+        {
+            self.state.end_unsure();
+            tell(outputs, self.note_stand_in(knowledge, monitor, way, fault, now));
+            return self.publish_sample(knowledge, (sample, Server::StandIn(way)), now, outputs);
+        }
+        if let Some(sample) = doubted {
+            return self.publish_own(knowledge, monitor, sample, now, outputs);
+        }
+        if fault == Some(Fault::Contradicted) {
+            self.doubt(knowledge, monitor.ports(), now);
+        }
+        self.provide_uncertain(knowledge, monitor, now, outputs);
+    }
+
+    /// The next value of the source; where it falls short of what the need demands and another one does not, that of the other
+    /// one.
+    fn given(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        monitor: &Monitor,
+        now: Time,
+        outputs: &mut VecDeque<Output>,
+    ) -> Option<Given> {
+        let given = self.computed(monitor, outputs)?;
+        let serving = self.state.serving_mut()?;
+        serving.pace.step(now);
+        if self.settings.is_met_by(&given, now) {
+            serving.unfit_since = None;
+            return Some(given);
+        }
+        let left = self.leave_unfit(knowledge, monitor, &given, now);
+        if left.is_none() {
+            self.state.serving_mut()?.unfit_since.get_or_insert(now);
+            return Some(given);
+        }
+        tell(outputs, left);
+        let given = self.computed(monitor, outputs)?;
+        let is_fit = self.settings.is_met_by(&given, now);
+        self.state.serving_mut()?.unfit_since = if is_fit { None } else { Some(now) };
+        Some(given)
+    }
+
+    /// What the source gives, or who computes it.
+    fn computed(&mut self, monitor: &Monitor, outputs: &mut VecDeque<Output>) -> Option<Given> {
+        let last = self.last.map(|(_, sample)| sample);
+        let serving = self.state.serving_mut()?;
+        self.delegate.next(&mut serving.service, self.settings.need, (monitor.ports(), last), outputs)
+    }
+
+    /// What is wrong with a value of the source, and whether it may go out all the same where nothing better is there.
+    fn weigh(
+        &self,
+        monitor: &Monitor,
+        sample: Sample,
+        is_unfit: bool,
+        trusts: impl Fn(&WatchedWay) -> bool,
+    ) -> (Option<Fault>, bool) {
+        let Some(serving) = self.state.serving() else { return (None, false) };
+        let votes = monitor.votes(self.settings.variable, &serving.rests_on, sample, trusts);
+        let fault = match is_unfit {
+            true => Some(Fault::Unfit),
+            false if self.forced.is_some() => None,
+            false => votes.is_doubted().then_some(Fault::Contradicted),
+        };
+        (fault, !is_unfit && !votes.is_contradicted())
+    }
+
+    /// Whether another way shall fill in now because nothing has come.
+    fn is_late(&self, now: Time) -> bool {
+        self.last_served().is_some_and(|served| now > self.state.late_after(served, &self.settings))
+    }
+
+    /// What another trusted way gives at this moment, or has given since the last value that went out, when it is not
+    /// contradicted itself: the best proven one.
+    fn stand_in(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        monitor: &Monitor,
+        trusts: impl Fn(&WatchedWay) -> bool + Copy,
+        (now, is_late): (Time, bool),
+    ) -> Option<(Sample, WayIndex)> {
+        if self.forced.is_some() {
+            return None;
+        }
+        if !matches!(self.blend.server(), Some(Server::StandIn(_))) {
+            self.sources.rank(knowledge, monitor, Some(now));
+        }
+        let rests_otherwise = |way: &WatchedWay| match self.state.serving() {
+            Some(serving) => way.rests_on != serving.rests_on,
+            None => !way.rests_on.is_empty(),
+        };
+        let usable = |index: WayIndex| {
+            let way = monitor.way(index)?;
+            let sample = self.news(monitor, index, way)?;
+            let usable = trusts(way) && rests_otherwise(way) && self.settings.is_fit(&sample, now);
+            let votes =
+                usable.then(|| monitor.votes(self.settings.variable, &way.rests_on, sample, trusts))?;
+            (!votes.is_contradicted()).then_some((sample, index, votes.is_doubted()))
+        };
+        // What is only doubted is taken where there is nothing else: not in the place of a value that is doubted itself.
+        let mut doubted = None;
+        for way in self.sources.ways() {
+            match monitor.find(way).and_then(usable) {
+                Some((sample, index, false)) => return Some((sample, index)),
+                Some((sample, index, true)) if is_late => doubted = doubted.or(Some((sample, index))),
+                _ => {}
+            }
+        }
+        doubted
+    }
+
+    /// What a way says that has not been known when the last value went out.
+    fn news(&self, monitor: &Monitor, index: WayIndex, way: &WatchedWay) -> Option<Sample> {
+        let fresh = monitor.fresh().find(|(fresh, _)| *fresh == index);
+        let is_newer =
+            |sample: &Sample| self.last.is_none_or(|(_, last)| sample.validity.to > last.validity.to);
+        let newest = || way.outputs.newest(0).filter(|sample| is_newer(sample));
+        fresh.map(|(_, sample)| sample).or_else(|| newest().copied())
+    }
+
+    /// A way has stood in at this moment: tells when it has for a while.
+    fn note_stand_in(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        monitor: &Monitor,
+        way: WayIndex,
+        fault: Fault,
+        now: Time,
+    ) -> Option<Event> {
+        let serving = self.state.serving_mut()?;
+        let episode = serving.episode.get_or_insert(Episode::new(way, now));
+        let lasted = episode.note_stand_in(way, self.settings.max_age, now)?;
+        let source = serving.service.way().describe(knowledge);
+        let stands_in = monitor.way(way)?.computation.way().describe(knowledge);
+        let because = format!(
+            "{source} {}; {stands_in} has stood in for it for {}",
+            fault.words(),
+            reason::span(lasted)
+        );
+        let event = self.event(knowledge, EventKind::Substituted, because, now);
+        Some(Event { substitution: Some(stands_in), ..event })
+    }
+
+    /// The source has given the value of this moment itself: tells when it does again.
+    fn note_own(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> Option<Event> {
+        let serving = self.state.serving_mut()?;
+        let episode = serving.episode.as_mut()?;
+        if !episode.note_own(&self.settings, now) {
+            return None;
+        }
+        let told = episode.told();
+        serving.episode = None;
+        let before = monitor.way(told?).map(|way| way.computation.way().describe(knowledge));
+        let because = format!("its source gives values again; before: {}", before.unwrap_or_default());
+        Some(self.event(knowledge, EventKind::Restored, because, now))
+    }
+
+    /// The source gives the value of this moment itself.
+    fn publish_own(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        monitor: &Monitor,
+        sample: Sample,
+        now: Time,
+        outputs: &mut VecDeque<Output>,
+    ) {
+        self.state.end_unsure();
+        if self.state.serving().is_some_and(|serving| serving.episode.is_some()) {
+            tell(outputs, self.note_own(knowledge, monitor, now));
+        }
+        let server = Server::Active { since: self.switched };
+        self.publish_sample(knowledge, (sample, server), now, outputs);
+    }
+
+    fn publish_sample(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        given: (Sample, Server),
+        now: Time,
+        outputs: &mut VecDeque<Output>,
+    ) {
+        let wraps = knowledge.variables()[self.settings.variable].wraps;
+        let last = self.last.map(|(_, last)| last);
+        let Sample { value, validity } = self.blend.apply(given, last, (&self.settings, wraps), now);
+        self.publish(knowledge, PublishedValue::Scalar(value), validity, now, outputs);
+    }
+
+    fn publish(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        value: PublishedValue,
+        validity: Validity,
+        now: Time,
+        outputs: &mut VecDeque<Output>,
+    ) {
+        let scalar = match value {
+            PublishedValue::Scalar(value) => value,
+            PublishedValue::Vector(_) => Interval::EMPTY,
+        };
+        self.statistics.count(self.last.map(|(time, _)| now - time), scalar.width());
+        tell(outputs, self.tell_served(knowledge, now));
+        self.last = Some((now, Sample { validity, value: scalar }));
+        let value = match value {
+            PublishedValue::Scalar(value) => {
+                PublishedValue::Scalar(knowledge.variables()[self.settings.variable].brought_back(value))
+            }
+            vector @ PublishedValue::Vector(_) => vector,
+        };
+        let stands_in = matches!(self.blend.server(), Some(Server::StandIn(_)));
+        outputs.push_back(Output::Publication(Publication {
+            need: self.settings.need,
+            time: now,
+            validity,
+            value,
+            quality: self.quality(stands_in),
+            delegated: self.delegate.has_given() && !stands_in,
+        }));
+    }
+
+    fn quality(&self, stands_in: bool) -> Quality {
+        let is_preferred = || self.state.way() == self.sources.preferred.as_ref();
+        let is_doubted = || self.forced.as_ref().is_some_and(|forced| forced.is_doubted);
+        match self.blend.server() {
+            Some(Server::Unsure) => Quality::Uncertain,
+            _ if stands_in => Quality::Substitute,
+            _ if self.sources.is_unproven() => Quality::Uncertain,
+            _ if is_preferred() && !is_doubted() => Quality::Good,
+            _ => Quality::Substitute,
+        }
+    }
+
+    /// Tells that the need is served again, and that it is by what is trusted.
+    fn tell_served(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
+        let is_certain = self.blend.server() != Some(Server::Unsure) && !self.sources.is_unproven();
+        let is_break = self.last.is_none_or(|(last, _)| now - last > self.settings.max_age);
+        let because = match self.told.serve(is_certain, is_break, self.settings.switching.probation, now)? {
+            News::TrustedAgain => "what serves it is trusted again".to_string(),
+            News::ServedAgain if is_certain => "it is served again".to_string(),
+            News::ServedAgain => "it is served again, as uncertain".to_string(),
+        };
+        Some(self.event(knowledge, EventKind::Restored, because, now))
+    }
+
+    /// What may be right, where nothing is trusted; else it may have to be told that the need is not served.
+    fn provide_uncertain(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        monitor: &Monitor,
+        now: Time,
+        outputs: &mut VecDeque<Output>,
+    ) {
+        let there = (knowledge, monitor.ports());
+        let unsure = self.state.unsure_mut();
+        if let Some(sample) = unsure.and_then(|unsure| unsure.value(there, &self.settings, now)) {
+            self.blend.stop();
+            tell(outputs, self.tell_uncertain(knowledge, now));
+            let Sample { value, validity } = sample;
+            return self.publish(knowledge, PublishedValue::Scalar(value), validity, now, outputs);
+        }
+        tell(outputs, self.tell_nothing_certain(knowledge, now));
+        tell(outputs, self.check_age(knowledge, now));
+    }
+
+    /// Tells that values go out as uncertain from now on, once.
+    fn tell_uncertain(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
+        let is_decided = matches!(self.state, State::Unsure(_));
+        let unsure = self.state.unsure_mut()?;
+        let (words, reason) = unsure.tell(knowledge, is_decided, self.settings.max_age, now)?;
+        self.told.doubt();
+        if self.told.is_unserved() {
+            // The event that it is served again tells it.
+            return None;
+        }
+        let reason = reason.map_or_else(String::new, |reason| format!("{reason}; "));
+        let because = format!("{reason}it cannot be told which is right: {words} goes out as uncertain");
+        Some(self.event(knowledge, EventKind::Substituted, because, now))
+    }
+
+    /// Tells at once where from the beginning nothing can go out, and when the last trusted value has become too old.
+    fn tell_nothing_certain(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
+        // While there still is a source, time tells.
+        let State::Unsure(unsure) = &mut self.state else { return None };
+        let because = unsure.tell_nothing(knowledge, &self.settings, now)?;
+        self.tell_unserved(knowledge, Some(because), now)
+    }
+
+    /// Tells when the need has not been served for longer than a value may be old.
+    fn check_age(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
+        let age = now - self.last_served()?;
+        if age <= self.settings.max_age || self.told.is_unserved() {
+            return None;
+        }
+        let limits =
+            format!("limits: age {}, width {}", reason::span(self.settings.max_age), self.settings.max_width);
+        let age = reason::span(age);
+        let because = match self.forced() {
+            Some(way) => format!(
+                "no value for {age} from {}, which alone may serve it by order of the operator: what it gives is too \
+                 wide or too old ({limits})",
+                way.describe(knowledge)
+            ),
+            None => match self.state.unsure().map(|unsure| unsure.why_not(knowledge, &self.settings)) {
+                Some(why) => format!("no value for {age}: {why}"),
+                None => {
+                    format!(
+                        "no value for {age}: what is there is contradicted, too wide or too old ({limits})"
+                    )
+                }
+            },
+        };
+        self.tell_unserved(knowledge, Some(because), now)
+    }
+}

@@ -1,0 +1,176 @@
+//! What may serve a need now, and which of it is the best.
+//!
+//! Sources are ranked when the trust in a signal has changed, never in between: how ways run makes no source flap.
+
+use super::super::ready_sources::ReadySources;
+use super::super::ways::{Lost, Source};
+use super::proven::{Ranked, Standing};
+use super::situation::Situation;
+use crate::knowledge::{KnowledgeBase, NeedId, VariableId};
+use crate::monitor::Monitor;
+use crate::plan::Graph;
+use crate::substitution::Way;
+use crate::time::Time;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+
+/// How many alternatives an event names.
+pub(super) const MOST_NAMED: usize = 3;
+
+/// The sources of a need.
+#[derive(Debug)]
+pub(super) struct Sources {
+    /// What may serve the need now, best first.
+    found: Arc<[Source]>,
+    /// The same as they were ranked when the trust in a signal last changed.
+    ranked: Vec<Ranked>,
+    /// Whether of equally good sources the best proven one is taken.
+    prefers_proven: bool,
+    /// What serves it when nothing is wrong.
+    pub(super) preferred: Option<Way>,
+    /// Whether they are trusted only for want of better.
+    is_unproven: bool,
+    /// Whether it was found that no two of them are independent.
+    pub(super) is_alone: bool,
+}
+
+impl Sources {
+    /// Those with nothing lost, not ranked yet.
+    pub(super) fn new(
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        ready_sources: &ReadySources,
+        need: NeedId,
+        prefers_proven: bool,
+    ) -> Sources {
+        Sources {
+            found: ready_sources.sources(knowledge, graph, need, &Lost::default()),
+            ranked: Vec::new(),
+            prefers_proven,
+            preferred: None,
+            is_unproven: false,
+            is_alone: false,
+        }
+    }
+
+    /// Looks again for what may serve a need; gives what was taken for lost. Ranks nothing.
+    pub(super) fn find<'s>(&mut self, need: NeedId, situation: &'s Situation<'_>) -> &'s Lost {
+        let Situation { knowledge, graph, ready_sources, .. } = situation;
+        let [proven, returning, unproven] = &situation.lost;
+        let find = |lost| ready_sources.sources(knowledge, graph, need, lost);
+        let mut tried = [proven, returning, unproven].into_iter().map(|lost| (lost, find(lost)));
+        let found = tried.find(|(_, sources)| !sources.is_empty());
+        let (lost, sources) = found.unwrap_or_else(|| (returning, Arc::default()));
+        // What serves only for want of anything that is trusted.
+        self.is_unproven = !sources.is_empty() && core::ptr::eq(lost, unproven);
+        self.found = sources;
+        self.is_alone = false;
+        lost
+    }
+
+    /// All of them, best utility first.
+    pub(super) fn all(&self) -> &[Source] {
+        &self.found
+    }
+
+    /// Whether a way is one of them.
+    pub(super) fn contain(&self, way: &Way) -> bool {
+        self.found.iter().any(|source| source.way == *way)
+    }
+
+    /// Whether they are trusted only for want of better.
+    pub(super) fn is_unproven(&self) -> bool {
+        self.is_unproven
+    }
+
+    /// Ranks the sources by utility, of equals the best proven first: by the share of time in which they gave a value that
+    /// others confirmed, then by their distance from the others, then in the order of the search.
+    ///
+    /// Complexity: O(n²) for the at most 32 sources, whatever the model holds.
+    pub(super) fn rank(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Option<Time>) {
+        let rates_ways = knowledge.utility().rates_ways();
+        let prefers_proven = self.prefers_proven;
+        let ranked = |(at, source): (usize, &Source)| {
+            let watched = now.and_then(|now| Some(monitor.figures(monitor.find(&source.way)?, now)));
+            let figures = watched.filter(|_| prefers_proven || rates_ways).unwrap_or_default();
+            let rating = knowledge.utility().of_way(|figure| figures.get(figure));
+            let utility = match rates_ways {
+                true => knowledge.utility().aggregate().with(source.utility, rating),
+                false => source.utility,
+            };
+            Ranked::new(at, utility, figures, source.way.substitution.continues_itself(knowledge))
+        };
+        // In the place of the last ones: where nothing serves the need, this is done with every value.
+        self.ranked.clear();
+        self.ranked.extend(self.found.iter().enumerate().map(ranked));
+        if prefers_proven {
+            self.compare();
+        }
+        self.ranked.sort_unstable_by(Ranked::order);
+    }
+
+    /// Sees how well each source is proven among the others.
+    fn compare(&mut self) {
+        for at in 0..self.ranked.len() {
+            let standing = self.ranked.get(at).map(|ranked| Standing::among(&self.ranked, ranked));
+            if let (Some(ranked), Some(standing)) = (self.ranked.get_mut(at), standing) {
+                ranked.standing = standing;
+            }
+        }
+    }
+
+    /// The sources as they were last ranked, best first.
+    pub(super) fn ranked(&self) -> impl Iterator<Item = (&Source, &Ranked)> {
+        self.ranked.iter().filter_map(|ranked| Some((self.found.get(ranked.at)?, ranked)))
+    }
+
+    /// Their ways in the same order.
+    pub(super) fn ways(&self) -> impl Iterator<Item = &Way> {
+        self.ranked().map(|(source, _)| &source.way)
+    }
+
+    /// The source that is preferred, or else better than the one in use by more than the hysteresis, with and without
+    /// how the two have run: a record alone makes nobody leave a source that is sound.
+    pub(super) fn better(&self, active: &Way, hysteresis: f64) -> Option<&Way> {
+        let best = self.found.first()?;
+        if best.way == *active {
+            return None;
+        }
+        if self.preferred.as_ref() == Some(&best.way) {
+            return Some(&best.way);
+        }
+        let (current, ranked) = self.ranked().find(|(source, _)| source.way == *active)?;
+        let is_above = |one: f64, other: f64| one > other + hysteresis * other.abs();
+        let is_better = |other: &(&Source, &Ranked)| {
+            is_above(other.0.utility, current.utility) && is_above(other.1.utility, ranked.utility)
+        };
+        self.ranked().find(is_better).map(|(source, _)| &source.way)
+    }
+
+    /// The chosen source and the next ones in words, with their utilities.
+    pub(super) fn alternatives(
+        &self,
+        knowledge: &KnowledgeBase,
+        variable: VariableId,
+        active: Option<&Way>,
+    ) -> String {
+        // What is known from how they ran is told where it has made the choice.
+        let in_order = self.ranked.iter().map(|ranked| ranked.at).is_sorted();
+        let is_proven = !in_order || knowledge.utility().rates_ways();
+        let named = |(source, ranked): (&Source, &Ranked)| {
+            let proof = if is_proven { ranked.proof(knowledge, variable) } else { String::new() };
+            format!("{} (utility {:.3}{proof})", source.way.describe(knowledge), ranked.utility)
+        };
+        let is_chosen = |(source, _): &(&Source, &Ranked)| active == Some(&source.way);
+        let chosen = self.ranked().find(is_chosen).map(named);
+        let others: Vec<String> =
+            self.ranked().filter(|source| !is_chosen(source)).take(MOST_NAMED).map(named).collect();
+        let others = match others.is_empty() {
+            true => "nothing else is left".to_string(),
+            false => format!("next would be {}", others.join(", then ")),
+        };
+        format!("{} takes over; {others}", chosen.unwrap_or_default())
+    }
+}

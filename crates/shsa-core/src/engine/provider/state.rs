@@ -1,0 +1,177 @@
+//! What serves a need: a source, what may be right, or nothing; what belongs to one of these ends with it.
+
+use super::Better;
+use super::episode::Episode;
+use super::pace::Pace;
+use super::settings::Settings;
+use super::told::Told;
+use super::unsure::Unsure;
+use crate::knowledge::{KnowledgeBase, SignalSet};
+use crate::monitor::rests_on;
+use crate::observation::Observation;
+use crate::service::Service;
+use crate::substitution::Way;
+use crate::time::{Span, Time};
+
+/// What serves the need.
+#[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one for each need, and its source is read with every observation"
+)]
+pub(super) enum State {
+    /// Nothing does.
+    Unserved,
+    /// A source does.
+    Serving(Serving),
+    /// Nothing that is trusted can: what may be right goes out as uncertain, as far as it is fit.
+    Unsure(Unsure),
+}
+
+/// A source that serves the need.
+#[derive(Debug)]
+pub(super) struct Serving {
+    pub(super) service: Service,
+    pub(super) rests_on: SignalSet,
+    /// How regularly it gives values.
+    pub(super) pace: Pace,
+    /// Since when it has given nothing but values that are too old or too wide.
+    pub(super) unfit_since: Option<Time>,
+    /// Why there is a better source, when there is one.
+    pub(super) better_by: Better,
+    /// Another way stands in for it.
+    pub(super) episode: Option<Episode>,
+    /// It is contradicted, nothing can stand in for it, and nobody is suspect yet: what goes out meanwhile.
+    pub(super) doubt: Option<Unsure>,
+}
+
+impl Serving {
+    fn new(knowledge: &KnowledgeBase, service: Service) -> Serving {
+        Serving {
+            rests_on: rests_on(knowledge, service.way()),
+            service,
+            pace: Pace::default(),
+            unfit_since: None,
+            better_by: Better::Trusted,
+            episode: None,
+            doubt: None,
+        }
+    }
+}
+
+impl State {
+    /// The source.
+    pub(super) fn serving(&self) -> Option<&Serving> {
+        match self {
+            State::Serving(serving) => Some(serving),
+            State::Unserved | State::Unsure(_) => None,
+        }
+    }
+
+    pub(super) fn serving_mut(&mut self) -> Option<&mut Serving> {
+        match self {
+            State::Serving(serving) => Some(serving),
+            State::Unserved | State::Unsure(_) => None,
+        }
+    }
+
+    /// The way by which the source knows the variable.
+    pub(super) fn way(&self) -> Option<&Way> {
+        self.serving().map(|serving| serving.service.way())
+    }
+
+    /// What may be right, beside a source that is contradicted as well.
+    pub(super) fn unsure(&self) -> Option<&Unsure> {
+        match self {
+            State::Unserved => None,
+            State::Serving(serving) => serving.doubt.as_ref(),
+            State::Unsure(unsure) => Some(unsure),
+        }
+    }
+
+    pub(super) fn unsure_mut(&mut self) -> Option<&mut Unsure> {
+        match self {
+            State::Unserved => None,
+            State::Serving(serving) => serving.doubt.as_mut(),
+            State::Unsure(unsure) => Some(unsure),
+        }
+    }
+
+    /// A source takes over, or is lost without another one; then what may be right goes on beyond it.
+    pub(super) fn take_over(&mut self, knowledge: &KnowledgeBase, service: Option<Service>) {
+        *self = match service {
+            Some(service) => State::Serving(Serving::new(knowledge, service)),
+            None => self.take_unsure().map_or(State::Unserved, State::Unsure),
+        };
+    }
+
+    /// Leaves the source, if there is one, and takes out what may be right: nothing serves the need after that.
+    pub(super) fn take_unsure(&mut self) -> Option<Unsure> {
+        match core::mem::replace(self, State::Unserved) {
+            State::Unserved => None,
+            State::Serving(serving) => serving.doubt,
+            State::Unsure(unsure) => Some(unsure),
+        }
+    }
+
+    /// A trusted value goes out: what may be right is not needed any more.
+    #[inline]
+    pub(super) fn end_unsure(&mut self) {
+        match self {
+            State::Unserved => {}
+            State::Serving(serving) => {
+                if serving.doubt.is_some() {
+                    serving.doubt = None;
+                }
+            }
+            State::Unsure(_) => *self = State::Unserved,
+        }
+    }
+
+    /// What may be right goes out from now on: beside the source while there is one.
+    pub(super) fn go_on_unsure(&mut self, unsure: Unsure) {
+        match self {
+            State::Serving(serving) => serving.doubt = Some(unsure),
+            State::Unserved | State::Unsure(_) => *self = State::Unsure(unsure),
+        }
+    }
+
+    pub(super) fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {
+        if let State::Serving(serving) = self {
+            serving.service.observe(knowledge, observation);
+        }
+        if let Some(unsure) = self.unsure_mut() {
+            unsure.observe(knowledge, observation);
+        }
+    }
+
+    /// From when on another way shall fill in because nothing comes, where the last value went out at `served`.
+    pub(super) fn late_after(&self, served: Time, settings: &Settings) -> Time {
+        let most = settings.half_age();
+        match self {
+            State::Serving(serving) => serving.pace.late_after(served, most),
+            State::Unserved | State::Unsure(_) => Pace::default().late_after(served, most),
+        }
+    }
+
+    /// When something is to be done although nothing comes: the source is late, a better one is not `held` back any more,
+    /// or the last trusted value is too old.
+    pub(super) fn deadline(
+        &self,
+        (settings, told): (&Settings, &Told),
+        served: Option<Time>,
+        held: impl FnOnce() -> Option<Time>,
+        now: Time,
+    ) -> Option<Time> {
+        let late =
+            served.map(|served| self.late_after(served, settings) + Span(1)).filter(|late| *late > now);
+        let own = match self {
+            State::Serving(_) => held(),
+            State::Unsure(unsure) if !told.is_unserved() => {
+                unsure.ends(settings.max_age).map(|ends| ends + Span(1))
+            }
+            State::Unserved | State::Unsure(_) => None,
+        };
+        late.into_iter().chain(own.filter(|due| *due > now)).min()
+    }
+}

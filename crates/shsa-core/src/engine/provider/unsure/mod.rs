@@ -1,0 +1,286 @@
+//! All that could serve a need is suspect: one of the candidates lies, and nothing tells which.
+//!
+//! What goes out is the [fault-tolerant interval](tolerant) of all candidates. How many of them lie is the size of the smallest
+//! explanation: so many have to be left out that the others have a value in common, and at least one.
+
+mod tolerant;
+
+use super::super::reason;
+use super::super::ways::Source;
+use super::settings::Settings;
+use crate::alignment::{Port, Sample};
+use crate::circle;
+use crate::computation::Computed;
+use crate::interval::Interval;
+use crate::knowledge::{
+    CauseId, IdVec, KnowledgeBase, RelationId, SignalId, SignalSet, Variable, WhenUnsure,
+};
+use crate::monitor::rests_on;
+use crate::observation::Observation;
+use crate::service::Service;
+use crate::substitution::Way;
+use crate::time::{Span, Time};
+use alloc::collections::BTreeSet;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use tolerant::{holding, tolerant};
+
+/// What serves a need that nothing trusted can serve.
+#[derive(Debug)]
+pub(super) struct Unsure {
+    kind: WhenUnsure,
+    candidates: Vec<Candidate>,
+    /// The most that had to be left out at a moment, for the others to agree.
+    faults: usize,
+    /// The last value that was trusted, for [`WhenUnsure::Last`].
+    trusted: Option<Sample>,
+    /// A candidate has said something since the last value.
+    is_heard: bool,
+    /// Why nothing trusted is left; until it is told how it goes on.
+    reason: Option<String>,
+    /// Since when; nobody is suspect yet while there still is a source.
+    since: Time,
+    /// Whether it was told that values go out as uncertain.
+    is_told: bool,
+    /// The width of what would have gone out last, had it been narrow enough.
+    too_wide: Option<f64>,
+    /// Room for the intervals of a moment.
+    present: Vec<Interval>,
+}
+
+/// One way that may be right.
+#[derive(Debug)]
+struct Candidate {
+    service: Service,
+    rests_on: SignalSet,
+    latest: Option<Sample>,
+}
+
+impl Unsure {
+    /// What may be right from now on: these ways, where they are enough for what the need demands.
+    pub(super) fn new(
+        (knowledge, ports): (&KnowledgeBase, &IdVec<SignalId, Port>),
+        kind: WhenUnsure,
+        ways: Vec<Way>,
+        because: Option<String>,
+        since: Time,
+    ) -> Unsure {
+        let candidates = candidates(knowledge, ports, ways);
+        Unsure {
+            kind,
+            faults: 1,
+            trusted: None,
+            is_heard: true,
+            reason: because,
+            since,
+            is_told: false,
+            too_wide: None,
+            present: Vec::with_capacity(candidates.len()),
+            candidates,
+        }
+    }
+
+    /// Goes on from the last value that went out, as it was told before.
+    pub(super) fn following(self, last: Option<Sample>, is_told: bool) -> Unsure {
+        let trusted = last.filter(|sample| !sample.value.is_empty());
+        Unsure { trusted, is_told, ..self }
+    }
+
+    /// Goes on with these ways, which are others than before or the same.
+    pub(super) fn goes_on(
+        self,
+        (knowledge, ports): (&KnowledgeBase, &IdVec<SignalId, Port>),
+        ways: Vec<Way>,
+        because: Option<String>,
+    ) -> Unsure {
+        if self.candidates.iter().map(|it| it.service.way()).eq(ways.iter()) {
+            let reason = because.or_else(|| self.reason.clone());
+            return Unsure { reason, ..self };
+        }
+        let candidates = candidates(knowledge, ports, ways);
+        let mut present = self.present;
+        present.reserve(candidates.len());
+        Unsure { candidates, faults: 1, present, ..self }
+    }
+
+    pub(super) fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {
+        for candidate in &mut self.candidates {
+            candidate.service.observe(knowledge, observation);
+            self.is_heard |= candidate.rests_on.contains(observation.signal);
+        }
+    }
+
+    /// When the last trusted value is too old.
+    pub(super) fn ends(&self, max_age: Span) -> Option<Time> {
+        self.trusted.filter(|_| self.kind == WhenUnsure::Last).map(|last| last.validity.to + max_age)
+    }
+
+    /// Whether it was told that values go out as uncertain.
+    pub(super) fn is_told(&self) -> bool {
+        self.is_told
+    }
+
+    /// What goes out, in words.
+    pub(super) fn describe(&self, knowledge: &KnowledgeBase) -> String {
+        let names = self.candidates.iter().map(|it| it.service.way().describe(knowledge));
+        let names = names.collect::<Vec<_>>().join("; ");
+        match (self.kind, self.candidates.len(), self.faults) {
+            (WhenUnsure::Last, ..) => String::from("the last trusted value"),
+            (_, 2, _) => format!("hull of {names}"),
+            (_, count, faults) => {
+                format!("what {} of {count} hold possible: {names}", count.saturating_sub(faults))
+            }
+        }
+    }
+
+    /// The uncertain value of this moment, where there is news and it is fit.
+    pub(super) fn value(
+        &mut self,
+        (knowledge, ports): (&KnowledgeBase, &IdVec<SignalId, Port>),
+        settings: &Settings,
+        now: Time,
+    ) -> Option<Sample> {
+        let Variable { max_rate, wraps, .. } = knowledge.variables()[settings.variable];
+        let max_rate = max_rate.unwrap_or(0.0);
+        let mut is_news = core::mem::take(&mut self.is_heard) && self.kind == WhenUnsure::Last;
+        for candidate in &mut self.candidates {
+            let given = candidate.service.compute(ports, None);
+            if let Some((Computed::Scalar(value), validity)) = given
+                && value.is_bounded()
+                && !value.is_empty()
+            {
+                candidate.latest = Some(Sample { validity, value });
+                is_news = true;
+            }
+        }
+        if !is_news {
+            return None;
+        }
+        let sample = match self.kind {
+            WhenUnsure::Last => self.trusted.map(|last| {
+                let age = (now - last.validity.to).seconds().max(0.0);
+                Sample { value: last.value.widened(age * max_rate), ..last }
+            }),
+            _ => self.together((max_rate, wraps), settings.max_age, now),
+        }?;
+        let is_fit = settings.is_fit(&sample, now);
+        self.too_wide = (!is_fit).then(|| sample.value.width());
+        is_fit.then_some(sample)
+    }
+
+    /// That values go out as uncertain is to be told, once: at once where it is `decided` that nothing is trusted, else when it
+    /// lasts. What goes out, and why, in words.
+    pub(super) fn tell(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        is_decided: bool,
+        max_age: Span,
+        now: Time,
+    ) -> Option<(String, Option<String>)> {
+        if self.is_told || (!is_decided && now - self.since <= max_age) {
+            return None;
+        }
+        self.is_told = true;
+        Some((self.describe(knowledge), self.reason.take()))
+    }
+
+    /// That nothing can go out is to be told: from the beginning, or as the last trusted value has become too old. Why, in words.
+    pub(super) fn tell_nothing(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        settings: &Settings,
+        now: Time,
+    ) -> Option<String> {
+        let is_over = self.ends(settings.max_age).is_some_and(|ends| now > ends);
+        let is_too_wide = self.too_wide.is_some() && !self.is_told;
+        if !is_over && !is_too_wide {
+            return None;
+        }
+        self.is_told &= !is_over;
+        let reason = self.reason.take().map_or_else(String::new, |reason| format!("{reason}, and "));
+        Some(format!("{reason}{}", self.why_not(knowledge, settings)))
+    }
+
+    /// Why no uncertain value goes out, in numbers.
+    pub(super) fn why_not(&self, knowledge: &KnowledgeBase, settings: &Settings) -> String {
+        let &Settings { variable, max_width, max_age, .. } = settings;
+        let words = self.describe(knowledge);
+        let amount = |amount: f64| reason::difference(knowledge, variable, amount);
+        match (self.kind, self.too_wide) {
+            (_, Some(width)) if width > max_width => {
+                format!("{words} is {} wide, more than {}", amount(width), amount(max_width))
+            }
+            (WhenUnsure::Last, _) => format!("{words} is more than {} old", reason::span(max_age)),
+            _ => format!("too few candidates give values: {words}"),
+        }
+    }
+
+    /// What the candidates say together at the newest moment of any; `None` where too few speak.
+    ///
+    /// Complexity: O(n^2) for n candidates, no allocation.
+    fn together(
+        &mut self,
+        (max_rate, wraps): (f64, Option<f64>),
+        max_age: Span,
+        now: Time,
+    ) -> Option<Sample> {
+        let fresh = |sample: &Sample| now - sample.validity.to <= max_age;
+        let known = || self.candidates.iter().filter_map(|it| it.latest).filter(fresh);
+        let moment = known().map(|sample| sample.validity).max_by_key(|validity| validity.to)?;
+        let brought = |sample: Sample| {
+            let gap = (moment.to - sample.validity.to).seconds();
+            if gap > 0.0 { sample.value.widened(gap * max_rate) } else { sample.value }
+        };
+        self.present.clear();
+        self.present.extend(known().map(brought));
+        // What wraps is put together in one turn.
+        if let (Some(turn), Some(&first)) = (wraps, self.present.first()) {
+            self.present.iter_mut().for_each(|it| *it = circle::nearest(*it, first, turn));
+        }
+        let at_least = |count: usize| tolerant(&self.present, self.present.len().saturating_sub(count));
+        let agreeing = self.present.iter().map(|it| holding(&self.present, it.lo())).max()?;
+        let faults = self.faults.max(self.present.len() - agreeing).max(1);
+        let value = at_least(faults)?;
+        self.faults = faults;
+        Some(Sample { validity: moment, value })
+    }
+}
+
+fn candidates(knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>, ways: Vec<Way>) -> Vec<Candidate> {
+    let candidate = |way: Way| {
+        let rests_on = rests_on(knowledge, &way);
+        // What it has said already counts.
+        let service = Service::start(knowledge, way, ports, Some(Time::MIN))?;
+        Some(Candidate { service, rests_on, latest: None })
+    };
+    ways.into_iter().filter_map(candidate).collect()
+}
+
+/// The best ways that have neither signals nor relations nor causes of faults in common.
+pub(super) fn independent(knowledge: &KnowledgeBase, sources: &[Source]) -> Vec<Way> {
+    let mut taken = (SignalSet::new(), BTreeSet::<RelationId>::new(), BTreeSet::<CauseId>::new());
+    let mut chosen = Vec::new();
+    for Source { way, .. } in sources {
+        let signals = knowledge.as_witnesses(rests_on(knowledge, way));
+        let relations = way.substitution.relations();
+        let causes: Vec<CauseId> = knowledge
+            .causes()
+            .enumerate()
+            .filter(|(_, cause)| cause.signals.iter().any(|signal| signals.contains(*signal)))
+            .map(|(id, _)| id)
+            .collect();
+        let is_new = !signals.meets(&taken.0)
+            && !relations.iter().any(|relation| taken.1.contains(relation))
+            && !causes.iter().any(|cause| taken.2.contains(cause))
+            && !signals.is_empty()
+            && !way.substitution.continues_itself(knowledge);
+        if is_new {
+            taken.0.extend(&signals);
+            taken.1.extend(relations);
+            taken.2.extend(causes);
+            chosen.push(way.clone());
+        }
+    }
+    chosen
+}
