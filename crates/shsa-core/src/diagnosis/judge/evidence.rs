@@ -1,9 +1,9 @@
 //! What the pairs of a monitor say, as comparisons of components.
 
-use super::{Component, Judge, JudgeOptions};
+use super::{Component, Judge, JudgeOptions, Testimony};
 use crate::diagnosis::candidates::Comparison;
 use crate::knowledge::{CauseId, IdVec, KnowledgeBase, PRIOR, RelationId, SignalId, SignalSet};
-use crate::monitor::{Monitor, Residual, ResidualState, WatchedWay, WayIndex};
+use crate::monitor::{Residual, ResidualState, WatchedWay, WayIndex};
 use crate::time::{Span, Time};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::sync::Arc;
@@ -169,7 +169,7 @@ impl Judge {
     /// Conflicts, with the agreements that speak about what is in them.
     pub(super) fn comparisons(
         &self,
-        monitor: &Monitor,
+        evidence: &impl Testimony,
         now: Time,
         conflicts: &[&Residual],
         beliefs: &Beliefs,
@@ -178,21 +178,21 @@ impl Judge {
         conflicts.iter().for_each(|pair| disputed.extend(&pair.signals));
         // How a value changes does not show a constant error.
         let looks_at_changes =
-            |index: WayIndex| monitor.way(index).is_some_and(|way| way.computation.is_rate());
+            |index: WayIndex| evidence.way(index).is_some_and(|way| way.computation.is_rate());
         // Who has not yet drifted far enough to disagree does not agree.
         let gradual = conflicts.iter().any(|pair| is_gradual(pair, now));
         // Some of them may agree yet.
         let is_taken =
             |pair: &Residual| conflicts.iter().any(|it| (it.way, it.other) == (pair.way, pair.other));
         let agreements = self
-            .open_pairs(monitor, now, ResidualState::Agree)
+            .open_pairs(evidence, now, ResidualState::Agree)
             .filter(|pair| !is_taken(pair))
             .filter(|pair| !(gradual && pair.is_building()) && pair.signals.meets(&disputed))
             .filter(|pair| !looks_at_changes(pair.way) && !looks_at_changes(pair.other));
         let conflicts = conflicts.iter().map(|pair| (*pair, false));
         let all = conflicts.chain(agreements.map(|pair| (pair, true)));
         let compared = all.filter_map(|(pair, agrees)| {
-            let (one, other) = (monitor.way(pair.way)?, monitor.way(pair.other)?);
+            let (one, other) = (evidence.way(pair.way)?, evidence.way(pair.other)?);
             Some(self.priors.comparison(one, other, agrees))
         });
         // What has failed is faulty by itself, or by what it shares.
@@ -207,37 +207,42 @@ impl Judge {
 
     /// Whether a pair in conflict speaks against something: nothing else that has failed, or is suspect alone, explains it.
     #[must_use]
-    pub fn speaks_against(&self, monitor: &Monitor, pair: &Residual, component: Component) -> bool {
-        !self.is_explained(monitor, pair, Some(component)) && !self.is_claimed(monitor, pair, component)
+    pub fn speaks_against(&self, evidence: &impl Testimony, pair: &Residual, component: Component) -> bool {
+        !self.is_explained(evidence, pair, Some(component)) && !self.is_claimed(evidence, pair, component)
     }
 
     /// Pairs in a relationship that nothing that has failed explains. O(restless pairs) for those that do not agree.
     pub(super) fn open_pairs<'s, 'm: 's>(
         &'s self,
-        monitor: &'m Monitor,
+        evidence: &'m impl Testimony,
         now: Time,
         relationship: ResidualState,
     ) -> impl Iterator<Item = &'m Residual> + 's {
         let disagree = matches!(relationship, ResidualState::Conflict | ResidualState::Undecided);
-        let restless = disagree.then(|| monitor.restless());
-        let all = (!disagree).then(|| monitor.residuals());
+        let restless = disagree.then(|| evidence.restless());
+        let all = (!disagree).then(|| evidence.pairs());
         let pairs = restless.into_iter().flatten().chain(all.into_iter().flatten());
         pairs.filter(move |pair| {
-            pair.relationship(now) == relationship && !self.is_explained(monitor, pair, None)
+            pair.relationship(now) == relationship && !self.is_explained(evidence, pair, None)
         })
     }
 
     /// Whether something else than `except` that has failed, or is forbidden, is in the pair.
-    pub(super) fn is_explained(&self, monitor: &Monitor, pair: &Residual, except: Option<Component>) -> bool {
-        self.discounted.iter().any(|&it| Some(it) != except && rests_on(monitor, pair, it))
+    pub(super) fn is_explained(
+        &self,
+        evidence: &impl Testimony,
+        pair: &Residual,
+        except: Option<Component>,
+    ) -> bool {
+        self.discounted.iter().any(|&it| Some(it) != except && rests_on(evidence, pair, it))
     }
 }
 
 /// Whether one of the ways of a pair rests on a signal or a relation.
 #[must_use]
-pub fn rests_on(monitor: &Monitor, pair: &Residual, component: Component) -> bool {
+pub fn rests_on(evidence: &impl Testimony, pair: &Residual, component: Component) -> bool {
     let relies = |index: WayIndex, relation: RelationId| {
-        let way = monitor.way(index).map(|way| way.computation.way());
+        let way = evidence.way(index).map(|way| way.computation.way());
         way.is_some_and(|way| way.substitution.steps.iter().any(|step| step.relation == relation))
     };
     match component {
@@ -262,17 +267,17 @@ pub(super) struct Dispute {
 impl Dispute {
     /// `None` where no conflict is about them.
     pub(super) fn about(
-        monitor: &Monitor,
+        evidence: &impl Testimony,
         conflicts: &[&Residual],
         accused: &BTreeSet<Component>,
         now: Time,
     ) -> Option<Dispute> {
-        let about = || conflicts.iter().filter(|pair| rests_on_any(monitor, pair, accused));
+        let about = || conflicts.iter().filter(|pair| rests_on_any(evidence, pair, accused));
         Some(Dispute {
             onset: about().map(|pair| pair.onset(now)).min()?,
             since: about().map(|pair| pair.recurs_since(now)).min()?,
             gradual: about().any(|pair| is_gradual(pair, now)),
-            shows: about().map(|pair| shows_a_step(monitor, pair)).max()?,
+            shows: about().map(|pair| shows_a_step(evidence, pair)).max()?,
         })
     }
 }
@@ -283,13 +288,17 @@ fn is_gradual(conflict: &Residual, now: Time) -> bool {
 }
 
 /// Whether one of the ways of a pair rests on one of these.
-pub(super) fn rests_on_any(monitor: &Monitor, pair: &Residual, components: &BTreeSet<Component>) -> bool {
-    components.iter().any(|&component| rests_on(monitor, pair, component))
+pub(super) fn rests_on_any(
+    evidence: &impl Testimony,
+    pair: &Residual,
+    components: &BTreeSet<Component>,
+) -> bool {
+    components.iter().any(|&component| rests_on(evidence, pair, component))
 }
 
 /// How long a pair shows a step of a signal: a difference quotient does while it is within its window.
-fn shows_a_step(monitor: &Monitor, pair: &Residual) -> Span {
-    let rate = |index| monitor.way(index).filter(|way| way.computation.is_rate());
+fn shows_a_step(evidence: &impl Testimony, pair: &Residual) -> Span {
+    let rate = |index| evidence.way(index).filter(|way| way.computation.is_rate());
     let window = |index| rate(index).map_or(Span::ZERO, |way| way.computation.timing().window);
     match window(pair.way).max(window(pair.other)) {
         Span::ZERO => Span::MAX,

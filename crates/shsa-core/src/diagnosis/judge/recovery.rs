@@ -13,9 +13,9 @@
 //! now and then.
 
 use super::evidence::{rests_on, rests_on_any};
-use super::{Component, ComponentState, Decision, Judge, MOST_RELAPSES, Proof, Verdict, said};
+use super::{Component, ComponentState, Decision, Judge, MOST_RELAPSES, Proof, Testimony, Verdict, said};
 use crate::knowledge::SignalId;
-use crate::monitor::{Monitor, Residual, ResidualState, WatchedWay, WayIndex};
+use crate::monitor::{Residual, ResidualState, WatchedWay, WayIndex};
 use crate::time::{Span, Time};
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
@@ -51,7 +51,7 @@ struct Grounds {
 
 impl Judge {
     /// Looks whether anything that is accused is trusted again.
-    pub(super) fn clear(&mut self, monitor: &Monitor, now: Time, decisions: &mut Vec<Decision>) {
+    pub(super) fn clear(&mut self, evidence: &impl Testimony, now: Time, decisions: &mut Vec<Decision>) {
         let culprit = |decision: &Decision| match decision {
             Decision::Failed(blame) => Some(blame.component),
             _ => None,
@@ -65,10 +65,10 @@ impl Judge {
             if self.accusation(component).is_none() {
                 continue;
             }
-            let decision = match self.weigh(monitor, component, now) {
-                Weighed::Against(ground) => self.hear_against(monitor, component, ground, now),
+            let decision = match self.weigh(evidence, component, now) {
+                Weighed::Against(ground) => self.hear_against(evidence, component, ground, now),
                 Weighed::Silent => self.hear_nothing(component, now),
-                Weighed::For(proof) => self.hear_for((monitor, now), component, proof, &culprits),
+                Weighed::For(proof) => self.hear_for((evidence, now), component, proof, &culprits),
                 Weighed::Groundless => Some(self.acquit(component, now)),
             };
             decisions.extend(decision);
@@ -77,17 +77,17 @@ impl Judge {
 
     fn hear_against(
         &mut self,
-        monitor: &Monitor,
+        evidence: &impl Testimony,
         component: Component,
         ground: Option<Ground>,
         now: Time,
     ) -> Option<Decision> {
-        self.await_staleness(monitor, component, now);
+        self.await_staleness(evidence, component, now);
         let state_of = self.standings.get_mut(&component)?;
         (state_of.clean_since, state_of.quiet_since) = (None, None);
         let ground = ground?;
         // While it is where it could not be, that is no news.
-        state_of.contradicted |= state_of.failed_by_detector && is_home(monitor, component);
+        state_of.contradicted |= state_of.failed_by_detector && is_home(evidence, component);
         let was_unproven = core::mem::take(&mut state_of.unproven);
         let grounds = self.grounds.entry(component).or_default();
         if grounds.len() < MOST_GROUNDS {
@@ -119,7 +119,7 @@ impl Judge {
 
     fn hear_for(
         &mut self,
-        (monitor, now): (&Monitor, Time),
+        (evidence, now): (&impl Testimony, Time),
         component: Component,
         proof: Proof,
         culprits: &BTreeSet<Component>,
@@ -128,8 +128,8 @@ impl Judge {
         let since = before.clean_since.unwrap_or(now);
         // Only a culprit that it was compared with explains why it was suspected.
         let compared =
-            |pair: &Residual| rests_on(monitor, pair, component) && rests_on_any(monitor, pair, culprits);
-        let explained = before.verdict == Some(Verdict::Suspect) && monitor.residuals().iter().any(compared);
+            |pair: &Residual| rests_on(evidence, pair, component) && rests_on_any(evidence, pair, culprits);
+        let explained = before.verdict == Some(Verdict::Suspect) && evidence.pairs().iter().any(compared);
         let probation = self.probation(before.relapses);
         if !explained && now < since + probation {
             if let Some(state_of) = self.standings.get_mut(&component) {
@@ -159,11 +159,11 @@ impl Judge {
     }
 
     /// What speaks about something that is accused. O(its comparisons).
-    fn weigh(&self, monitor: &Monitor, component: Component, now: Time) -> Weighed {
-        if !is_sound(monitor, component) {
+    fn weigh(&self, evidence: &impl Testimony, component: Component, now: Time) -> Weighed {
+        if !is_sound(evidence, component) {
             return Weighed::Against(None);
         }
-        let grounds = match self.count(monitor, component, now) {
+        let grounds = match self.count(evidence, component, now) {
             Ok(grounds) => grounds,
             Err(against) => return Weighed::Against(against),
         };
@@ -171,12 +171,12 @@ impl Judge {
         if !state_of.failed_by_detector && self.is_groundless(component, &grounds) {
             return Weighed::Groundless;
         }
-        if self.stands_still(component, monitor, now) {
+        if self.stands_still(component, evidence, now) {
             return Weighed::Against(None);
         }
         let is_met = grounds.agree > 0 || (grounds.witnessed && grounds.silent == 0);
         let has_returned =
-            || state_of.failed_by_detector && !state_of.contradicted && is_home(monitor, component);
+            || state_of.failed_by_detector && !state_of.contradicted && is_home(evidence, component);
         match () {
             () if is_met => Weighed::For(Proof::Witness),
             () if has_returned() => Weighed::For(Proof::Return),
@@ -185,24 +185,29 @@ impl Judge {
     }
 
     /// What the comparisons say that are about something; a comparison that disagrees, or may, is the error.
-    fn count(&self, monitor: &Monitor, component: Component, now: Time) -> Result<Grounds, Option<Ground>> {
+    fn count(
+        &self,
+        evidence: &impl Testimony,
+        component: Component,
+        now: Time,
+    ) -> Result<Grounds, Option<Ground>> {
         let known = self.grounds.get(&component);
         let mut found = Grounds::default();
         let mut undecided = false;
-        for pair in pairs_of(monitor, component) {
+        for pair in pairs_of(evidence, component) {
             let ground = (pair.way, pair.other);
             let is_ground = known.is_some_and(|known| known.contains(&ground));
-            if !is_ground && !is_about(monitor, pair, component) {
+            if !is_ground && !is_about(evidence, pair, component) {
                 continue;
             }
-            if self.is_explained(monitor, pair, Some(component)) {
+            if self.is_explained(evidence, pair, Some(component)) {
                 found.explained += usize::from(is_ground);
                 continue;
             }
             match pair.relationship(now) {
                 ResidualState::Unknown => found.silent += usize::from(is_ground),
                 ResidualState::Agree if is_ground => found.agree += 1,
-                ResidualState::Agree => found.witnessed |= self.bears_witness(monitor, pair, component),
+                ResidualState::Agree => found.witnessed |= self.bears_witness(evidence, pair, component),
                 ResidualState::Undecided => undecided = true,
                 ResidualState::Conflict => return Err(Some(ground)),
             }
@@ -230,22 +235,29 @@ impl Judge {
 
     /// Whether a signal that is suspect or failed, and usually moves, still says exactly what it said when it was accused.
     #[must_use]
-    pub fn stands_still(&self, component: Component, monitor: &Monitor, now: Time) -> bool {
+    pub fn stands_still(&self, component: Component, evidence: &impl Testimony, now: Time) -> bool {
         let ComponentState { said: before, accused, .. } = self.state_of(component);
-        let is_still = |signal| monitor.frozen(signal).is_still_since(accused.unwrap_or(Time::MAX), now);
+        let is_still = |signal| evidence.frozen(signal).is_still_since(accused.unwrap_or(Time::MAX), now);
         before.is_some()
-            && before == said(monitor, component)
+            && before == said(evidence, component)
             && matches!(component, Component::Signal(signal) if is_still(signal))
     }
 
     /// Whether one way of a pair is computed from the signal, the other from nothing that the signal comes from, and nothing
     /// that has failed is in it. About a relation, each pair that rests on it does.
-    pub(super) fn bears_witness(&self, monitor: &Monitor, pair: &Residual, component: Component) -> bool {
-        if self.is_explained(monitor, pair, Some(component)) {
+    pub(super) fn bears_witness(
+        &self,
+        evidence: &impl Testimony,
+        pair: &Residual,
+        component: Component,
+    ) -> bool {
+        if self.is_explained(evidence, pair, Some(component)) {
             return false;
         }
-        let Component::Signal(signal) = component else { return rests_on(monitor, pair, component) };
-        let (Some(one), Some(other)) = (monitor.way(pair.way), monitor.way(pair.other)) else { return false };
+        let Component::Signal(signal) = component else { return rests_on(evidence, pair, component) };
+        let (Some(one), Some(other)) = (evidence.way(pair.way), evidence.way(pair.other)) else {
+            return false;
+        };
         let origins = &self.origins[signal];
         let beside =
             |own: &WatchedWay, other: &WatchedWay| own.is_sized_by(signal) && !other.rests_on.meets(origins);
@@ -253,40 +265,38 @@ impl Judge {
     }
 
     /// Looks again when the first comparison with something that is accused is stale.
-    fn await_staleness(&mut self, monitor: &Monitor, component: Component, now: Time) {
-        let stale = pairs_of(monitor, component).filter_map(|pair| pair.window.stale_at());
+    fn await_staleness(&mut self, evidence: &impl Testimony, component: Component, now: Time) {
+        let stale = pairs_of(evidence, component).filter_map(|pair| pair.window.stale_at());
         let stale = stale.filter(|at| *at > now).min();
         stale.into_iter().for_each(|at| self.look_again(at));
     }
 }
 
 /// The pairs that may be about something.
-fn pairs_of(monitor: &Monitor, component: Component) -> impl Iterator<Item = &Residual> {
+fn pairs_of(evidence: &impl Testimony, component: Component) -> impl Iterator<Item = &Residual> {
     let signal = match component {
         Component::Signal(signal) => Some(signal),
         Component::Relation(_) | Component::Cause(_) => None,
     };
-    let all = signal.is_none().then(|| monitor.residuals()).into_iter().flatten();
-    let all = all.filter(move |pair| rests_on(monitor, pair, component));
-    signal.into_iter().flat_map(|signal| monitor.pairs_of(signal)).chain(all)
+    let all = signal.is_none().then(|| evidence.pairs()).into_iter().flatten();
+    let all = all.filter(move |pair| rests_on(evidence, pair, component));
+    signal.into_iter().flat_map(|signal| evidence.pairs_of(signal)).chain(all)
 }
 
 /// Whether what a pair says depends on the size of a signal, or on a relation.
-fn is_about(monitor: &Monitor, pair: &Residual, component: Component) -> bool {
-    let Component::Signal(signal) = component else { return rests_on(monitor, pair, component) };
-    let is_sized = |index| monitor.way(index).is_some_and(|way| way.is_sized_by(signal));
+fn is_about(evidence: &impl Testimony, pair: &Residual, component: Component) -> bool {
+    let Component::Signal(signal) = component else { return rests_on(evidence, pair, component) };
+    let is_sized = |index| evidence.way(index).is_some_and(|way| way.is_sized_by(signal));
     is_sized(pair.way) || is_sized(pair.other)
 }
 
 /// Whether a signal says something, and nothing is wrong with its readings in themselves.
-fn is_sound(monitor: &Monitor, component: Component) -> bool {
+fn is_sound(evidence: &impl Testimony, component: Component) -> bool {
     let Component::Signal(signal) = component else { return true };
-    let watch = monitor.timeouts();
-    let is_heard = watch.absence(signal).is_none() && watch.has_spoken(signal);
-    is_heard && monitor.detectors().fault(signal).is_none()
+    evidence.is_sound(signal)
 }
 
-fn is_home(monitor: &Monitor, component: Component) -> bool {
-    let home = |signal: SignalId| monitor.ports()[signal].is_home();
+fn is_home(evidence: &impl Testimony, component: Component) -> bool {
+    let home = |signal: SignalId| evidence.is_home(signal);
     !matches!(component, Component::Signal(signal) if !home(signal))
 }

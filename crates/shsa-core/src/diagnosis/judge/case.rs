@@ -1,0 +1,94 @@
+//! A part of the conflicts, with the explanations that are probable enough beside the best one.
+
+use super::evidence::Beliefs;
+use super::verdict::Blame;
+use crate::diagnosis::candidates::{Comparison, Component, Part, probabilities};
+use crate::knowledge::CauseId;
+use crate::monitor::Residual;
+use alloc::collections::BTreeSet;
+use alloc::vec::Vec;
+use core::cell::OnceCell;
+
+/// A part of the conflicts, and what follows from it.
+pub(super) struct Case<'p> {
+    beliefs: &'p Beliefs,
+    comparisons: &'p [Comparison],
+    /// All pairs in conflict, of other parts as well.
+    pub(super) conflicts: &'p [&'p Residual],
+    part: &'p Part,
+    /// The signals and relations of each candidate, best first.
+    candidates: Vec<BTreeSet<Component>>,
+    /// The same with all that is undecided taken for conflicts.
+    rivals: Vec<BTreeSet<Component>>,
+    /// Whether some of that only just agrees.
+    pub(super) only_just: bool,
+    /// What is in all of these.
+    pub(super) certain: BTreeSet<Component>,
+    /// In the order of the part's components; looked for only where something is decided.
+    probabilities: OnceCell<Option<Vec<f64>>>,
+}
+
+impl<'p> Case<'p> {
+    pub(super) fn new(
+        beliefs: &'p Beliefs,
+        (comparisons, conflicts): (&'p [Comparison], &'p [&'p Residual]),
+        part: &'p Part,
+        (rivals, only_just): (&[Part], bool),
+    ) -> Case<'p> {
+        let accused = |part: &Part| -> Vec<BTreeSet<Component>> {
+            part.candidates.iter().map(|candidate| beliefs.accused(&candidate.components)).collect()
+        };
+        let first = part.components.first();
+        let is_of = |rival: &&Part| first.is_some_and(|first| rival.components.binary_search(first).is_ok());
+        let (candidates, rivals) =
+            (accused(part), rivals.iter().find(is_of).map(accused).unwrap_or_default());
+        let mut certain = candidates.first().cloned().unwrap_or_default();
+        certain.retain(|component| candidates.iter().chain(&rivals).all(|set| set.contains(component)));
+        let probabilities = OnceCell::new();
+        Case { beliefs, comparisons, conflicts, part, candidates, rivals, only_just, certain, probabilities }
+    }
+
+    /// Everything that is in a candidate.
+    pub(super) fn accused(&self) -> BTreeSet<Component> {
+        self.candidates.iter().flatten().copied().collect()
+    }
+
+    /// What is in a candidate that may stay one, however the undecided turns out.
+    pub(super) fn likely(&self) -> BTreeSet<Component> {
+        if self.only_just {
+            // What only just agrees is no evidence against anybody.
+            return BTreeSet::new();
+        }
+        let stays = |set: &&BTreeSet<Component>| self.rivals.iter().any(|rival| rival.is_superset(set));
+        self.candidates.iter().filter(stays).flatten().copied().collect()
+    }
+
+    pub(super) fn blame(&self, component: Component) -> Blame {
+        let cause = self.cause_of(component);
+        let blamed = cause.map_or(component, Component::Cause);
+        let find = || probabilities(self.comparisons, self.part, |component| self.beliefs.of(component));
+        let known =
+            self.probabilities.get_or_init(find).iter().flat_map(|all| self.part.components.iter().zip(all));
+        let known: Vec<(Component, f64)> = known.map(|(component, share)| (*component, *share)).collect();
+        let probability = known.iter().find(|(known, _)| *known == blamed).map(|(_, share)| *share);
+        let is_other = |(other, _): &&(Component, f64)| {
+            *other != component && *other != blamed && !self.certain.contains(other)
+        };
+        let next = known.iter().filter(is_other).copied().reduce(|a, b| if b.1 > a.1 { b } else { a });
+        Blame { component, cause, probability, next, relapses: 0 }
+    }
+
+    /// The cause by which the best candidate that accuses a signal does so.
+    pub(super) fn cause_of(&self, component: Component) -> Option<CauseId> {
+        let Component::Signal(signal) = component else { return None };
+        let place = self.candidates.iter().position(|accused| accused.contains(&component))?;
+        let candidate = self.part.candidates.get(place)?;
+        if candidate.components.contains(&component) {
+            return None;
+        }
+        candidate.components.iter().find_map(|other| match other {
+            Component::Cause(cause) if self.beliefs.shares(signal, *cause) => Some(*cause),
+            _ => None,
+        })
+    }
+}
