@@ -4,13 +4,16 @@
 //! A single bad reading makes no fault (single ones that come again and again do, where they jump), and for as long as a signal may be silent it may say nothing possible, too. One moment of reception counts once, bad when any of its readings is, so that the
 //! order within a moment does not matter. A fault is over when a whole window shows no symptom any more.
 
-use super::residual::Debounce;
+mod moment;
+
 use super::symptom::Symptom;
-use crate::alignment::{Acceptance, Defect, Jump, Misdated, Port, Reception};
+use super::window::Debounce;
+use crate::alignment::{Defect, Jump, Misdated, Port, Reception};
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Signal, SignalId};
 use crate::time::{Span, Time};
 use alloc::vec::Vec;
+use moment::Moment;
 
 /// What is detected; of several at once, the first explains the others best.
 const DETECTED: [Symptom; 7] = [
@@ -85,18 +88,6 @@ pub struct Finding {
     pub signal: SignalId,
     /// The fault that has begun; `None` when it is over.
     pub fault: Option<Fault>,
-}
-
-/// What the readings of a signal at one moment show, the worst of each kind.
-#[derive(Clone, Copy, Debug, Default)]
-struct Moment {
-    defect: Option<Defect>,
-    outside: Option<Interval>,
-    jump: Option<Jump>,
-    back: Option<Span>,
-    late: Option<Span>,
-    still: Option<Span>,
-    misdated: Option<Misdated>,
 }
 
 /// The recent moments of reception of a signal: a row of bits for each symptom, the newest lowest.
@@ -360,48 +351,4 @@ fn rules(signal: &Signal, period: Option<Span>, debounce: Debounce) -> [Rule; DE
     let second = u32::try_from(in_second).unwrap_or(u32::MAX).clamp(4, 64);
     let misdated = Rule { n: second, k: (second * 3).div_ceil(4) };
     [impossible, impossible, Rule { n, k }, still, misdated, swapped, late]
-}
-
-impl Moment {
-    fn add(&mut self, reception: &Reception) {
-        self.late = self.late.max(reception.late);
-        self.back = self.back.max(reception.back);
-        self.still = self.still.max(reception.still);
-        self.misdated = self.misdated.max(reception.misdated);
-        match reception.acceptance {
-            Acceptance::Invalid(defect) => self.defect = self.defect.max(Some(defect)),
-            Acceptance::OutOfRange(value) => {
-                self.outside = Some(self.outside.map_or(value, |other| larger(other, value)));
-            }
-            Acceptance::TooFast(jump) => {
-                self.jump = Some(self.jump.map_or(jump, |other| worse(other, jump)));
-            }
-            Acceptance::Newest | Acceptance::Reordered | Acceptance::Duplicate | Acceptance::Dropped => {}
-        }
-    }
-
-    /// By symptom, in the order of [`DETECTED`].
-    fn shown(&self) -> [Option<Evidence>; DETECTED.len()] {
-        [
-            self.defect.map(Evidence::Invalid),
-            self.outside.map(Evidence::OutOfRange),
-            self.jump.map(Evidence::TooFast),
-            self.still.map(Evidence::Frozen),
-            self.misdated.map(Evidence::WrongClock),
-            self.back.map(Evidence::OutOfOrder),
-            self.late.map(Evidence::Late),
-        ]
-    }
-}
-
-fn larger(one: Interval, other: Interval) -> Interval {
-    let order = one.lo().total_cmp(&other.lo()).then(one.hi().total_cmp(&other.hi()));
-    if order.is_lt() { other } else { one }
-}
-
-/// The jump over the longer distance; one value of two when they are as long.
-fn worse(one: Jump, other: Jump) -> Jump {
-    let order = one.from.distance(one.to).total_cmp(&other.from.distance(other.to));
-    let order = order.then(one.to.lo().total_cmp(&other.to.lo())).then(one.to.hi().total_cmp(&other.to.hi()));
-    if order.then(one.within.cmp(&other.within)).is_lt() { other } else { one }
 }

@@ -13,6 +13,7 @@
 mod symptom;
 mod trend;
 mod frozen;
+mod window;
 mod residual;
 mod detector;
 mod timeouts;
@@ -33,11 +34,12 @@ pub use detector::{Detectors, Evidence, Fault, Finding};
 pub use frozen::Frozen;
 pub use inherit::Inheritance;
 pub use reliability::{Figures, Memory, Reliability};
-pub use residual::{Debounce, Disagreement, Residual, ResidualState, WayIndex, Window};
+pub use residual::{Disagreement, Residual, WayIndex};
 pub use symptom::Symptom;
 pub use timeouts::{Absence, Change, Timeouts};
 pub use trend::{Measured, Noise, Note, Tendency, Trend, TrendOptions, TrendRecord};
 pub use way::WatchedWay;
+pub use window::{Debounce, ResidualState, Window};
 
 use crate::alignment::{Acceptance, Clocks, Misdated, Port, Sample};
 use crate::computation::Settled;

@@ -1,8 +1,13 @@
 //! How a way of knowing has done lately: how often it agreed with the others, how far it was from them, and how much of
 //! the time it gave a value.
 
+mod fading;
+mod presence;
+
 use crate::knowledge::Figure;
 use crate::time::{Span, Time};
+use fading::Fading;
+use presence::Presence;
 
 /// How long the past counts where nothing else is said.
 const MEMORY: Span = Span(60_000_000_000);
@@ -12,12 +17,6 @@ const LEAST_PERIODS: i64 = 20;
 
 /// As many comparisons must be remembered before a share of them is a figure.
 const LEAST_COMPARED: f64 = 3.0;
-
-/// A way gives a value for this many periods after one has come, as long as the port holds it.
-const HELD_PERIODS: i64 = 2;
-
-/// Up to this share of the memory a step is short.
-const SHORT: f64 = 1.0 / 64.0;
 
 /// How long ways are remembered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,51 +58,6 @@ impl Figures {
     }
 }
 
-/// A sum in which the past fades: what is `memory` old counts 1/e.
-#[derive(Clone, Copy, Debug)]
-struct Fading {
-    memory_s: f64,
-    /// The span of the last call and its factor: values mostly come at a steady rate.
-    span: Span,
-    factor: f64,
-}
-
-impl Fading {
-    fn new(memory: Span) -> Fading {
-        Fading { memory_s: memory.seconds().max(1e-9), span: Span::ZERO, factor: 1.0 }
-    }
-
-    fn at(&self, span: Span) -> f64 {
-        if span == self.span { self.factor } else { faded(span.seconds().max(0.0) / self.memory_s) }
-    }
-
-    #[inline]
-    fn over(&mut self, span: Span) -> f64 {
-        if span == Span::ZERO {
-            // Several at one moment: the steps from moment to moment stay as they are.
-            return 1.0;
-        }
-        if span != self.span {
-            self.factor = self.at(span);
-            self.span = span;
-        }
-        self.factor
-    }
-}
-
-/// `exp(-x)` for `x` from 0 on. Most steps are short beside the memory: there five terms of the series are within 1e-13, at a
-/// fifth of the cost.
-#[inline(never)]
-fn faded(x: f64) -> f64 {
-    if x > SHORT {
-        return libm::exp(-x);
-    }
-    let fifth = 1.0 - x * (1.0 / 5.0);
-    let fourth = 1.0 - x * (1.0 / 4.0) * fifth;
-    let third = 1.0 - x * (1.0 / 3.0) * fourth;
-    1.0 - x * (1.0 - x * 0.5 * third)
-}
-
 /// The running figures of one way: some sums, each comparison and each value changes them in O(1).
 ///
 /// Exponentially weighted in time, and started without bias: a share is of what has been seen, not of what could have
@@ -123,38 +77,11 @@ pub struct Reliability {
     presence: Presence,
 }
 
-/// When a way gave values.
-#[derive(Clone, Copy, Debug)]
-struct Presence {
-    stretches: Fading,
-    /// How long a value is one, where that is declared.
-    held: Option<Span>,
-    since: Option<Time>,
-    last: Option<Time>,
-    /// Between the last two values.
-    gap: Option<Span>,
-    /// The share of the time that counts, with a value and in all, until `counted`. From then until `last` there was a value
-    /// all the time, which is counted when it ends: mostly, a value just goes on.
-    given: f64,
-    all: f64,
-    counted: Time,
-}
-
 impl Reliability {
     /// Of a way that gives a value every `period`, if that is declared.
     #[must_use]
     pub fn new(period: Option<Span>, memory: Memory) -> Reliability {
         let memory = memory.0.max(period.unwrap_or(Span::ZERO).times(LEAST_PERIODS));
-        let presence = Presence {
-            stretches: Fading::new(memory),
-            held: period.map(|period| period.times(HELD_PERIODS)),
-            since: None,
-            last: None,
-            gap: None,
-            given: 0.0,
-            all: 0.0,
-            counted: Time::MIN,
-        };
         Reliability {
             comparisons: Fading::new(memory),
             compared: 0.0,
@@ -163,7 +90,7 @@ impl Reliability {
             distance: 0.0,
             width: 0.0,
             last_compared: None,
-            presence,
+            presence: Presence::new(period, memory),
         }
     }
 
@@ -172,16 +99,12 @@ impl Reliability {
         let new = *self;
         *self = old;
         self.comparisons = new.comparisons;
-        if self.presence.stretches.memory_s != new.presence.stretches.memory_s {
-            self.presence.count();
-        }
-        self.presence.stretches = new.presence.stretches;
-        self.presence.held = new.presence.held;
+        self.presence.adopt(&new.presence);
     }
 
     /// From this moment on the way could give values.
     pub fn begin(&mut self, now: Time) {
-        self.presence.since.get_or_insert(now);
+        self.presence.begin(now);
     }
 
     /// Takes in that it has given a value.
@@ -211,73 +134,12 @@ impl Reliability {
         let factor = self.last_compared.map_or(0.0, |last| self.comparisons.at(now - last));
         let known = |weight: f64| weight * factor >= LEAST_COMPARED;
         let share = |sum: f64, weight: f64| known(weight).then(|| sum / weight);
-        let mut presence = self.presence;
-        presence.pass_until(now);
-        let availability = (presence.all > 0.0).then(|| (presence.given / presence.all).clamp(0.0, 1.0));
         Figures {
             agreement: share(self.agreed, self.compared).map(|share| share.clamp(0.0, 1.0)),
             error: share(self.distance, self.measured),
             width: share(self.width, self.compared),
-            availability,
+            availability: self.presence.share(now),
         }
-    }
-}
-
-impl Presence {
-    #[inline]
-    fn deliver(&mut self, now: Time) {
-        match self.last {
-            Some(last) if last <= now && now - last <= self.held() => self.gap = Some(now - last),
-            _ => self.resume(now),
-        }
-        self.last = Some(now);
-    }
-
-    /// The first value, or the first one after a pause.
-    #[cold]
-    fn resume(&mut self, now: Time) {
-        self.since.get_or_insert(now);
-        self.pass_until(now);
-        self.counted = now;
-        self.gap = self.last.map(|last| now - last).or(self.gap);
-    }
-
-    /// Counts the time until the last value in.
-    fn count(&mut self) {
-        if let Some(last) = self.last {
-            self.pass(last - self.counted, 1.0);
-            self.counted = last;
-        }
-    }
-
-    /// Counts the time until a moment in.
-    fn pass_until(&mut self, now: Time) {
-        self.count();
-        let Some(from) = self.last.or(self.since) else { return };
-        let span = (now - from).max(Span::ZERO);
-        let held = self.held();
-        self.pass(span.min(held), 1.0);
-        if span > held {
-            self.pass(span - held, 0.0);
-        }
-    }
-
-    /// How long a value is one: as declared, else as the last two came. Before the first value only a declared rate
-    /// says how long is no absence.
-    #[inline]
-    fn held(&self) -> Span {
-        let learnt = || self.gap.map(|gap| gap.times(HELD_PERIODS));
-        let nothing_yet = if self.last.is_some() { Span::MAX } else { Span::ZERO };
-        self.held.or_else(learnt).unwrap_or(nothing_yet)
-    }
-
-    fn pass(&mut self, span: Span, share: f64) {
-        if span <= Span::ZERO {
-            return;
-        }
-        let factor = self.stretches.over(span);
-        self.given = self.given * factor + share * (1.0 - factor);
-        self.all = self.all * factor + (1.0 - factor);
     }
 }
 
@@ -295,14 +157,6 @@ mod tests {
 
     fn close(found: Option<f64>, expected: f64) -> bool {
         found.is_some_and(|found| (found - expected).abs() < 1e-9)
-    }
-
-    #[test]
-    fn short_steps_fade_as_the_exponential_function() {
-        for step in 0..=4_000 {
-            let x = f64::from(step) / 1e5;
-            assert!((faded(x) - (-x).exp()).abs() < 1e-13, "{x}");
-        }
     }
 
     #[test]

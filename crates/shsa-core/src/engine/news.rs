@@ -1,0 +1,105 @@
+//! What has changed in the trust of signals and relations at a moment is told: faults, silences, returns, verdicts.
+
+use super::message::Output;
+use super::{Engine, reason};
+use crate::diagnosis::{Component, Decision};
+use crate::knowledge::SignalId;
+use crate::monitor::{Absence, Finding};
+use crate::time::Time;
+use alloc::vec::Vec;
+
+impl Engine {
+    /// Tells of signals whose own readings show a fault; whether anything has changed.
+    pub(super) fn report_findings(&mut self, now: Time) -> bool {
+        let findings = self.monitor.detectors().findings();
+        for Finding { signal, fault } in findings {
+            let Some(fault) = fault else { continue };
+            let absence = self.monitor.timeouts().absence(*signal);
+            let is_told = matches!(absence, Some(Absence::Invalid | Absence::OutOfRange));
+            if self.judge.fail_by_detector(*signal, now) {
+                let event = reason::fault(&self.knowledge, *signal, fault, now);
+                self.accusations
+                    .insert(Component::Signal(*signal), reason::accusation(&self.knowledge, &event));
+                self.outputs.extend((!is_told).then_some(Output::Event(event)));
+            }
+        }
+        !findings.is_empty()
+    }
+
+    /// Tells of silence, and of returns once their probation is over; whether there was any.
+    pub(super) fn report_changes(&mut self, now: Time) -> bool {
+        if self.changes.is_empty() && self.returning.is_empty() {
+            return false;
+        }
+        let mut changed = false;
+        for change in core::mem::take(&mut self.changes) {
+            self.judge.lapse(change.signal);
+            let until_now = self.returning.iter().position(|(signal, _)| *signal == change.signal);
+            until_now.map(|at| self.returning.swap_remove(at));
+            match change.absence {
+                None => {
+                    self.returning.push((change.signal, now));
+                    // A need that nothing serves takes it at once.
+                    changed = true;
+                }
+                // Told already, but what has trusted it meanwhile for want of better must let it go.
+                Some(_) if until_now.is_some() => changed = true,
+                // It has failed already: that its values became impossible, too, is no news.
+                Some(Absence::Invalid | Absence::OutOfRange) if self.judge.has_failed(change.signal) => {
+                    changed = true
+                }
+                Some(absence) => {
+                    let event = reason::absence(&self.knowledge, &self.monitor, &change, absence, now);
+                    self.outputs.push_back(Output::Event(event));
+                    changed = true;
+                }
+            }
+        }
+        changed | self.report_returns(now)
+    }
+
+    fn report_returns(&mut self, now: Time) -> bool {
+        let over = |(_, since): &(SignalId, Time)| now - *since >= self.probation;
+        let mut returned: Vec<SignalId> =
+            self.returning.iter().filter(|entry| over(entry)).map(|(signal, _)| *signal).collect();
+        returned.sort_unstable();
+        self.returning.retain(|(signal, _)| !returned.contains(signal));
+        // Of a signal that is not trusted, the judge tells when it is again.
+        for &signal in returned.iter().filter(|signal| self.judge.trusts(**signal)) {
+            let event = reason::returned(&self.knowledge, signal, self.probation, now);
+            self.outputs.push_back(Output::Event(event));
+        }
+        !returned.is_empty()
+    }
+
+    /// Lets the judge look at all evidence, and tells what it has decided; whether it was anything.
+    pub(super) fn review(&mut self, now: Time) -> bool {
+        let decisions = self.judge.review(&self.monitor, now);
+        let Engine { knowledge, monitor, judge, accusations, outputs, .. } = self;
+        let scene = reason::Scene { knowledge, monitor, judge, now };
+        for decision in &decisions {
+            // Of what is suspect already, and of relations, the needs that it serves tell.
+            if let Decision::Unproven(component, _) | Decision::Contradicted(component) = decision
+                && !matches!(*component, Component::Signal(signal) if judge.has_failed(signal))
+            {
+                continue;
+            }
+            let event = reason::decision(&scene, decision);
+            match decision {
+                Decision::Failed(blame) | Decision::Suspected(blame, _) => {
+                    accusations.insert(blame.component, reason::accusation(knowledge, &event));
+                }
+                Decision::Cleared(component) => _ = accusations.remove(component),
+                Decision::Recovered(signal, ..) => _ = accusations.remove(&Component::Signal(*signal)),
+                Decision::Unproven(..) | Decision::Contradicted(_) => {}
+            }
+            outputs.push_back(Output::Event(event));
+        }
+        for decision in &decisions {
+            if let Decision::Recovered(signal, ..) = decision {
+                self.monitor.trust_readings(*signal);
+            }
+        }
+        !decisions.is_empty()
+    }
+}

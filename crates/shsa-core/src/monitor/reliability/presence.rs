@@ -1,0 +1,116 @@
+//! How much of the time a way gave a value.
+
+use super::fading::Fading;
+use crate::time::{Span, Time};
+
+/// A way gives a value for this many periods after one has come, as long as the port holds it.
+const HELD_PERIODS: i64 = 2;
+
+/// When a way gave values.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Presence {
+    stretches: Fading,
+    /// How long a value is one, where that is declared.
+    held: Option<Span>,
+    since: Option<Time>,
+    last: Option<Time>,
+    /// Between the last two values.
+    gap: Option<Span>,
+    /// The share of the time that counts, with a value and in all, until `counted`. From then until `last` there was a value
+    /// all the time, which is counted when it ends: mostly, a value just goes on.
+    given: f64,
+    all: f64,
+    counted: Time,
+}
+
+impl Presence {
+    /// Of a way that gives a value every `period`, if that is declared.
+    pub(super) fn new(period: Option<Span>, memory: Span) -> Presence {
+        Presence {
+            stretches: Fading::new(memory),
+            held: period.map(|period| period.times(HELD_PERIODS)),
+            since: None,
+            last: None,
+            gap: None,
+            given: 0.0,
+            all: 0.0,
+            counted: Time::MIN,
+        }
+    }
+
+    /// Goes on with the settings of another record.
+    pub(super) fn adopt(&mut self, new: &Presence) {
+        if self.stretches.memory_s != new.stretches.memory_s {
+            self.count();
+        }
+        self.stretches = new.stretches;
+        self.held = new.held;
+    }
+
+    /// From this moment on there could be values.
+    pub(super) fn begin(&mut self, now: Time) {
+        self.since.get_or_insert(now);
+    }
+
+    /// The share of the time until a moment.
+    pub(super) fn share(mut self, now: Time) -> Option<f64> {
+        self.pass_until(now);
+        (self.all > 0.0).then(|| (self.given / self.all).clamp(0.0, 1.0))
+    }
+
+    #[inline]
+    pub(super) fn deliver(&mut self, now: Time) {
+        match self.last {
+            Some(last) if last <= now && now - last <= self.held() => self.gap = Some(now - last),
+            _ => self.resume(now),
+        }
+        self.last = Some(now);
+    }
+
+    /// The first value, or the first one after a pause.
+    #[cold]
+    fn resume(&mut self, now: Time) {
+        self.since.get_or_insert(now);
+        self.pass_until(now);
+        self.counted = now;
+        self.gap = self.last.map(|last| now - last).or(self.gap);
+    }
+
+    /// Counts the time until the last value in.
+    fn count(&mut self) {
+        if let Some(last) = self.last {
+            self.pass(last - self.counted, 1.0);
+            self.counted = last;
+        }
+    }
+
+    /// Counts the time until a moment in.
+    fn pass_until(&mut self, now: Time) {
+        self.count();
+        let Some(from) = self.last.or(self.since) else { return };
+        let span = (now - from).max(Span::ZERO);
+        let held = self.held();
+        self.pass(span.min(held), 1.0);
+        if span > held {
+            self.pass(span - held, 0.0);
+        }
+    }
+
+    /// How long a value is one: as declared, else as the last two came. Before the first value only a declared rate
+    /// says how long is no absence.
+    #[inline]
+    fn held(&self) -> Span {
+        let learnt = || self.gap.map(|gap| gap.times(HELD_PERIODS));
+        let nothing_yet = if self.last.is_some() { Span::MAX } else { Span::ZERO };
+        self.held.or_else(learnt).unwrap_or(nothing_yet)
+    }
+
+    fn pass(&mut self, span: Span, share: f64) {
+        if span <= Span::ZERO {
+            return;
+        }
+        let factor = self.stretches.over(span);
+        self.given = self.given * factor + share * (1.0 - factor);
+        self.all = self.all * factor + (1.0 - factor);
+    }
+}
