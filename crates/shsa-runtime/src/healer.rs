@@ -2,11 +2,8 @@
 
 mod model;
 mod serving;
-mod status;
-mod taking_over;
 
-pub(super) use serving::Served;
-pub(super) use status::Standing;
+pub(super) use serving::{Served, Standing};
 
 use super::bindings::{Carriers, OutputOptions};
 use super::execution::Execution;

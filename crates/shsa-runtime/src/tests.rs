@@ -1,5 +1,7 @@
 //! Whole runs within this process, over a bus that can be made to fail.
 
+mod takeover;
+
 use super::{Ending, Handle, Model, Options, Order, Runtime, RuntimeError};
 use serde_json::Value;
 use shsa_bridge::memory::{MemoryBridge, MemoryBus};
@@ -11,8 +13,6 @@ use shsa_core::time::Time;
 use shsa_format::model::live::{Live, Written};
 use shsa_format::wiring::Wiring;
 use std::collections::BTreeMap;
-use std::fs;
-use std::path::PathBuf;
 use std::slice::from_ref;
 use std::sync::{Arc, Mutex};
 use std::thread::{JoinHandle, sleep, spawn};
@@ -246,94 +246,6 @@ needs:
   speed:  { signal: healed/speed, max_age: 20 s }
   height: { signal: healed/height, max_age: 1 s }
 ";
-
-/// A file that actions write to.
-struct Diary(PathBuf);
-
-impl Diary {
-    fn new(name: &str) -> Diary {
-        let path = std::env::temp_dir().join(format!("shsa-run-{}-{name}", std::process::id()));
-        fs::write(&path, "").unwrap();
-        Diary(path)
-    }
-
-    /// How a takeover writes its actions down; the way back works the second time only.
-    fn wiring(&self) -> String {
-        let write = |word: &str| format!("[sh, -c, 'echo {word} >> {}']", self.0.display());
-        let back = format!(
-            "[sh, -c, 'echo on >> {path}; test $(grep -c on {path}) -gt 1']",
-            path = self.0.display()
-        );
-        format!(
-            "{{ silence: {{ command: {} }}, restore: {{ command: {back} }}, check: 100 ms, retry: 200 ms }}",
-            write("off")
-        )
-    }
-
-    /// Waits until these actions were done.
-    #[track_caller]
-    fn wait_for(&self, words: &str) {
-        let end = Instant::now() + PATIENCE;
-        let read = || fs::read_to_string(&self.0).unwrap().replace('\n', " ");
-        while read() != words {
-            assert!(Instant::now() < end, "{}", read());
-            sleep(Duration::from_millis(5));
-        }
-    }
-}
-
-impl Drop for Diary {
-    fn drop(&mut self) {
-        let _ = fs::remove_file(&self.0);
-    }
-}
-
-#[test]
-fn a_source_whose_need_is_removed_is_let_back() {
-    let diary = Diary::new("removed");
-    let mut bench = Bench::wired(TWO, &diary.wiring(), &[]);
-    bench.lose_the_wheel();
-    bench.change("needs: { speed: null }").unwrap();
-    bench.hear("shsa/model/events", "wheel is let publish robot/wheel again by the command sh (the model has changed, and its name is not taken any more)");
-    bench.hear("shsa/model/events", "wheel cannot be let publish again: sh ended with status 1");
-    // Tried again until it works, and not after that.
-    diary.wait_for("off on on ");
-    sleep(Duration::from_millis(500));
-    diary.wait_for("off on on ");
-}
-
-#[test]
-fn a_source_whose_signal_is_renamed_is_let_back() {
-    let diary = Diary::new("renamed");
-    let mut bench = Bench::wired(TWO, &diary.wiring(), &[]);
-    bench.lose_the_wheel();
-    bench.change("signals: { wheel: null, wheel_1: { variable: speed, source: robot/wheel } }").unwrap();
-    bench.hear("shsa/model/events", "the model has changed, and its name is not taken any more");
-    diary.wait_for("off on on ");
-}
-
-#[test]
-fn the_stage_of_a_takeover_stands_on_the_topic_of_its_need() {
-    let diary = Diary::new("stage");
-    let mut bench = Bench::wired(TWO, &diary.wiring(), &[]);
-    bench.hear("shsa/model/need/speed", "\"stage\":\"watching\"");
-    bench.say("robot/wheel", 5.0);
-    bench.say("robot/radar", 5.0);
-    bench.hear("healed/speed", "5");
-    bench.order(r#"{"order": "forbid", "signal": "wheel"}"#);
-    bench.say("robot/radar", 6.0);
-    for stage in ["silencing", "checking", "taken"] {
-        bench.hear("shsa/model/need/speed", &format!("\"stage\":\"{stage}\""));
-    }
-    // The source does not keep to it.
-    bench.say("robot/wheel", 5.0);
-    let told = text(&bench.hear("shsa/model/need/speed", "\"stage\":\"waiting\""));
-    let told: Value = serde_json::from_str(&told).unwrap();
-    assert_eq!(
-        (&told["takeover"]["last"], &told["takeover"]["name"]),
-        (&"returned".into(), &"robot/wheel".into())
-    );
-}
 
 #[test]
 fn a_model_that_does_not_fit_the_bus_is_refused_and_the_run_goes_on() {

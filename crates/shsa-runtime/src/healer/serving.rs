@@ -1,10 +1,17 @@
-//! Values on their way out: under the names of their needs, and under those that are taken over.
+//! How needs are served: values on their way out, names that are taken over, and how each need stands.
 
 use super::Healer;
 use crate::outlet::Outlet;
+use crate::wiring::{Note, Situation, Takeover};
+use serde_json::{Value, json};
+use shsa_bridge::Clock;
 use shsa_bridge::{Bridge, BridgeError, Quality};
-use shsa_core::engine::{self, EventKind, Publication};
+use shsa_core::diagnosis::Verdict;
+use shsa_core::engine::{self, EventKind, NeedStatus, Order, Publication, Subject};
+use shsa_core::knowledge::{NeedId, SignalId};
+use shsa_core::monitor::Symptom;
 use shsa_core::time::Time;
+use shsa_format::event;
 
 /// What has become of a value.
 pub(in super::super) struct Served {
@@ -12,6 +19,14 @@ pub(in super::super) struct Served {
     pub(in super::super) is_news: bool,
     /// The names under which it was not sent, and why.
     pub(in super::super) failed: Vec<(String, BridgeError)>,
+}
+
+/// How a need stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in super::super) struct Standing {
+    quality: Quality,
+    /// How far its takeover is, and the quality under the name that is taken over.
+    takeover: Option<(&'static str, Quality)>,
 }
 
 impl Healer {
@@ -108,5 +123,139 @@ impl Healer {
             }
         }
         failed
+    }
+
+    /// Whether messages under this name may be somebody else's substitutes.
+    pub(in super::super) fn takes(&self, topic: &str) -> bool {
+        self.takeovers.iter().any(|takeover| takeover.topic() == topic)
+    }
+
+    /// Goes on with what it takes over: whether that has changed how it stands, and what is to be told.
+    pub(in super::super) fn take_over(
+        &mut self,
+        now: Time,
+        is_ours: impl Fn(&str) -> bool,
+        bridge: &mut dyn Bridge,
+    ) -> (bool, Vec<Note>) {
+        let mut takeovers = std::mem::take(&mut self.takeovers);
+        let (mut is_news, mut notes) = (false, Vec::new());
+        for takeover in &mut takeovers {
+            let outlet = &self.outlets[takeover.need()];
+            let situation = Situation {
+                now,
+                is_bad: self.is_bad(takeover),
+                is_served: outlet.is_served_without(takeover.signal()),
+                is_ours: is_ours(outlet.topic()),
+                source: &outlet.provenance().source,
+            };
+            let is_same = |leaving: &&Takeover| leaving.topic() == takeover.topic();
+            if self.leaving.iter().find(is_same).is_some_and(Takeover::is_acting) {
+                // One action after the other.
+                continue;
+            }
+            let before = takeover.stage();
+            takeover.step(&situation, bridge, self.patterns.as_mut());
+            is_news |= takeover.stage() != before;
+            if takeover.is_silencing() {
+                self.leaving.retain(|leaving| leaving.topic() != takeover.topic());
+            }
+            notes.extend(std::iter::from_fn(|| takeover.note()));
+        }
+        self.takeovers = takeovers;
+        self.leaving.retain_mut(|takeover| {
+            let is_over = takeover.leave(now, bridge);
+            notes.extend(std::iter::from_fn(|| takeover.note()));
+            !is_over
+        });
+        (is_news || !notes.is_empty(), notes)
+    }
+
+    /// Whether the source of a takeover is not trusted.
+    fn is_bad(&self, takeover: &Takeover) -> bool {
+        let (engine, signal) = (&self.engine, takeover.signal_id());
+        let forbidden = || Order::Forbid(Subject::Signal(takeover.signal().to_owned()));
+        engine.verdict(signal) == Verdict::Failed
+            || engine.absence(signal).is_some()
+            // What serves the need is not forbidden.
+            || self.outlets[takeover.need()].is_served_without(takeover.signal())
+                && engine.standing_orders().contains(&forbidden())
+    }
+
+    pub(super) fn quality_of(&self, takeover: &Takeover, now: Time) -> Quality {
+        takeover.quality(self.outlets[takeover.need()].quality(now), self.is_bad(takeover))
+    }
+
+    /// The takeovers, each with how far who reads its name can trust that.
+    pub(in super::super) fn takeovers(&self, now: Time) -> impl Iterator<Item = (&Takeover, Quality)> {
+        self.takeovers.iter().map(move |takeover| (takeover, self.quality_of(takeover, now)))
+    }
+
+    /// When it goes on with one of them, unless something happens before.
+    pub(in super::super) fn take_over_due(&self, now: Time) -> Option<Time> {
+        self.takeovers.iter().chain(&self.leaving).filter_map(|takeover| takeover.due(now)).min()
+    }
+
+    /// Whether an operator vouches for a source whose name is taken.
+    pub(super) fn order_back(&mut self, order: &Order) -> bool {
+        let Order::Clear(Subject::Signal(signal)) = order else { return false };
+        let takeover = self.takeovers.iter_mut().find(|takeover| takeover.signal() == signal);
+        takeover.is_some_and(Takeover::order_back)
+    }
+
+    /// How everything stands.
+    pub(in super::super) fn state(&self, now: Time, clock: &Clock) -> Value {
+        let needs = self.outlets().map(|(id, outlet)| {
+            let NeedStatus { published, longest_gap, .. } = self.engine.need_status(id);
+            let mut status = self.status(id, now, clock);
+            if let Some(status) = status.as_object_mut() {
+                status.insert("published".to_owned(), json!(published));
+                status.insert("longest_gap_s".to_owned(), json!(longest_gap.seconds()));
+                status.insert("execution_us".to_owned(), self.executions[id].json());
+                let workers = self.workers.as_ref().and_then(|workers| workers.state(id));
+                status.extend(workers.map(|state| ("isolation".to_owned(), state)));
+            }
+            (outlet.key().to_owned(), status)
+        });
+        let signals = self.engine.knowledge().signals().enumerate();
+        let signals = signals.map(|(id, signal)| (signal.name.clone(), self.signal(id)));
+        json!({ "needs": Value::Object(needs.collect()), "signals": Value::Object(signals.collect()) })
+    }
+
+    /// The words of a need's status topic.
+    pub(in super::super) fn status(&self, need: NeedId, now: Time, clock: &Clock) -> Value {
+        let mut status = self.outlets[need].status(now, clock);
+        if let (Some(status), Some(takeover)) = (status.as_object_mut(), self.takeover_of(need)) {
+            status.insert("takeover".to_owned(), takeover.json(self.quality_of(takeover, now), clock));
+        }
+        status
+    }
+
+    /// How every need stands: what changes here is told at once.
+    pub(in super::super) fn standings(&self, now: Time) -> impl Iterator<Item = Standing> + Clone {
+        self.outlets.enumerate().map(move |(id, outlet)| Standing {
+            quality: outlet.quality(now),
+            takeover: self.takeover_of(id).map(|takeover| (takeover.stage(), self.quality_of(takeover, now))),
+        })
+    }
+
+    fn takeover_of(&self, need: NeedId) -> Option<&Takeover> {
+        self.takeovers.iter().find(|takeover| takeover.need() == need)
+    }
+
+    fn signal(&self, id: SignalId) -> Value {
+        let counts = self.engine.monitor().ports()[id].counts();
+        json!({
+            "verdict": event::verdict(self.engine.absence(id), self.engine.verdict(id)),
+            "symptom": self.engine.fault(id).map(Symptom::name),
+            "accepted": counts.accepted,
+            "dropped": counts.dropped + counts.duplicates,
+            "late": counts.late,
+            "out_of_order": counts.out_of_order,
+            "invalid": counts.invalid,
+            "out_of_range": counts.out_of_range,
+            "too_fast": counts.too_fast,
+            "unreadable": self.inputs.unreadable(id).0,
+            "unreadable_because": self.inputs.unreadable(id).1,
+        })
     }
 }

@@ -7,53 +7,29 @@
 //!                        |still lost: silencing again
 //! ```
 
-mod status;
+mod stage;
+mod silencing;
 mod way_back;
 
-use super::action::{Job, Outcome, describe};
+pub(in super::super) use stage::{Counts, Note, Situation};
+
+use super::action::describe;
 use super::patterns::Patterns;
 use crate::error::{RuntimeError, unfit};
 use crate::message_template::MessageTemplate;
+use serde_json::{Value, json};
+use shsa_bridge::Clock;
 use shsa_bridge::{Bridge, BridgeError, Link, Message, Outgoing, Provenance, Quality};
 use shsa_core::engine::Publication;
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId};
 use shsa_core::time::{Span, Time};
 use shsa_format::wiring;
+use silencing::{PATIENCE, usual_check};
+use stage::Stage;
 use std::collections::VecDeque;
 
-/// A name must be quiet for so many periods of its signal, where no other time is set.
-const PERIODS: f64 = 5.0;
-/// Bounds of that time.
-const CHECK: (Span, Span) = (Span::from_millis(100), Span::from_millis(10_000));
-/// Where the signal has neither rate nor timeout.
-const CHECK_USUAL: Span = Span::from_millis(1_000);
-/// A source that is not quiet after so many of these times does not obey.
-const PATIENCE: i64 = 3;
 /// The longest time between two attempts, in the first one's.
 const RETRY_MAX: i64 = 20;
-
-/// Something to be told.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(in super::super) struct Note {
-    /// `silenced`, `refused`, `returning`, `returned`.
-    pub(in super::super) kind: &'static str,
-    /// Why, in words.
-    pub(in super::super) because: String,
-}
-
-/// How it stands with the need, as far as its takeover has to know.
-#[derive(Clone, Copy, Debug)]
-pub(in super::super) struct Situation<'a> {
-    pub(in super::super) now: Time,
-    /// Whether the source is not trusted.
-    pub(in super::super) is_bad: bool,
-    /// Whether something else serves the need.
-    pub(in super::super) is_served: bool,
-    /// Whether the need is ours to serve.
-    pub(in super::super) is_ours: bool,
-    /// What serves the need.
-    pub(in super::super) source: &'a str,
-}
 
 /// The takeover of the name of one source for one need.
 #[derive(Debug)]
@@ -88,47 +64,6 @@ pub(in super::super) struct Takeover {
     counts: Counts,
     /// Why the last value could not be written or sent.
     unwritten: Option<String>,
-}
-
-/// How often since the beginning.
-#[derive(Clone, Copy, Debug, Default)]
-pub(in super::super) struct Counts {
-    pub(in super::super) silenced: u64,
-    pub(in super::super) refused: u64,
-    pub(in super::super) returned: u64,
-}
-
-#[derive(Debug)]
-enum Stage {
-    /// The source publishes itself.
-    Watching,
-    Silencing(Job),
-    /// When the name was last heard, and how often.
-    Checking {
-        heard: Option<Time>,
-        count: u64,
-    },
-    /// The name is ours.
-    Taken,
-    /// The name is ours until the source is heard again.
-    Restoring(Job),
-    /// It did not work, or the source is back: it is looked at again then.
-    Waiting {
-        until: Time,
-    },
-}
-
-impl Stage {
-    fn name(&self) -> &'static str {
-        match self {
-            Stage::Watching => "watching",
-            Stage::Silencing(_) => "silencing",
-            Stage::Checking { .. } => "checking",
-            Stage::Taken => "taken",
-            Stage::Restoring(_) => "restoring",
-            Stage::Waiting { .. } => "waiting",
-        }
-    }
 }
 
 impl Takeover {
@@ -343,72 +278,6 @@ impl Takeover {
         self.enter(Stage::Waiting { until: now + pause }, now);
     }
 
-    fn refuse(&mut self, why: &str, now: Time) {
-        self.counts.refused += 1;
-        let pause = self.pause();
-        let because = format!(
-            "{} cannot be replaced under its name {}: {why}; tried again in {}",
-            self.signal,
-            self.topic(),
-            seconds(pause)
-        );
-        self.wait(now, pause);
-        self.tell("refused", because);
-    }
-
-    fn silence(&mut self, now: Time, bridge: &mut dyn Bridge, mut patterns: Option<&mut Patterns>) {
-        self.is_released = false;
-        self.is_ordered_back = false;
-        if !self.template.is_known()
-            && let Some(message) =
-                patterns.as_ref().and_then(|patterns| patterns.message(&self.signal, self.topic()))
-        {
-            self.template.learn(&message);
-        }
-        if !self.template.is_known() {
-            return self.refuse("no message of it was heard yet, so nobody knows how to write one", now);
-        }
-        if let (Some(patterns), Some(message)) = (&mut patterns, self.template.remembered()) {
-            // Only needed after a restart, and then its absence is told.
-            let _ = patterns.keep(&self.signal, &message);
-        }
-        let job = Job::begin(&self.settings.silence, bridge);
-        self.is_silenced = true;
-        self.enter(Stage::Silencing(job), now);
-    }
-
-    fn silenced(&mut self, outcome: Outcome, now: Time) {
-        match outcome {
-            Ok(said) => {
-                self.said = said;
-                self.enter(Stage::Checking { heard: None, count: 0 }, now);
-            }
-            Err(why) => self.refuse(&why, now),
-        }
-    }
-
-    /// Whether it has become quiet under the name.
-    fn look(&mut self, heard: Option<Time>, count: u64, now: Time, source: &str) {
-        let action = describe(&self.settings.silence);
-        if now - heard.unwrap_or(self.since) >= self.check {
-            self.counts.silenced += 1;
-            let said = if self.said.is_empty() { String::new() } else { format!(" ({})", self.said) };
-            let because = format!(
-                "{} was silenced by {action}{said}, and nobody else was heard under {} for {}: its name is served from {source}",
-                self.signal,
-                self.topic(),
-                seconds(self.check)
-            );
-            self.enter(Stage::Taken, now);
-            self.taken = now;
-            self.tell("silenced", because);
-        } else if now - self.since >= Span(self.check.0.saturating_mul(PATIENCE)) {
-            let why =
-                format!("it goes on after {action} ({count} messages in {})", seconds(now - self.since));
-            self.refuse(&why, now);
-        }
-    }
-
     /// When it has to be looked at again, unless something happens before: what was due already waits for that.
     pub(in super::super) fn due(&self, now: Time) -> Option<Time> {
         let due = match &self.stage {
@@ -459,12 +328,44 @@ impl Takeover {
         self.unwritten = sent.as_ref().err().map(ToString::to_string);
         sent
     }
-}
 
-fn usual_check(knowledge: &KnowledgeBase, signal: SignalId) -> Span {
-    let signal = &knowledge.signals()[signal];
-    let by_rate = signal.rate_hz.map(|rate| Span::from_seconds(PERIODS / rate));
-    by_rate.or(signal.timeout).unwrap_or(CHECK_USUAL).clamp(CHECK.0, CHECK.1)
+    /// How far who reads the name can trust what was published last, where `quality` is that of the need.
+    pub(in super::super) fn quality(&self, quality: Quality, is_bad: bool) -> Quality {
+        match &self.stage {
+            Stage::Taken | Stage::Restoring(_) if self.unwritten.is_none() => quality,
+            // Another instance's care.
+            Stage::Watching if !self.is_ours => quality,
+            // From the source itself.
+            Stage::Watching | Stage::Waiting { .. } if !is_bad && quality != Quality::Bad => Quality::Good,
+            _ => Quality::Bad,
+        }
+    }
+
+    /// How it stands, for who looks on.
+    pub(in super::super) fn json(&self, quality: Quality, clock: &Clock) -> Value {
+        let is_taken = matches!(self.stage, Stage::Taken | Stage::Restoring(_));
+        let since = if is_taken { self.taken } else { self.since };
+        let since = (!matches!(self.stage, Stage::Watching)).then(|| clock.by_wall(since).0);
+        let again = match &self.stage {
+            Stage::Waiting { until } => Some(clock.by_wall(*until).0),
+            _ => None,
+        };
+        json!({
+            "signal": self.signal,
+            "name": self.topic(),
+            "stage": self.stage(),
+            "quality": quality.name(),
+            "since_ns": since,
+            "again_ns": again,
+            "silenced_by": is_taken.then(|| describe(&self.settings.silence)),
+            "released": self.is_released && is_taken,
+            "last": self.last.as_ref().map(|note| note.kind),
+            "because": self.unwritten.as_ref().or(self.last.as_ref().map(|note| &note.because)),
+            "silenced": self.counts.silenced,
+            "refused": self.counts.refused,
+            "returned": self.counts.returned,
+        })
+    }
 }
 
 fn seconds(span: Span) -> String {

@@ -1,6 +1,7 @@
 //! The way back: a source that was silenced may publish again.
 
-use super::{Situation, Stage, Takeover};
+use super::Takeover;
+use super::stage::{Situation, Stage};
 use crate::wiring::action::{Job, Outcome, describe};
 use shsa_bridge::Bridge;
 use shsa_core::time::Time;

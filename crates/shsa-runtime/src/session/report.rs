@@ -1,0 +1,179 @@
+//! What a run tells of itself: its link, what was lost, what is not compared, and how each need is served.
+
+use super::Session;
+use crate::healer::{Healer, Standing};
+use shsa_bridge::{Absence, Bridge, Link, Losses, Outgoing, Payload};
+use shsa_core::time::{Span, Time};
+use shsa_format::comparisons::{compared, notes};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// How often the run looks at itself: link, losses, status.
+const REPORTED_EVERY: Span = Span::from_millis(1_000);
+
+/// How often it is looked which comparisons are not made.
+const COMPARED: Span = Span::from_millis(60_000);
+
+/// What was told last about the run itself, so that only what changes is told.
+#[derive(Debug)]
+pub(in super::super) struct Reported {
+    pub(super) next: Time,
+    link: Link,
+    losses: BTreeMap<Arc<str>, u64>,
+    /// Inputs that are not in the journals, and states that were not saved.
+    missing: u64,
+    /// How each need stood when that was told on the bus last, model by model.
+    standings: Vec<Vec<Standing>>,
+    /// From when on a quality may be another one; until then nobody has to look at all needs in every turn.
+    pub(super) doubt: Time,
+    /// When it is looked next which comparisons are not made, and what was told of them.
+    compared: (Time, BTreeSet<String>),
+}
+
+impl Reported {
+    pub(in super::super) fn new() -> Reported {
+        let (next, doubt) = (Time::MIN, Time::MIN);
+        let (losses, standings) = (BTreeMap::new(), Vec::new());
+        Reported {
+            next,
+            link: Link::Up,
+            losses,
+            missing: 0,
+            standings,
+            doubt,
+            compared: (Time::MIN, BTreeSet::new()),
+        }
+    }
+}
+
+impl Session {
+    pub(super) fn report(&mut self, now: Time) {
+        if now >= self.reported.doubt {
+            self.tell_standings(now);
+        }
+        if now < self.reported.next {
+            return;
+        }
+        self.reported.next = now + REPORTED_EVERY;
+        self.tell_link(now);
+        for trouble in self.bridge.troubles() {
+            self.log.noted(now, "trouble", &trouble.to_string(), self.bridge.as_mut());
+        }
+        self.tell_absence(now);
+        self.tell_losses(now);
+        self.tell_missing(now);
+        self.tell_compared(now);
+        if let Some(told) = self.log.troubles(now) {
+            self.log.noted(now, "terminal", &told, self.bridge.as_mut());
+        }
+        self.reported.standings.clear();
+        self.reported.doubt = Time::MIN;
+    }
+
+    fn tell_link(&mut self, now: Time) {
+        let link = self.bridge.link();
+        if link == self.reported.link {
+            return;
+        }
+        let (kind, because) = match &link {
+            Link::Up => ("connected", "the bus is there again".to_owned()),
+            Link::Down(why) => {
+                self.figures.disconnections += 1;
+                ("disconnected", format!("the bus is gone: {why}; trying again"))
+            }
+        };
+        self.reported.link = link;
+        self.log.noted(now, kind, &because, self.bridge.as_mut());
+    }
+
+    /// What waits on its way while nobody is here may be of any age.
+    fn tell_absence(&mut self, now: Time) {
+        let Some(Absence { away, waited }) = self.bridge.inbox().absence() else { return };
+        let because = format!(
+            "nobody was here for {:.1} s: {waited} messages may have waited; those without a stamp of their own are left aside",
+            away.seconds()
+        );
+        self.log.noted(now, "absent", &because, self.bridge.as_mut());
+    }
+
+    fn tell_losses(&mut self, now: Time) {
+        for Losses { topic, dropped } in self.bridge.inbox().losses() {
+            let told = self.reported.losses.insert(topic.clone(), dropped).unwrap_or(0);
+            if dropped > told {
+                let lost = dropped - told;
+                let because =
+                    format!("{topic} comes faster than it is read: {lost} messages made room for newer ones");
+                self.log.noted(now, "overload", &because, self.bridge.as_mut());
+            }
+        }
+    }
+
+    fn tell_missing(&mut self, now: Time) {
+        let missing = self.healers.iter().flat_map(Healer::missing);
+        let (inputs, because) = missing.fold((0, String::new()), |(inputs, because), missing| {
+            (inputs + missing.inputs, if missing.inputs > 0 { missing.because } else { because })
+        });
+        let told = std::mem::replace(&mut self.reported.missing, inputs);
+        if inputs == told {
+            return;
+        }
+        let because = format!("{} could not be written: {because}", inputs - told);
+        self.log.noted(now, "disk", &because, self.bridge.as_mut());
+    }
+
+    /// Tells once of each comparison that is never or rarely made though there are values enough, and of each that shows
+    /// something that accuses nobody.
+    fn tell_compared(&mut self, now: Time) {
+        let (next, told) = &mut self.reported.compared;
+        if now < *next {
+            return;
+        }
+        // There is nothing to be said in the first minute.
+        let is_first = *next == Time::MIN;
+        *next = now + COMPARED;
+        if is_first {
+            return;
+        }
+        let engines = self.healers.iter().map(Healer::engine);
+        let seen = engines.clone().flat_map(|engine| compared(std::iter::once(engine)));
+        let new = seen.filter_map(|pair| Some(("uncompared", pair.name(), pair.warning()?)));
+        let noted = engines.flat_map(notes).map(|note| ("within_errors", note.name(), note.text()));
+        let new: Vec<(&str, String)> = new
+            .chain(noted)
+            .filter(|(kind, name, _)| told.insert(format!("{kind} {name}")))
+            .map(|(kind, _, text)| (kind, text))
+            .collect();
+        for (kind, text) in new {
+            self.log.noted(now, kind, &text, self.bridge.as_mut());
+        }
+    }
+
+    /// Tells on the bus how each need is served, when that has changed, and now and then although it has not.
+    fn tell_standings(&mut self, now: Time) {
+        let Session { name, bridge, healers, reported, ownership, log, .. } = self;
+        let clock = bridge.inbox().clock().clone();
+        reported.standings.resize(healers.len(), Vec::new());
+        for (healer, told) in healers.iter().zip(&mut reported.standings) {
+            let standings = healer.standings(now);
+            if standings.clone().eq(told.iter().copied()) {
+                continue;
+            }
+            for (at, ((id, outlet), standing)) in healer.outlets().zip(standings.clone()).enumerate() {
+                let is_ours = ownership.as_ref().is_none_or(|ownership| ownership.is_ours(outlet.topic()));
+                if told.get(at) == Some(&standing) || !is_ours {
+                    continue;
+                }
+                let topic = format!("shsa/{name}/need/{}", outlet.key().trim_matches('/'));
+                let payload = Payload::Bytes(healer.status(id, now, &clock).to_string().into());
+                let message = Outgoing { retain: true, ..Outgoing::new(&topic, clock.by_wall(now), payload) };
+                if let Err(error) = bridge.publish(message) {
+                    // The next one is due in a second.
+                    log.undelivered(&topic, &error, bridge.as_mut());
+                }
+            }
+            *told = standings.collect();
+        }
+        let last = healers.iter().flat_map(Healer::outlets).map(|(_, outlet)| outlet.lasts_until(now));
+        reported.doubt = last.fold(Time::MAX, Time::min);
+    }
+}

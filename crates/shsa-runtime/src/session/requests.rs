@@ -1,0 +1,144 @@
+//! What a run answers: how it stands, its figures, and whether an order was carried out.
+
+use super::Session;
+use crate::control::{Call, Order, Reply, Request};
+use crate::error::RuntimeError;
+use crate::federation::Federation;
+use crate::healer::Healer;
+use crate::metrics;
+use crate::ownership::Ownership;
+use serde_json::{Map, Value, json};
+use shsa_bridge::{Bridge, Link, Quality};
+use shsa_core::time::Time;
+use std::collections::BTreeMap;
+
+impl Session {
+    pub(super) fn answer(&mut self) -> Result<(), RuntimeError> {
+        while let Ok(Call { request, reply }) = self.requests.try_recv() {
+            reply(match request {
+                Request::State => Reply::Json(self.state()),
+                Request::Health => Reply::Json(self.health()),
+                Request::Events(since) => Reply::Json(Value::Array(self.log.since(since))),
+                Request::Metrics => Reply::Text(self.metrics()?),
+                Request::Order { order, caller } => self.order(&order, &caller)?,
+                Request::Denied(news) => {
+                    let now = self.now();
+                    self.log.noted(now, "denied", &news, self.bridge.as_mut());
+                    Reply::Json(Value::Null)
+                }
+            });
+        }
+        Ok(())
+    }
+
+    fn metrics(&self) -> Result<String, RuntimeError> {
+        let now = self.now();
+        metrics::text(
+            &self.figures,
+            &self.tally,
+            &self.guard,
+            &self.log,
+            &self.healers,
+            self.bridge.as_ref(),
+            now,
+        )
+    }
+
+    /// Carries an order out and tells it, or says why not.
+    fn order(&mut self, order: &Order, caller: &str) -> Result<Reply, RuntimeError> {
+        let now = self.now();
+        let done = match order {
+            Order::Reload => self.reload(),
+            Order::Change { model, text } => self.change(model.as_deref(), text),
+            Order::Engine { model, order } => {
+                let healer = find(&mut self.healers, model.as_deref());
+                healer.and_then(|healer| healer.order(order, now)).map(|()| order.to_string())
+            }
+        };
+        let reply = match done {
+            Ok(done) => {
+                let told = format!("{done} (from {caller})");
+                self.log.noted(now, "ordered", &told, self.bridge.as_mut());
+                Reply::Json(json!({ "done": done }))
+            }
+            Err(why) => Reply::Refused(why),
+        };
+        self.deliver()?;
+        self.reported.doubt = Time::MIN;
+        Ok(reply)
+    }
+
+    /// Reads the files of all models again; the first that is wrong stops it, and those before it have changed.
+    fn reload(&mut self) -> Result<String, String> {
+        let now = self.now();
+        self.healers.iter_mut().try_for_each(|healer| healer.reload(now))?;
+        Ok("the models were read again by order of the operator".into())
+    }
+
+    fn change(&mut self, model: Option<&str>, text: &str) -> Result<String, String> {
+        let now = self.now();
+        let healer = find(&mut self.healers, model)?;
+        healer.change("order", text, now)?;
+        Ok(format!("the model {} was changed by order of the operator", healer.name()))
+    }
+
+    fn health(&self) -> Value {
+        let now = self.now();
+        let outlets = || self.healers.iter().flat_map(Healer::outlets);
+        let needs =
+            outlets().map(|(_, outlet)| (outlet.topic().to_owned(), json!(outlet.quality(now).name())));
+        let all_served = outlets().all(|(_, outlet)| outlet.quality(now) != Quality::Bad);
+        let taken = || self.healers.iter().flat_map(|healer| healer.takeovers(now));
+        let all_served = all_served && taken().all(|(_, quality)| quality != Quality::Bad);
+        let taken = taken().map(|(takeover, quality)| (takeover.topic().to_owned(), json!(quality.name())));
+        let connected = self.bridge.link() == Link::Up;
+        json!({
+            "ok": all_served && connected,
+            "connected": connected,
+            "needs": Value::Object(needs.chain(taken).collect()),
+        })
+    }
+
+    fn state(&self) -> Value {
+        let (now, clock) = (self.now(), self.clock());
+        let models = self.healers.iter().map(|healer| (healer.name().to_owned(), healer.state(now, &clock)));
+        let needs = self.healers.iter().flat_map(Healer::outlets).map(|(_, outlet)| outlet.topic());
+        let able = |ownership: &Ownership| -> Value {
+            needs.map(|need| (need.to_owned(), json!(ownership.able(need)))).collect::<Map<_, _>>().into()
+        };
+        let losses = self.bridge.inbox().losses();
+        let losses = losses.iter().map(|loss| (loss.topic.to_string(), json!(loss.dropped)));
+        json!({
+            "name": self.name,
+            "version": env!("CARGO_PKG_VERSION"),
+            "time_ns": clock.by_wall(now).0,
+            "link": match self.bridge.link() {
+                Link::Up => json!({ "up": true }),
+                Link::Down(why) => json!({ "up": false, "because": why }),
+            },
+            "models": Value::Object(models.collect()),
+            "instances": self.ownership.as_ref().map(able),
+            "parts": self.federation.as_ref().map(Federation::state),
+            "dropped": Value::Object(losses.collect()),
+            "unwritten_lines": self.log.unwritten(),
+            "undelivered": self.log.not_taken().json(),
+            "requests": self.tally.counts().into_iter().collect::<BTreeMap<_, _>>(),
+            "figures": self.figures.json(),
+        })
+    }
+}
+
+/// The healer of this model, or the only one.
+fn find<'h>(healers: &'h mut [Healer], model: Option<&str>) -> Result<&'h mut Healer, String> {
+    let names: Vec<&str> = healers.iter().map(Healer::name).collect();
+    let known = names.join(", ");
+    let at = match model {
+        Some(model) => names
+            .iter()
+            .position(|name| *name == model)
+            .ok_or_else(|| format!("no model '{model}'; there are: {known}"))?,
+        None if names.len() == 1 => 0,
+        None => return Err(format!("say which model: {known}")),
+    };
+    healers.get_mut(at).ok_or_else(|| "no model".to_owned())
+}
