@@ -151,7 +151,8 @@ impl Fault {
     pub fn inject(
         &self,
         samples: &mut Vec<Sample>,
-        (wanted, scaling): (usize, Option<Scaling>),
+        wanted: usize,
+        scaling: Option<Scaling>,
         first: Time,
         seed: u64,
     ) {
@@ -261,7 +262,7 @@ mod tests {
         let fault: Fault = fault.parse().unwrap();
         let mut samples = samples();
         let first = samples[0].received;
-        fault.inject(&mut samples, (0, None), first, 7);
+        fault.inject(&mut samples, 0, None, first, 7);
         let shown: Vec<String> = samples
             .iter()
             .filter(|sample| sample.wanted == 0)
@@ -289,7 +290,7 @@ mod tests {
         let check = |fault: &str, scale: f64, offset: f64, expected: f64| {
             let mut samples = samples();
             let scaling = Some(Scaling { scale, offset });
-            fault.parse::<Fault>().unwrap().inject(&mut samples, (0, scaling), Time(0), 7);
+            fault.parse::<Fault>().unwrap().inject(&mut samples, 0, scaling, Time(0), 7);
             assert_eq!(samples[0].value, RawValue::Number(expected), "{fault}");
         };
         check("bias=1.5:/a", -0.5, 0.0, 7.0);
@@ -303,7 +304,7 @@ mod tests {
     fn noise_and_spikes_repeat_with_their_seed() {
         let run = |seed| {
             let mut samples = samples();
-            "noise=3:/a".parse::<Fault>().unwrap().inject(&mut samples, (0, None), Time(0), seed);
+            "noise=3:/a".parse::<Fault>().unwrap().inject(&mut samples, 0, None, Time(0), seed);
             samples
         };
         assert_eq!(run(1), run(1));

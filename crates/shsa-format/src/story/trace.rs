@@ -60,8 +60,9 @@ impl Trace {
         samples.extend(self.rows.iter().cloned());
         samples.sort_by_key(|sample| sample.received);
         for (number, (fault, signal)) in self.faults.iter().enumerate() {
-            let target = (signal.index(), knowledge.signals()[*signal].scaling);
-            fault.inject(&mut samples, target, Time(0), self.seed.wrapping_add(number as u64));
+            let scaling = knowledge.signals()[*signal].scaling;
+            let seed = self.seed.wrapping_add(number as u64);
+            fault.inject(&mut samples, signal.index(), scaling, Time(0), seed);
         }
         let end = Time(0) + self.duration;
         let order = |(time, order): &(Time, Order)| Input::Order { time: *time, order: order.clone() };

@@ -5,6 +5,7 @@
 
 mod order;
 mod chance;
+mod poisson;
 mod session;
 mod frozen;
 mod rhythm;
@@ -16,7 +17,7 @@ mod fit;
 pub use chance::Chance;
 pub use fit::{
     Calibration, Fitted, Options, PairFit, Parameter, Problem, Promise, STEPS, Stretch, Verdicts, calibrate,
-    fewest_expected, most_expected,
 };
+pub use poisson::{fewest_expected, most_expected};
 pub use rhythm::Rhythm;
 pub use session::Session;

@@ -1,7 +1,9 @@
 //! How large a fault of a signal is that declares no error of its own, as its tolerance stands at a relation.
 
-use super::grid::{Kind, Recorded, Size};
+use super::kind::Kind;
+use super::onset::Recorded;
 use super::parallel::Progress;
+use super::size::Size;
 use super::smallest::{self, Smallest};
 use crate::LabError;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};

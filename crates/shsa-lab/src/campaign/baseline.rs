@@ -73,7 +73,7 @@ impl<'a> Baseline<'a> {
         let (first, last) = (samples.first()?.received, samples.last()?.received);
         let mut values = vec![Vec::new(); knowledge.needs().len()];
         let mut alarms = Vec::new();
-        drive(knowledge, samples.iter(), (first, last), |run| {
+        drive(knowledge, samples.iter(), first, last, |run| {
             alarms.extend(run.events.drain(..).filter_map(|event| alarm(&event)));
             for publication in run.publications.drain(..) {
                 if let Some(values) = values.get_mut(publication.need.index()) {
@@ -112,7 +112,7 @@ impl<'a> Baseline<'a> {
         let clean = self.samples.iter().filter(|sample| sample.wanted == target);
         let mut own: Vec<Sample> = clean.clone().cloned().collect();
         let scaling = self.knowledge.signals()[signal].scaling;
-        trial.fault.inject(&mut own, (target, scaling), self.origin, trial.seed);
+        trial.fault.inject(&mut own, target, scaling, self.origin, trial.seed);
         let is_before_end = |sample: &&Sample| sample.received < trial.end;
         if own.iter().take_while(is_before_end).eq(clean.take_while(is_before_end)) {
             return None;
@@ -121,7 +121,7 @@ impl<'a> Baseline<'a> {
         let samples = merged(others, own.iter()).take_while(is_before_end);
         let onset = self.origin + trial.fault.from;
         let mut watch = Watch::new(self, signal, (onset, trial.end));
-        drive(self.knowledge, samples, (self.first, trial.end), |run| {
+        drive(self.knowledge, samples, self.first, trial.end, |run| {
             watch.listen(run);
             goes_on(&watch.measured)
         });
@@ -144,7 +144,8 @@ impl<'a> Baseline<'a> {
 fn drive<'s>(
     knowledge: &KnowledgeBase,
     samples: impl Iterator<Item = &'s Sample>,
-    (first, end): (Time, Time),
+    first: Time,
+    end: Time,
     mut hear: impl FnMut(&mut Run) -> ControlFlow<()>,
 ) {
     let mut record = |_: Given<'_>| Ok::<(), Infallible>(());

@@ -1,13 +1,18 @@
 //! A model calibrated on the first half of each session, and the smallest faults that are seen there.
 
-use super::grid::{Detectable, Kind, Recorded};
+use super::kind::{Kind, What};
+use super::onset::Recorded;
 use super::parallel::Progress;
+use super::size::numbers;
 use super::smallest::{self, Smallest};
 use crate::LabError;
 use crate::calibration::{Options, Session, calibrate};
+use shsa_core::knowledge::Scaling;
 use shsa_core::knowledge::{Id, KnowledgeBase, Severity, SignalId, build};
 use shsa_core::observation::Observation;
 use shsa_core::time::Span;
+use shsa_core::time::Time;
+use shsa_format::fault::{Fault, FaultKind};
 use shsa_format::model::live::Live;
 use shsa_format::recording::Sample;
 use std::num::NonZeroUsize;
@@ -28,6 +33,75 @@ pub struct HalfSpec<'a> {
     pub threads: Option<NonZeroUsize>,
     /// Who hears how far it is.
     pub progress: &'a dyn Progress,
+}
+
+/// What a drift reaches at least, in smallest detectable biases, where amounts are multiples of what is seen: it is to be
+/// found before.
+pub const DRIFT_REACHES: f64 = 3.0;
+
+/// A value that sticks must be so many smallest biases and drifts away from what it would be.
+const STUCK_BY: f64 = 2.0;
+
+/// What is seen of each signal with a calibrated model.
+pub struct Detectable {
+    /// Where the part of each session begins that the model was not fitted to, since its beginning; no fault begins before.
+    pub from: Vec<Span>,
+    /// The smallest faults that are seen in the part before.
+    pub smallest: Smallest,
+}
+
+impl Detectable {
+    /// So many times what is seen; `None` where nothing is.
+    pub(super) fn amount(&self, what: What, signal: SignalId, duration: Span) -> Option<Option<f64>> {
+        let Some(by) = what.multiple else { return Some(None) };
+        let (seen, _) = self.smallest.seen(signal, what.kind)?;
+        Some(Some(match what.kind {
+            Kind::Drift => by * seen.abs().max(self.reaching(signal, duration).unwrap_or(0.0) / by.abs()),
+            Kind::Scale => 1.0 + by * seen,
+            _ => by * seen,
+        }))
+    }
+
+    /// The drift that reaches three smallest biases within the time.
+    fn reaching(&self, signal: SignalId, duration: Span) -> Option<f64> {
+        let (bias, _) = self.smallest.seen(signal, Kind::Bias)?;
+        Some(DRIFT_REACHES * bias / duration.seconds())
+    }
+
+    /// Whether a value that sticks would move too little in that time to be seen: it never leaves where it stuck by twice
+    /// the smallest bias, and by twice the smallest drift since then, for as long as that bias takes to be seen.
+    pub(super) fn is_below(
+        &self,
+        fault: &Fault,
+        signal: SignalId,
+        own: &[&Sample],
+        scaling: Option<Scaling>,
+        end: Time,
+    ) -> bool {
+        if fault.kind != FaultKind::Stuck(None) {
+            return false;
+        }
+        let seen = |kind| self.smallest.seen(signal, kind);
+        // What is never seen hides nothing: such a run counts.
+        let Some(((bias, within), (drift, _))) = seen(Kind::Bias).zip(seen(Kind::Drift)) else {
+            return false;
+        };
+        let number = |sample: &Sample| numbers(&sample.value, scaling).first().copied();
+        let onset = end - fault.to.map_or(Span::ZERO, |to| to - fault.from);
+        let begin = own.partition_point(|sample| sample.received < onset);
+        let Some(held) = begin.checked_sub(1).and_then(|at| number(own.get(at)?)) else { return true };
+        let mut away: Option<(Time, bool)> = None;
+        for sample in own.iter().skip(begin).take_while(|sample| sample.received < end) {
+            let Some(value) = number(sample) else { continue };
+            let (left, needed) = (value - held, bias.max(drift * (sample.received - onset).seconds()));
+            away = match away.filter(|(_, above)| *above == (left > 0.0)) {
+                _ if left.abs() < STUCK_BY * needed => None,
+                Some((since, _)) if sample.received - since >= within => return false,
+                same => same.or(Some((sample.received, left > 0.0))),
+            };
+        }
+        true
+    }
 }
 
 /// Calibrates as `shsa calibrate` does without further options: to the first half of each session.

@@ -9,6 +9,9 @@
 //! [`LEGEND`].
 
 mod parallel;
+mod kind;
+mod onset;
+mod size;
 mod grid;
 mod baseline;
 mod smallest;
@@ -20,10 +23,10 @@ mod detectable;
 pub use amount::{AmountSpec, instead};
 pub use baseline::{Alarm, Baseline, Measured, Served};
 pub use compare::{Change, Comparison, check_settings};
-pub use detectable::{HalfSpec, calibrated};
-pub use grid::{
-    Cell, DRIFT_REACHES, Detectable, Grid, GridSpec, Kind, Onset, Reason, Recorded, Trial, Untried, What,
-};
+pub use detectable::{DRIFT_REACHES, Detectable, HalfSpec, calibrated};
+pub use grid::{Cell, Grid, GridSpec, Reason, Trial, Untried};
+pub use kind::{Kind, What};
+pub use onset::{Onset, Recorded};
 pub use parallel::Progress;
 pub use smallest::{Found, Limit, SearchSpec, Smallest};
 pub use tally::{Campaign, LEGEND, Tally, settings};
@@ -42,7 +45,7 @@ pub fn measure(
     threads: Option<NonZeroUsize>,
     progress: &dyn Progress,
 ) -> Result<Vec<Option<Measured>>, LabError> {
-    on_all_cores(grid.trials.len(), threads, (progress, "runs"), |number| {
+    on_all_cores(grid.trials.len(), threads, progress, "runs", |number| {
         let trial = grid.trials.get(number)?;
         baselines.get(trial.session)?.measure(trial, grid.cells.get(trial.cell)?.signal)
     })

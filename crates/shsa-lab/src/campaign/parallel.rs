@@ -29,7 +29,8 @@ impl Progress for () {
 pub(super) fn on_all_cores<T: Send>(
     count: usize,
     threads: Option<NonZeroUsize>,
-    (told, of_what): (&dyn Progress, &'static str),
+    told: &dyn Progress,
+    of_what: &'static str,
     work: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>, LabError> {
     let cores = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);

@@ -7,9 +7,12 @@
 //! one comparison: debouncing, the judge, the gates and time-outs are in it.
 
 use super::baseline::Baseline;
-use super::grid::{Kind, Onset, Recorded, Size, Trial, fault_kind, onsets};
+use super::grid::Trial;
+use super::kind::{Kind, fault_kind};
+use super::onset::{Onset, Recorded, onsets};
 use super::parallel::{Progress, on_all_cores};
 use super::rounded;
+use super::size::Size;
 use crate::LabError;
 use serde_json::{Map, Value, json};
 use shsa_core::knowledge::{Id, KnowledgeBase, Signal, SignalId};
@@ -132,7 +135,7 @@ impl Smallest {
                 .map_or(Limit::NotRecorded, |mut search| search.limit());
             Some(Found { signal, kind, limit })
         };
-        let found = on_all_cores(jobs.len(), spec.threads, (spec.progress, "smallest faults"), work)?;
+        let found = on_all_cores(jobs.len(), spec.threads, spec.progress, "smallest faults", work)?;
         let onsets = onsets.into_iter().map(|onset| onset.at).collect();
         Ok(Smallest { duration: spec.duration, onsets, found: found.into_iter().flatten().collect() })
     }
@@ -338,7 +341,7 @@ impl<'a> Search<'a> {
         let (baseline, own) = (self.baselines.get(session)?, self.own.get(session)?);
         let scaling = baseline.knowledge.signals()[self.signal].scaling;
         let size = if self.kind == Kind::Scale { 1.0 + one.side * amount } else { one.side * amount };
-        let kind = fault_kind(self.kind, size, (own, scaling), baseline.origin + from)?;
+        let kind = fault_kind(self.kind, size, own, scaling, baseline.origin + from)?;
         let to = from + Span(self.duration.0 / part(self.kind));
         let fault = Fault { kind, signal: self.name.to_owned(), from, to: Some(to) };
         let end = baseline.origin + to;

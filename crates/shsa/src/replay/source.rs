@@ -262,7 +262,9 @@ fn broken(
     let mut samples = samples.to_vec();
     for (number, (fault, targets)) in arguments.inject.iter().zip(targets).enumerate() {
         let seed = arguments.seed.wrapping_add(number as u64);
-        targets.iter().for_each(|&target| fault.inject(&mut samples, target, session.origin, seed));
+        for &(wanted, scaling) in targets {
+            fault.inject(&mut samples, wanted, scaling, session.origin, seed);
+        }
     }
     samples
 }

@@ -122,7 +122,7 @@ fn every_fault_does_what_is_told() {
             value: RawValue::Number(10.0 * (second + 1) as f64),
         };
         let mut samples: Vec<Sample> = (0..4).map(sample).collect();
-        fault.inject(&mut samples, (0, None), at(0), 1);
+        fault.inject(&mut samples, 0, None, at(0), 1);
         assert_eq!(shown(&samples), values, "{example}");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::edit;
 use super::parts::number;
-use super::{Fit, Problem};
+use super::{Options, Problem};
 use crate::calibration::session::Session;
 use shsa_core::engine::{self, Engine, EventKind, Input, Output, Ticks};
 use shsa_core::knowledge::{Draft, Id, IdVec, KnowledgeBase, SignalId};
@@ -22,37 +22,35 @@ const BEFORE: usize = 10_000;
 /// No more observations are tried a step with.
 const MOST_OBSERVATIONS: usize = 40_000;
 
-impl Fit<'_> {
-    /// The smallest step of each signal, in its unit, that is told whichever way it points and at whichever of some moments of
-    /// the longest stretch it begins; `None` where none is. Time: some dozen runs of the engine for each signal.
-    pub(super) fn smallest_steps(
-        &self,
-        draft: &Draft,
-        sessions: &[Session],
-        first: &IdVec<SignalId, f64>,
-    ) -> Result<IdVec<SignalId, Option<f64>>, Problem> {
-        let knowledge = edit::built(draft)?;
-        let longest = sessions.iter().flat_map(Session::stretches).max_by_key(|it| it.len());
-        let all = longest.map_or(&[][..], Vec::as_slice);
-        let tried = Tried { knowledge: &knowledge, all: &all[..all.len().min(MOST_OBSERVATIONS)] };
-        let signals: Vec<SignalId> = self.knowledge.signals().ids().collect();
-        let mut found = IdVec::filled(signals.len(), |_: SignalId| None);
-        for chunk in signals.chunks(self.options.threads.max(1)) {
-            let told: Vec<Option<f64>> = std::thread::scope(|scope| {
-                let one = |signal: SignalId| {
-                    scope.spawn({
-                        let tried = &tried;
-                        move || tried.smallest(signal, first[signal])
-                    })
-                };
-                let spawned: Vec<_> = chunk.iter().map(|it| one(*it)).collect();
-                spawned.into_iter().map(|it| it.join().ok().flatten()).collect()
-            });
-            chunk.iter().zip(told).for_each(|(signal, it)| found[*signal] = it);
-            (self.options.progress)();
-        }
-        Ok(found)
+/// The smallest step of each signal, in its unit, that is told whichever way it points and at whichever of some moments of
+/// the longest stretch it begins; `None` where none is. Time: some dozen runs of the engine for each signal.
+pub(super) fn smallest_steps(
+    draft: &Draft,
+    sessions: &[Session],
+    first: &IdVec<SignalId, f64>,
+    options: &Options<'_>,
+) -> Result<IdVec<SignalId, Option<f64>>, Problem> {
+    let knowledge = edit::built(draft)?;
+    let longest = sessions.iter().flat_map(Session::stretches).max_by_key(|it| it.len());
+    let all = longest.map_or(&[][..], Vec::as_slice);
+    let tried = Tried { knowledge: &knowledge, all: &all[..all.len().min(MOST_OBSERVATIONS)] };
+    let signals: Vec<SignalId> = knowledge.signals().ids().collect();
+    let mut found = IdVec::filled(signals.len(), |_: SignalId| None);
+    for chunk in signals.chunks(options.threads.max(1)) {
+        let told: Vec<Option<f64>> = std::thread::scope(|scope| {
+            let one = |signal: SignalId| {
+                scope.spawn({
+                    let tried = &tried;
+                    move || tried.smallest(signal, first[signal])
+                })
+            };
+            let spawned: Vec<_> = chunk.iter().map(|it| one(*it)).collect();
+            spawned.into_iter().map(|it| it.join().ok().flatten()).collect()
+        });
+        chunk.iter().zip(told).for_each(|(signal, it)| found[*signal] = it);
+        (options.progress)();
     }
+    Ok(found)
 }
 
 struct Tried<'a> {
