@@ -5,6 +5,7 @@ mod reload;
 mod report;
 mod source;
 mod stream;
+mod values;
 pub(crate) mod written;
 
 pub(crate) use drive::drive;
@@ -99,7 +100,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         sources.iter().map(|source| clean(source).transpose()).collect::<anyhow::Result<_>>()?;
     let parts: Vec<Part<'_>> = sources.iter().zip(&runs).zip(&clean).map(Part::of).collect();
     if let Some(output) = output {
-        report::write_values(&parts, output)?;
+        values::write_values(&parts, output)?;
     }
     finish(arguments, &parts, elapsed)
 }

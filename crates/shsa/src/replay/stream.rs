@@ -2,7 +2,7 @@
 
 use super::drive::{PROGRESS_STEP, progress};
 use super::report::Part;
-use super::{Arguments, Source, finish, is_journal, report, written};
+use super::{Arguments, Source, finish, is_journal, values, written};
 use crate::outcome::Outcome;
 use crate::show;
 use shsa_core::engine::Input;
@@ -58,7 +58,7 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
         Ok(journal.as_mut().map_or(Ok(()), |journal| journal.record(given))?)
     };
     let publish = |knowledge: &KnowledgeBase, publication| match &mut values {
-        Some(values) => report::write_value(knowledge, &publication, None, values),
+        Some(values) => values::write_value(knowledge, &publication, None, values),
         None => Ok(()),
     };
     let run = Run::streamed(knowledge, span, arguments.options(), observations, record, publish)?;

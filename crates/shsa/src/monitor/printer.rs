@@ -1,0 +1,172 @@
+//! The steps of a comparison, printed as a table or as JSON lines.
+
+use super::method::Step;
+use super::{Arguments, Mode};
+use crate::show::{self, Paint};
+use serde_json::{Value, json};
+use shsa_core::knowledge::{KnowledgeBase, VariableId};
+use shsa_core::substitution::Way;
+use shsa_core::time::Time;
+use shsa_format::text::counted;
+use std::collections::BTreeMap;
+use std::io::{Write, stdout};
+
+/// Characters of a column of errors.
+const WIDTH: usize = 8;
+
+/// JSON knows no infinity: it becomes null.
+fn finite(value: f64) -> Option<f64> {
+    Some(value).filter(|value| value.is_finite())
+}
+
+pub(super) struct Printer<'a> {
+    knowledge: &'a KnowledgeBase,
+    variable: VariableId,
+    mode: Mode,
+    json: bool,
+    /// What times in text count from.
+    start: Time,
+    steps: usize,
+    /// Whether it was told that combinations were left out.
+    truncated: bool,
+    /// In how many steps each way was the one that had failed.
+    failures: BTreeMap<usize, usize>,
+}
+
+impl<'a> Printer<'a> {
+    pub(super) fn new(
+        knowledge: &'a KnowledgeBase,
+        variable: VariableId,
+        arguments: &Arguments,
+        start: Option<Time>,
+    ) -> Printer<'a> {
+        let (mode, json, start) = (arguments.mode, arguments.json, start.unwrap_or_default());
+        Printer {
+            knowledge,
+            variable,
+            mode,
+            json,
+            start,
+            steps: 0,
+            truncated: false,
+            failures: BTreeMap::new(),
+        }
+    }
+
+    pub(super) fn head(&self, ways: &[Way]) -> anyhow::Result<()> {
+        if self.json {
+            return Ok(());
+        }
+        let mut output = stdout().lock();
+        let variable = &self.knowledge.variables()[self.variable];
+        writeln!(output, "{} is known in {}:", variable.name, counted(ways.len(), "way"))?;
+        for (number, way) in ways.iter().enumerate() {
+            writeln!(output, "{number:>4}  {}", way.describe(self.knowledge))?;
+        }
+        let unit = variable.unit.as_ref().map_or(String::new(), |unit| format!(" in {unit}"));
+        match self.mode {
+            Mode::Thesis => {
+                writeln!(output, "Errors: how far a way is from each other one, summed{unit}.\n")?
+            }
+            Mode::Default => {
+                writeln!(
+                    output,
+                    "Errors: the share of recent comparisons with each other way that disagree, summed.\n"
+                )?;
+            }
+        }
+        let columns: String =
+            (0..ways.len()).map(|number| format!("  {:>WIDTH$}", format!("way {number}"))).collect();
+        writeln!(output, "{}", show::paint(Paint::Bold, &format!("{:>12}{columns}", "time")))?;
+        Ok(())
+    }
+
+    pub(super) fn foot(&self, ways: &[Way]) -> anyhow::Result<()> {
+        if self.json {
+            return Ok(());
+        }
+        let mut output = stdout().lock();
+        writeln!(output, "\n{}", counted(self.steps, "step"))?;
+        for (&number, count) in &self.failures {
+            let way = ways.get(number).map_or(String::new(), |way| way.describe(self.knowledge));
+            writeln!(output, "way {number} ({way}) failed in {count} of them")?;
+        }
+        Ok(())
+    }
+
+    fn shown(&self, value: f64) -> Option<f64> {
+        let unit = self.knowledge.variables()[self.variable].unit.as_ref();
+        finite(unit.map_or(value, |unit| unit.from_si(value)))
+    }
+
+    pub(super) fn step(&mut self, step: &Step) -> anyhow::Result<()> {
+        self.steps += 1;
+        if step.truncated && !std::mem::replace(&mut self.truncated, true) {
+            show::warn(
+                "too many combinations of observations: errors are of a part of them; a smaller --buffer or --period helps",
+            );
+        }
+        if let Some(failed) = step.failed {
+            *self.failures.entry(failed).or_default() += 1;
+        }
+        let mut output = stdout().lock();
+        if self.json {
+            writeln!(output, "{}", self.to_json(step))?;
+        } else {
+            writeln!(output, "{}", self.to_text(step))?;
+        }
+        Ok(())
+    }
+
+    fn to_json(&self, step: &Step) -> Value {
+        let outputs: Vec<Value> = step
+            .outputs
+            .iter()
+            .map(|output| {
+                json!({
+                    "substitution": output.way,
+                    "value": [self.shown(output.value.lo()), self.shown(output.value.hi())],
+                    "time": output.validity.map(|validity| [validity.from.0, validity.to.0]),
+                })
+            })
+            .collect();
+        let mut object = json!({
+            "time_ns": step.time.0,
+            "outputs": outputs,
+            "errors": step.errors.iter().map(|error| finite(self.error(*error))).collect::<Vec<_>>(),
+            "failed": step.failed.map_or(-1, |way| i64::try_from(way).unwrap_or(-1)),
+        });
+        if let (false, Some(object)) = (step.verdicts.is_empty(), object.as_object_mut()) {
+            let verdicts: serde_json::Map<String, Value> =
+                step.verdicts.iter().map(|(signal, verdict)| (signal.clone(), json!(verdict))).collect();
+            object.insert("verdicts".to_owned(), verdicts.into());
+        }
+        object
+    }
+
+    /// An error of thesis mode is a difference of values; of the default mode a number of pairs.
+    fn error(&self, error: f64) -> f64 {
+        match (self.mode, &self.knowledge.variables()[self.variable].unit) {
+            (Mode::Thesis, Some(unit)) => error / unit.scale,
+            _ => error,
+        }
+    }
+
+    fn to_text(&self, step: &Step) -> String {
+        let cell = |error: &f64| format!("  {:>WIDTH$.3}", self.error(*error));
+        let errors: String = step.errors.iter().map(cell).collect();
+        let time = (step.time - self.start).seconds();
+        let line = format!("{time:>10.3} s{errors}  {}", self.findings(step).join(", "));
+        line.trim_end().to_owned()
+    }
+
+    /// Who has failed; of the default mode, every signal that is not healthy.
+    fn findings(&self, step: &Step) -> Vec<String> {
+        if self.mode == Mode::Thesis {
+            let failed = step.failed.map(|way| show::paint(Paint::Red, &format!("way {way} failed")));
+            return failed.into_iter().collect();
+        }
+        let unwell = step.verdicts.iter().filter(|(_, verdict)| *verdict != "healthy");
+        unwell.map(|(signal, verdict)| show::paint_verdict(verdict, &format!("{signal} {verdict}"))).collect()
+    }
+}

@@ -1,0 +1,53 @@
+//! The values of needs that a replay publishes, as JSON lines.
+
+use super::report::Part;
+use serde_json::{Value, json};
+use shsa_core::engine::{Publication, PublishedValue};
+use shsa_core::interval::Interval;
+use shsa_core::knowledge::KnowledgeBase;
+use std::io::Write;
+
+/// Writes the values of all needs as JSON lines, in the variables' units; with the number of the session where there are several.
+pub(super) fn write_values(parts: &[Part<'_>], mut output: impl Write) -> anyhow::Result<()> {
+    for (at, part) in parts.iter().enumerate() {
+        let session = (parts.len() > 1).then_some(at + 1);
+        for (knowledge, publication) in part.run.told_values(0) {
+            write_value(knowledge, publication, session, &mut output)?;
+        }
+    }
+    output.flush()?;
+    Ok(())
+}
+
+/// Writes one of them.
+pub(super) fn write_value(
+    knowledge: &KnowledgeBase,
+    publication: &Publication,
+    session: Option<usize>,
+    output: &mut impl Write,
+) -> anyhow::Result<()> {
+    let mut value = value_json(knowledge, publication);
+    if let (Some(session), Some(value)) = (session, value.as_object_mut()) {
+        value.insert("session".to_owned(), json!(session));
+    }
+    writeln!(output, "{value}")?;
+    Ok(())
+}
+
+fn value_json(knowledge: &KnowledgeBase, publication: &Publication) -> Value {
+    let need = &knowledge.needs()[publication.need];
+    let unit = &knowledge.variables()[need.variable].unit;
+    let shown = |value: f64| unit.as_ref().map_or(value, |unit| unit.from_si(value));
+    let interval = |value: &Interval| json!({ "lo": shown(value.lo()), "hi": shown(value.hi()) });
+    let value = match &publication.value {
+        PublishedValue::Scalar(value) => interval(value),
+        PublishedValue::Vector(elements) => elements.iter().map(interval).collect(),
+    };
+    json!({
+        "signal": need.signal,
+        "time_ns": publication.validity.to.0,
+        "received_ns": publication.time.0,
+        "value": value,
+        "quality": publication.quality.name(),
+    })
+}
