@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
-/// Messages that are heard before the time, requests and the run itself get their turn.
+/// How many messages are heard in a row; ticks, requests and reports get their turn after them.
 const BATCH: usize = 256;
 
 /// A run under way.
@@ -34,24 +34,24 @@ pub(super) struct Session {
     pub(super) figures: Figures,
     pub(super) requests: Receiver<Call>,
     pub(super) stop: Arc<AtomicBool>,
-    /// When it ends by itself.
+    /// When the run ends by itself.
     pub(super) until: Option<Time>,
-    /// When something is due though nothing arrives.
+    /// When something is due although no message arrives.
     pub(super) rests_until: Time,
     /// Who else serves needs; `None` where the bus does not tell, and then all needs are ours.
     pub(super) ownership: Option<Ownership>,
-    /// What others know; `None`: nobody is asked.
+    /// What other instances know; `None` where none of them is asked.
     pub(super) federation: Option<Federation>,
     /// What was told last about the run itself.
     pub(super) reported: Reported,
-    /// What became of requests over the bus.
+    /// How many requests came over the bus, and what became of them.
     pub(super) tally: Arc<Tally>,
     /// Who looks at tokens.
     pub(super) guard: Guard,
 }
 
 impl Session {
-    /// Looks once at everything that may have to be done, and does it; the answer is how long nothing more is due.
+    /// Does all that is due now; returns how long nothing more is due.
     ///
     /// # Errors
     /// When the bus refuses a model that has just taken over.
@@ -70,7 +70,7 @@ impl Session {
         Ok(Duration::from_nanos(u64::try_from((self.rests_until - now).0).unwrap_or(0)))
     }
 
-    /// What cannot wait: hears what has come, and serves what comes of it.
+    /// Does what cannot wait: hears the messages that have come, and publishes the values that follow from them.
     ///
     /// # Errors
     /// As [`Session::turn`].
@@ -82,15 +82,15 @@ impl Session {
         Ok(())
     }
 
-    /// Whether there is nothing to be done before its rest is over: nothing that waits, nothing new to tell or to take over, and
-    /// nothing that is due earlier.
+    /// Whether nothing has to be done before the rest is over: no message waits, nothing new is to be told or taken over, and
+    /// nothing is due earlier.
     pub(super) fn may_rest(&self) -> bool {
         let now = self.now();
         let is_quiet = self.bridge.inbox().is_empty() && now < self.reported.doubt;
         is_quiet && !self.healers.iter().any(Healer::takes_over) && self.rests_until <= self.due(now)
     }
 
-    /// Ends the run; the answer is no when a need is unserved.
+    /// Ends the run, and returns whether all needs were served at its end.
     pub(super) fn finish(mut self) -> Ending {
         self.healers.iter_mut().for_each(Healer::remember_all);
         let now = self.now();
@@ -127,7 +127,7 @@ impl Session {
         Ok(())
     }
 
-    /// Where a message does not say itself that it is a substitute of another instance, its publisher does.
+    /// Marks a message as a substitute when another instance has published it and the message itself does not say so.
     fn mark(&self, message: &mut Message) {
         let Some(publisher) = message.publisher.filter(|_| message.quality.is_none()) else { return };
         let is_healer = || {
@@ -148,7 +148,8 @@ impl Session {
         self.deliver()
     }
 
-    /// Publishes what the healers have done, remembers and tells it: a substitute does not wait until it is told why it is one.
+    /// Publishes the values of the healers, saves what they have decided, and tells their decisions, in this order: a value does
+    /// not wait for the words about it.
     fn deliver(&mut self) -> Result<(), RuntimeError> {
         let Session { bridge, healers, log, figures, ownership, reported, .. } = self;
         let mut entries = Vec::new();
@@ -184,7 +185,7 @@ impl Session {
         if entries.is_empty() {
             return Ok(());
         }
-        // What was told is known after a crash, and a substitute waits for neither.
+        // A decision is saved before it is told, so that it is known after a crash; values went out before both.
         bridge.flush();
         healers.iter_mut().for_each(Healer::remember);
         entries.into_iter().for_each(|entry| log.tell(entry, bridge.as_mut()));
@@ -204,7 +205,7 @@ impl Session {
         }
     }
 
-    /// Tells other instances what we can serve, and hears what they can.
+    /// Tells other instances which needs this one can serve, and hears which ones they can.
     fn share(&mut self, now: Time) {
         let Session { ownership: Some(ownership), healers, bridge, log, reported, .. } = self else { return };
         if now >= reported.doubt {
@@ -240,7 +241,7 @@ impl Session {
         }
     }
 
-    /// Announces what we know, and joins what others do.
+    /// Announces the knowledge of this instance, and joins what other instances announce.
     fn join(&mut self, now: Time) -> Result<(), RuntimeError> {
         let Session { federation: Some(federation), healers, bridge, log, .. } = self else { return Ok(()) };
         let notes = match federation.follow(now, healers, bridge.as_ref()) {
@@ -256,7 +257,7 @@ impl Session {
         self.deliver()
     }
 
-    /// Looked at in every turn: a stamp that is read by the clock of before a step is wrong by all of it.
+    /// Follows a step of the wall clock. This is done in every turn: stamps that are read before it are wrong by the whole step.
     fn follow_clock(&mut self) {
         let Some(step) = self.clock().follow() else { return };
         let now = self.now();
@@ -265,7 +266,7 @@ impl Session {
         self.log.noted(now, "clock", &because, self.bridge.as_mut());
     }
 
-    /// When something is due though nothing arrives.
+    /// When something is due although no message arrives.
     fn due(&self, now: Time) -> Time {
         let dues = self.healers.iter().filter_map(Healer::due);
         let dues = dues.chain(self.healers.iter().filter_map(|healer| healer.take_over_due(now)));

@@ -51,7 +51,8 @@ pub struct Detectable {
 }
 
 impl Detectable {
-    /// So many times what is seen; `None` where nothing is.
+    /// The amount to inject, as a multiple of the smallest that is seen: `None` where none is seen, `Some(None)` for a kind
+    /// without an amount.
     pub(super) fn amount(&self, what: What, signal: SignalId, duration: Span) -> Option<Option<f64>> {
         let Some(by) = what.multiple else { return Some(None) };
         let (seen, _) = self.smallest.seen(signal, what.kind)?;

@@ -41,8 +41,8 @@ impl<'a> Recorded<'a> {
     }
 }
 
-/// So many moments evenly over the time in which a fault can begin and end within one session: from `earliest` on of each, where
-/// that is given.
+/// Spreads `count` moments evenly over the time in which a fault can begin and end within one session. In each session, no fault
+/// begins before its time in `earliest`, where that is given.
 pub(super) fn onsets(
     sessions: &[Recorded<'_>],
     earliest: &[Span],
@@ -76,7 +76,7 @@ pub(super) fn onsets(
     }
 }
 
-/// Evenly over the room, the last one at its end.
+/// Spreads `count` moments evenly over the room; the last one is at its end.
 pub(super) fn evenly(room: Span, count: usize) -> impl Iterator<Item = Span> {
     let share = move |number: usize| Span::from_seconds(room.seconds() * number as f64 / count as f64);
     (1..=count).map(share)

@@ -40,7 +40,7 @@ impl Size {
         Some(Size { error, median, range: highest - lowest, time: early.abs().max(late.abs()) + period })
     }
 
-    /// What is injected, `None` where that is impossible.
+    /// The amount to inject: `None` where none can be computed, `Some(None)` for a kind without an amount.
     pub(super) fn amount(&self, what: What, duration: Span) -> Option<Option<f64>> {
         let Some(by) = what.multiple else { return Some(None) };
         let amount = match what.kind {

@@ -15,17 +15,17 @@ use shsa_format::event;
 
 /// What has become of a value.
 pub(in super::super) struct Served {
-    /// Whether the need is served better or worse by it than before.
+    /// Whether the quality of the need has changed with the value.
     pub(in super::super) is_news: bool,
     /// The names under which it was not sent, and why.
     pub(in super::super) failed: Vec<(String, BridgeError)>,
 }
 
-/// How a need stands.
+/// The state of a need, as far as a change of it is told at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) struct Standing {
     quality: Quality,
-    /// How far its takeover is, and the quality under the name that is taken over.
+    /// The stage of its takeover, and the quality under the name that is taken.
     takeover: Option<(&'static str, Quality)>,
 }
 
@@ -130,7 +130,7 @@ impl Healer {
         self.takeovers.iter().any(|takeover| takeover.topic() == topic)
     }
 
-    /// Goes on with what it takes over: whether that has changed how it stands, and what is to be told.
+    /// Takes the next step of each takeover; returns whether one has changed its stage, and what is to be told.
     pub(in super::super) fn take_over(
         &mut self,
         now: Time,
@@ -190,7 +190,7 @@ impl Healer {
         self.takeovers.iter().map(move |takeover| (takeover, self.quality_of(takeover, now)))
     }
 
-    /// When it goes on with one of them, unless something happens before.
+    /// When the next step of a takeover is due if nothing happens before.
     pub(in super::super) fn take_over_due(&self, now: Time) -> Option<Time> {
         self.takeovers.iter().chain(&self.leaving).filter_map(|takeover| takeover.due(now)).min()
     }
@@ -202,7 +202,7 @@ impl Healer {
         takeover.is_some_and(Takeover::order_back)
     }
 
-    /// How everything stands.
+    /// The state of all needs and signals.
     pub(in super::super) fn state(&self, now: Time, clock: &Clock) -> Value {
         let needs = self.outlets().map(|(id, outlet)| {
             let NeedStatus { published, longest_gap, .. } = self.engine.need_status(id);

@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// How often the run looks at itself: link, losses, status.
 const REPORTED_EVERY: Span = Span::from_millis(1_000);
 
-/// How often it is looked which comparisons are not made.
+/// How often the run looks which comparisons are not made.
 const COMPARED: Span = Span::from_millis(60_000);
 
 /// What was told last about the run itself, so that only what changes is told.
@@ -22,11 +22,11 @@ pub(in super::super) struct Reported {
     losses: BTreeMap<Arc<str>, u64>,
     /// Inputs that are not in the journals, and states that were not saved.
     missing: u64,
-    /// How each need stood when that was told on the bus last, model by model.
+    /// The state of each need as it was told on the bus last, model by model.
     standings: Vec<Vec<Standing>>,
-    /// From when on a quality may be another one; until then nobody has to look at all needs in every turn.
+    /// The earliest moment at which the quality of a need may change by itself; until then no turn has to look at the needs.
     pub(super) doubt: Time,
-    /// When it is looked next which comparisons are not made, and what was told of them.
+    /// When the run looks next which comparisons are not made, and which remarks about comparisons were told.
     compared: (Time, BTreeSet<String>),
 }
 
@@ -128,7 +128,7 @@ impl Session {
         if now < *next {
             return;
         }
-        // There is nothing to be said in the first minute.
+        // In the first minute too little was compared to say anything.
         let is_first = *next == Time::MIN;
         *next = now + COMPARED;
         if is_first {

@@ -28,7 +28,7 @@ use silencing::{PATIENCE, usual_check};
 use stage::Stage;
 use std::collections::VecDeque;
 
-/// The longest time between two attempts, in the first one's.
+/// The longest time between two attempts, as a multiple of the first.
 const RETRY_MAX: i64 = 20;
 
 /// The takeover of the name of one source for one need.
@@ -49,16 +49,16 @@ pub(in super::super) struct Takeover {
     failures: u32,
     /// Whether the need is ours to serve.
     is_ours: bool,
-    /// What the action has said that silenced the source.
+    /// The output of the action that has silenced the source.
     said: String,
-    /// Whether an action has begun to silence the source, which has neither been heard nor let back since.
+    /// Whether an action has begun to silence the source, and the source was neither heard nor let back since.
     is_silenced: bool,
     /// The source may publish again; until it does, its name is served.
     is_released: bool,
     is_ordered_back: bool,
-    /// Before that the source is not given back again.
+    /// The source is not let back before this moment.
     not_before: Time,
-    /// The last that was told.
+    /// The note that was told last.
     last: Option<Note>,
     notes: VecDeque<Note>,
     counts: Counts,
@@ -127,7 +127,7 @@ impl Takeover {
         Takeover { need, check, template, ..before }
     }
 
-    /// Whether the source may be silent because of us.
+    /// Whether the source may be silent because of this takeover.
     pub(in super::super) fn is_silencing(&self) -> bool {
         self.is_silenced && !self.is_released
     }
@@ -163,7 +163,7 @@ impl Takeover {
         self.counts
     }
 
-    /// What it is doing, in a word.
+    /// The stage in a word.
     pub(in super::super) fn stage(&self) -> &'static str {
         self.stage.name()
     }
@@ -173,8 +173,8 @@ impl Takeover {
         self.notes.pop_front()
     }
 
-    /// Somebody else has published under some name; what is marked as a substitute is another instance's, and what was
-    /// kept may be of any age.
+    /// Hears a message that somebody else has published. It is the source's unless it is marked as a substitute, which another
+    /// instance has published, or was kept by the broker, which may be of any age.
     pub(in super::super) fn heard(&mut self, message: &Message) {
         let is_source = !message.retained && message.quality.is_none_or(|quality| quality == Quality::Good);
         if message.topic != *self.template.topic() || !is_source {
@@ -267,7 +267,7 @@ impl Takeover {
         self.notes.push_back(note);
     }
 
-    /// How long it is waited before the next attempt.
+    /// How long the takeover waits before the next attempt.
     fn pause(&self) -> Span {
         let times = 1_i64.checked_shl(self.failures).unwrap_or(RETRY_MAX).clamp(1, RETRY_MAX);
         Span(self.settings.retry.0.saturating_mul(times))
@@ -278,7 +278,7 @@ impl Takeover {
         self.enter(Stage::Waiting { until: now + pause }, now);
     }
 
-    /// When it has to be looked at again, unless something happens before: what was due already waits for that.
+    /// When the next step is due if nothing happens before; `None` when only an event can lead on.
     pub(in super::super) fn due(&self, now: Time) -> Option<Time> {
         let due = match &self.stage {
             Stage::Checking { heard, .. } => {
@@ -333,7 +333,7 @@ impl Takeover {
     pub(in super::super) fn quality(&self, quality: Quality, is_bad: bool) -> Quality {
         match &self.stage {
             Stage::Taken | Stage::Restoring(_) if self.unwritten.is_none() => quality,
-            // Another instance's care.
+            // Another instance is responsible.
             Stage::Watching if !self.is_ours => quality,
             // From the source itself.
             Stage::Watching | Stage::Waiting { .. } if !is_bad && quality != Quality::Bad => Quality::Good,
@@ -341,7 +341,7 @@ impl Takeover {
         }
     }
 
-    /// How it stands, for who looks on.
+    /// The state of the takeover as JSON.
     pub(in super::super) fn json(&self, quality: Quality, clock: &Clock) -> Value {
         let is_taken = matches!(self.stage, Stage::Taken | Stage::Restoring(_));
         let since = if is_taken { self.taken } else { self.since };

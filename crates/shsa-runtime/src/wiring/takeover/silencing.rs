@@ -8,16 +8,16 @@ use shsa_bridge::Bridge;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::time::{Span, Time};
 
-/// A name must be quiet for so many periods of its signal, where no other time is set.
+/// For how many periods of its signal a name must be quiet, where the wiring sets no time.
 const PERIODS: f64 = 5.0;
 
-/// Bounds of that time.
+/// The shortest and the longest time for which a name must be quiet, where the wiring sets none.
 const CHECK: (Span, Span) = (Span::from_millis(100), Span::from_millis(10_000));
 
-/// Where the signal has neither rate nor timeout.
+/// The time for which a name must be quiet where its signal has neither rate nor timeout.
 const CHECK_USUAL: Span = Span::from_millis(1_000);
 
-/// A source that is not quiet after so many of these times does not obey.
+/// A source that is not quiet after so many times the check does not obey.
 pub(super) const PATIENCE: i64 = 3;
 
 impl Takeover {
@@ -39,7 +39,7 @@ impl Takeover {
             return self.refuse("no message of it was heard yet, so nobody knows how to write one", now);
         }
         if let (Some(patterns), Some(message)) = (&mut patterns, self.template.remembered()) {
-            // Only needed after a restart, and then its absence is told.
+            // The kept message is only needed after a restart, which tells when it is missing.
             let _ = patterns.keep(&self.signal, &message);
         }
         let job = Job::begin(&self.settings.silence, bridge);
@@ -57,7 +57,7 @@ impl Takeover {
         }
     }
 
-    /// Whether it has become quiet under the name.
+    /// Takes the name when it has become quiet, or refuses when it stays loud for too long.
     pub(super) fn look(&mut self, heard: Option<Time>, count: u64, now: Time, source: &str) {
         let action = describe(&self.settings.silence);
         if now - heard.unwrap_or(self.since) >= self.check {

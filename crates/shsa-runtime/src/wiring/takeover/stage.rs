@@ -12,7 +12,7 @@ pub(in super::super::super) struct Note {
     pub(in super::super::super) because: String,
 }
 
-/// How it stands with the need, as far as its takeover has to know.
+/// The state of the need, as far as its takeover has to know.
 #[derive(Clone, Copy, Debug)]
 pub(in super::super::super) struct Situation<'a> {
     pub(in super::super::super) now: Time,
@@ -26,7 +26,7 @@ pub(in super::super::super) struct Situation<'a> {
     pub(in super::super::super) source: &'a str,
 }
 
-/// How often since the beginning.
+/// How often each of these has happened since the beginning.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in super::super::super) struct Counts {
     pub(in super::super::super) silenced: u64,
@@ -34,6 +34,7 @@ pub(in super::super::super) struct Counts {
     pub(in super::super::super) returned: u64,
 }
 
+/// How far a takeover is.
 #[derive(Debug)]
 pub(super) enum Stage {
     /// The source publishes itself.
@@ -48,7 +49,7 @@ pub(super) enum Stage {
     Taken,
     /// The name is ours until the source is heard again.
     Restoring(Job),
-    /// It did not work, or the source is back: it is looked at again then.
+    /// The attempt has failed, or the source is back: the source is looked at again at `until`.
     Waiting {
         until: Time,
     },
