@@ -1,16 +1,18 @@
 //! A way of knowing at work: its inputs brought to one moment, its program evaluated.
 
-use crate::alignment::{Known, Port, Reach, Sample};
-use crate::circle;
-use crate::expression::{Assignment, InputKind, Program, State, Symbol, Value};
+mod input;
+mod compile;
+mod evaluate;
+
+use crate::alignment::Sample;
+use crate::expression::{Program, State, Symbol, Value};
 use crate::interval::Interval;
-use crate::knowledge::{Id, IdVec, KnowledgeBase, Lineage, Shape, SignalId, VariableId};
+use crate::knowledge::{Id, KnowledgeBase, Lineage, Shape, SignalId, VariableId};
 use crate::substitution::Way;
 use crate::time::{Span, Validity};
 use alloc::vec::Vec;
-
-/// More inputs than this are read into memory allocated for the evaluation.
-const USUAL_INPUTS: usize = 16;
+use compile::{computed, lateness, program, trigger};
+use input::{Input, Source, Wrapping, period};
 
 /// Evaluations a second of a way whose rate is not declared, for the room of its time operators.
 const USUAL_RATE_HZ: f64 = 100.0;
@@ -92,94 +94,6 @@ enum Body {
     },
 }
 
-/// Where an input of a program comes from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Source {
-    Signal(Input),
-    Constant(Interval),
-    /// The last value of the variable that is computed.
-    Last,
-}
-
-/// An input that wraps, by its place: the first one is brought back into one turn, the others beside it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Wrapping {
-    at: usize,
-    turn: f64,
-    begins: f64,
-    /// Whether a condition asks where in its turn it is: that is not known of what lies on both sides of its end.
-    is_asked: bool,
-}
-
-/// A signal as an input.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Input {
-    signal: SignalId,
-    shape: Shape,
-    max_rate: f64,
-    /// Over which gap a value still counts; `None` learns it from the spacing of the observations.
-    max_gap: Option<Span>,
-    delay: Span,
-    /// Whether its observations are the moments at which the way is evaluated.
-    is_trigger: bool,
-}
-
-impl Input {
-    fn new(knowledge: &KnowledgeBase, signal: SignalId, trigger: Option<SignalId>) -> Input {
-        let description = &knowledge.signals()[signal];
-        let max_rate = knowledge.variables()[description.variable].max_rate.unwrap_or(0.0);
-        let max_gap = period(knowledge, signal).map(|period| period.times(2) + description.delay);
-        let shape = knowledge.variables()[description.variable].shape;
-        let is_trigger = trigger == Some(signal);
-        Input { signal, shape, max_rate, max_gap, delay: description.delay, is_trigger }
-    }
-
-    fn succeeded(self, lineage: &Lineage) -> Option<Input> {
-        Some(Input { signal: lineage.signal(self.signal)?, ..self })
-    }
-
-    fn max_gap(&self, port: &Port) -> Span {
-        self.max_gap.or_else(|| port.spacing().map(|spacing| spacing.times(2))).unwrap_or(Span::MAX)
-    }
-
-    fn at<'a>(&self, ports: &'a IdVec<SignalId, Port>, moment: Validity) -> Option<Value<'a, Interval>> {
-        match self.shape {
-            Shape::Vector => {
-                let port = &ports[self.signal];
-                port.vector_at(moment, self.max_gap(port)).map(Value::Vector)
-            }
-            Shape::Scalar => self.scalar_at(ports, moment).map(Value::Scalar),
-        }
-    }
-
-    /// The value of a number.
-    #[inline]
-    fn scalar_at(&self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Option<Interval> {
-        let port = &ports[self.signal];
-        if self.is_trigger {
-            return port.scalar_exactly_at(moment);
-        }
-        port.scalar_alone_at(moment).or_else(|| self.scalar_near(port, moment))
-    }
-
-    /// What is certain about the value of a number; see [`Known`].
-    fn scalar_about(&self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Known {
-        let port = &ports[self.signal];
-        if self.is_trigger {
-            return Known::or_never(port.scalar_exactly_at(moment));
-        }
-        // An input that is told late is waited for.
-        let max_gap = self.max_gap(port) - self.delay;
-        port.scalar_about(moment, Reach { max_rate: self.max_rate, max_gap })
-    }
-
-    #[inline(never)]
-    fn scalar_near(&self, port: &Port, moment: Validity) -> Option<Interval> {
-        let reach = Reach { max_rate: self.max_rate, max_gap: self.max_gap(port) };
-        port.scalar_at(moment, reach).map(|reading| reading.value)
-    }
-}
-
 /// One evaluation that is yet to be done: the inputs of a program, brought to a moment. It holds all that the evaluation
 /// needs beside the program and its memory, so that it can be done elsewhere.
 #[derive(Clone, Debug, PartialEq)]
@@ -190,15 +104,6 @@ pub struct Task {
     pub moment: Validity,
     /// When the last value of the variable that is computed was true, where that is an input.
     pub last: Option<Validity>,
-}
-
-impl Source {
-    fn succeeded(self, lineage: &Lineage) -> Option<Source> {
-        match self {
-            Source::Signal(input) => input.succeeded(lineage).map(Source::Signal),
-            Source::Constant(_) | Source::Last => Some(self),
-        }
-    }
 }
 
 impl Item {
@@ -337,114 +242,6 @@ impl Computation {
         }
     }
 
-    /// Evaluates at a moment; `None` when an input is missing there or the result has no value.
-    ///
-    /// `last` is the last value of the variable that is computed. No allocation for up to 16 inputs whose vectors
-    /// are no longer than before.
-    pub fn evaluate<'a>(
-        &'a mut self,
-        ports: &'a IdVec<SignalId, Port>,
-        moment: Validity,
-        last: Option<Sample>,
-    ) -> Option<(Computed<'a>, Validity)> {
-        let (value, validity) = match &mut self.body {
-            Body::Direct(input) => (input.at(ports, moment)?, moment),
-            Body::Computed { program, state, inputs, wrapping } => {
-                let mut usual = [Value::Scalar(Interval::EMPTY); USUAL_INPUTS];
-                let mut many = Vec::new();
-                let values = match usual.get_mut(..inputs.len()) {
-                    Some(values) => values,
-                    None => {
-                        many.resize(inputs.len(), Value::Scalar(Interval::EMPTY));
-                        many.as_mut_slice()
-                    }
-                };
-                for (value, input) in values.iter_mut().zip(inputs.iter()) {
-                    *value = match input {
-                        Source::Signal(input) => input.at(ports, moment)?,
-                        Source::Constant(value) => Value::Scalar(*value),
-                        Source::Last => Value::Scalar(last?.value),
-                    };
-                }
-                if !bring_back(values, wrapping) {
-                    return None;
-                }
-                make_room(state, values);
-                let outcome = program.evaluate(state, values, moment, last.map(|last| last.validity));
-                (outcome.value, outcome.valid)
-            }
-        };
-        usable(value).map(|value| (value, validity))
-    }
-
-    /// What [`Computation::evaluate`] would evaluate at a moment, to be done elsewhere; `None` when an input is missing there,
-    /// or nothing is computed. Time and memory: linear in the inputs.
-    #[must_use]
-    pub fn task(
-        &self,
-        ports: &IdVec<SignalId, Port>,
-        moment: Validity,
-        last: Option<Sample>,
-    ) -> Option<Task> {
-        let Body::Computed { inputs, .. } = &self.body else { return None };
-        let listed = |value: Value<'_, Interval>| match value {
-            Value::Scalar(value) => Vec::from([value]),
-            Value::Vector(elements) => elements.to_vec(),
-        };
-        let value = |input: &Source| match input {
-            Source::Signal(input) => input.at(ports, moment).map(listed),
-            Source::Constant(value) => Some(Vec::from([*value])),
-            Source::Last => last.map(|last| Vec::from([last.value])),
-        };
-        let values = inputs.iter().map(value).collect::<Option<_>>()?;
-        Some(Task { values, moment, last: last.map(|last| last.validity) })
-    }
-
-    /// Does a task of a computation of the same way. `None` when it is of another shape, or the result has no value.
-    pub fn carry_out(&mut self, task: &Task) -> Option<(Computed<'_>, Validity)> {
-        let Body::Computed { program, state, inputs, wrapping } = &mut self.body else { return None };
-        if inputs.len() != task.values.len() {
-            return None;
-        }
-        let mut values = Vec::with_capacity(inputs.len());
-        for (input, given) in inputs.iter().zip(&task.values) {
-            values.push(match input {
-                Source::Signal(Input { shape: Shape::Vector, .. }) => Value::Vector(given),
-                _ => Value::Scalar(given.first().copied()?),
-            });
-        }
-        if !bring_back(&mut values, wrapping) {
-            return None;
-        }
-        make_room(state, &values);
-        let outcome = program.evaluate(state, &values, task.moment, task.last);
-        usable(outcome.value).map(|value| (value, outcome.valid))
-    }
-
-    /// Evaluates over one chosen observation for each source, in the order of the way's sources (`None` for a
-    /// constant); for numbers only.
-    pub fn evaluate_items(&mut self, items: &[Option<&Item>], moment: Validity) -> Option<Interval> {
-        let item = |at: usize| items.get(at).copied().flatten();
-        let (program, state, inputs) = match &mut self.body {
-            Body::Direct(_) => return item(0)?.values.first().copied(),
-            Body::Computed { program, state, inputs, .. } => (program, state, inputs),
-        };
-        let signals = &self.way.signals;
-        let mut values = Vec::new();
-        for input in inputs.iter() {
-            values.push(match input {
-                Source::Signal(input) => {
-                    item(signals.iter().position(|signal| *signal == Some(input.signal))?)?.value(input.shape)
-                }
-                Source::Constant(value) => Value::Scalar(*value),
-                Source::Last => return None,
-            });
-        }
-        make_room(state, &values);
-        let value = program.evaluate(state, &values, moment, None).value.scalar();
-        (!value.is_empty()).then_some(value)
-    }
-
     /// The signals that it reads beside its trigger: what they were at the trigger's moments may be known later only.
     pub fn joined(&self) -> impl Iterator<Item = SignalId> + '_ {
         let inputs = match &self.body {
@@ -455,203 +252,5 @@ impl Computation {
             Source::Signal(input) if !input.is_trigger && input.shape == Shape::Scalar => Some(input.signal),
             _ => None,
         })
-    }
-
-    /// Evaluates a way of knowing a number over what is certain about a moment, without its last value: nothing is
-    /// extrapolated that the model does not bound.
-    #[inline]
-    pub fn evaluate_settled(&mut self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Settled {
-        if let Body::Direct(input) = &self.body
-            && input.shape == Shape::Scalar
-        {
-            // As most often, and not by way of a value of any kind.
-            return match input.scalar_at(ports, moment) {
-                Some(value) if value.is_bounded() => Settled::Value(Sample { validity: moment, value }),
-                _ => Settled::Nothing,
-            };
-        }
-        self.evaluate_any(ports, moment)
-    }
-
-    #[inline(never)]
-    fn evaluate_any(&mut self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Settled {
-        let Body::Computed { program, state, inputs, wrapping } = &mut self.body else {
-            return Settled::Nothing;
-        };
-        let mut usual = [Value::Scalar(Interval::EMPTY); USUAL_INPUTS];
-        let mut many = Vec::new();
-        let values = match usual.get_mut(..inputs.len()) {
-            Some(values) => values,
-            None => {
-                many.resize(inputs.len(), Value::Scalar(Interval::EMPTY));
-                many.as_mut_slice()
-            }
-        };
-        for (value, input) in values.iter_mut().zip(inputs.iter()) {
-            *value = match input {
-                Source::Signal(input) if input.shape == Shape::Scalar => {
-                    match input.scalar_about(ports, moment) {
-                        Known::Value(value) => Value::Scalar(value),
-                        Known::Later => return Settled::Later(input.signal),
-                        Known::Never => return Settled::Nothing,
-                    }
-                }
-                Source::Signal(input) => match input.at(ports, moment) {
-                    Some(value) => value,
-                    None => return Settled::Nothing,
-                },
-                Source::Constant(value) => Value::Scalar(*value),
-                Source::Last => return Settled::Nothing,
-            };
-        }
-        if !bring_back(values, wrapping) {
-            return Settled::Nothing;
-        }
-        make_room(state, values);
-        let outcome = program.evaluate(state, values, moment, None);
-        match usable(outcome.value) {
-            Some(Computed::Scalar(value)) => Settled::Value(Sample { validity: outcome.valid, value }),
-            _ => Settled::Nothing,
-        }
-    }
-
-    /// The value of a way that rests on constants alone; `None` of all others.
-    pub fn constant(&mut self) -> Option<Interval> {
-        let Body::Computed { program, state, inputs, .. } = &mut self.body else { return None };
-        if program.is_stateful() {
-            return None;
-        }
-        let value = |input: &Source| match input {
-            Source::Constant(value) => Some(Value::Scalar(*value)),
-            Source::Signal(_) | Source::Last => None,
-        };
-        let values = inputs.iter().map(value).collect::<Option<Vec<_>>>()?;
-        make_room(state, &values);
-        let value = program.evaluate(state, &values, Validity::always(), None).value.scalar();
-        value.is_bounded().then_some(value)
-    }
-}
-
-/// A value that says something.
-fn usable(value: Value<'_, Interval>) -> Option<Computed<'_>> {
-    match value {
-        Value::Scalar(value) => value.is_bounded().then_some(Computed::Scalar(value)),
-        Value::Vector(elements) => (!elements.is_empty()).then_some(Computed::Vector(elements)),
-    }
-}
-
-fn trigger(knowledge: &KnowledgeBase, way: &Way, goes_before: Precedence) -> Option<SignalId> {
-    way.inputs().reduce(|best, next| if goes_before(knowledge, next, best) { next } else { best })
-}
-
-/// Time between the observations of a signal, as declared.
-fn period(knowledge: &KnowledgeBase, signal: SignalId) -> Option<Span> {
-    knowledge.signals()[signal].rate_hz.map(|rate| Span::from_seconds(1.0 / rate))
-}
-
-/// How long after an event a signal tells of it, at the latest.
-fn lateness(knowledge: &KnowledgeBase, signal: SignalId) -> Span {
-    period(knowledge, signal).unwrap_or(Span::ZERO) + knowledge.signals()[signal].delay
-}
-
-/// The program of a way with its memory and the sources of its inputs, and its longest window.
-fn computed(knowledge: &KnowledgeBase, way: &Way, trigger: Option<SignalId>) -> Option<(Body, Span)> {
-    let (program, inputs) = program(knowledge, way, trigger)?;
-    let rate_hz = trigger.and_then(|signal| knowledge.signals()[signal].rate_hz).unwrap_or(USUAL_RATE_HZ);
-    let state = program.new_state(0, rate_hz);
-    let window = program.longest_window();
-    let wrapping = wrapping(knowledge, way, &inputs);
-    Some((Body::Computed { program, state, inputs, wrapping }, window))
-}
-
-/// The inputs that wrap; none where something is remembered of inputs, which must go on without a step then.
-fn wrapping(knowledge: &KnowledgeBase, way: &Way, inputs: &[Source]) -> Vec<Wrapping> {
-    let is_stateful = |step: &crate::substitution::Step| {
-        let relation = &knowledge.relations()[step.relation];
-        let formulas = relation.formula(step.output).into_iter().chain(&relation.condition);
-        formulas.into_iter().any(crate::expression::Formula::is_stateful)
-    };
-    if way.substitution.steps.iter().any(is_stateful) {
-        return Vec::new();
-    }
-    let wraps = |(at, source): (usize, &Source)| {
-        let Source::Signal(input) = source else { return None };
-        let variable = &knowledge.variables()[knowledge.signals()[input.signal].variable];
-        let symbol = knowledge.signals()[input.signal].variable.symbol();
-        let is_asked = way.substitution.steps.iter().any(|step| {
-            let relation = &knowledge.relations()[step.relation];
-            let mut formulas = relation.formula(step.output).into_iter().chain(&relation.condition);
-            formulas.any(|formula| formula.compares(symbol))
-        });
-        Some(Wrapping { at, turn: variable.wraps?, begins: variable.turn_begins(), is_asked })
-    };
-    inputs.iter().enumerate().filter_map(wraps).collect()
-}
-
-/// Brings inputs that wrap into one turn: conditions read them as they are shown, and differences and means of two are those
-/// of the shorter way round. False where a condition asks what is not known.
-#[inline]
-fn bring_back(values: &mut [Value<'_, Interval>], wrapping: &[Wrapping]) -> bool {
-    let mut first: Option<(f64, Interval)> = None;
-    for Wrapping { at, turn, begins, is_asked } in wrapping {
-        let Some(Value::Scalar(value)) = values.get_mut(*at) else { continue };
-        *value = match first {
-            Some((same, beside)) if same == *turn => circle::nearest(*value, beside, *turn),
-            _ => circle::brought_back(*value, *begins, *turn),
-        };
-        if *is_asked {
-            *value = circle::brought_back(*value, *begins, *turn);
-            if value.lo() < *begins || value.hi() >= begins + turn {
-                return false;
-            }
-        }
-        first = first.or(Some((*turn, *value)));
-    }
-    true
-}
-
-/// The program of a way with the sources of its inputs.
-fn program(
-    knowledge: &KnowledgeBase,
-    way: &Way,
-    trigger: Option<SignalId>,
-) -> Option<(Program, Vec<Source>)> {
-    let steps = &way.substitution.steps;
-    let assignment = |step: &crate::substitution::Step| {
-        let relation = &knowledge.relations()[step.relation];
-        Some(Assignment {
-            symbol: step.output.symbol(),
-            formula: relation.formula(step.output)?,
-            condition: relation.condition.as_ref(),
-        })
-    };
-    let assignments = steps.iter().map(assignment).collect::<Option<Vec<_>>>()?;
-    let program = Program::compile(&assignments).ok()?;
-    let source = |input: &crate::expression::Input| source(knowledge, (way, trigger), input);
-    let inputs = program.inputs().iter().map(source).collect::<Option<Vec<_>>>()?;
-    Some((program, inputs))
-}
-
-/// Vectors are as long as their observations: room is made when the first ones come, and whenever they are longer.
-fn make_room(state: &mut State<Interval>, values: &[Value<'_, Interval>]) {
-    let length = |value: &Value<'_, Interval>| match value {
-        Value::Vector(elements) => elements.len(),
-        Value::Scalar(_) => 0,
-    };
-    state.make_room(values.iter().map(length).max().unwrap_or(0));
-}
-
-fn source(
-    knowledge: &KnowledgeBase,
-    (way, trigger): (&Way, Option<SignalId>),
-    input: &crate::expression::Input,
-) -> Option<Source> {
-    if input.kind == InputKind::Previous {
-        return (input.symbol == way.substitution.sink.symbol()).then_some(Source::Last);
-    }
-    let at = way.substitution.sources.iter().position(|source| source.symbol() == input.symbol)?;
-    match (way.signals.get(at)?, way.substitution.sources.get(at)?) {
-        (Some(signal), _) => Some(Source::Signal(Input::new(knowledge, *signal, trigger))),
-        (None, variable) => knowledge.variables()[*variable].constant.map(Source::Constant),
     }
 }

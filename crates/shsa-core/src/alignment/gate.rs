@@ -15,7 +15,8 @@
 //! then next to nothing, while they were measured a period apart. So no time between two readings counts as less than a
 //! period of the signal.
 
-use super::history::{Jump, Sample};
+use super::history::Sample;
+use super::reception::Jump;
 use crate::circle;
 use crate::interval::Interval;
 use crate::knowledge::Signal;

@@ -7,6 +7,7 @@
 //! order, invalid, out of range, too fast, the same for too long), and counts. [`Clocks`] know which stamps are wrong.
 
 mod clock;
+mod reception;
 mod history;
 mod about;
 mod gate;
@@ -14,5 +15,6 @@ mod port;
 
 pub use about::Known;
 pub use clock::{Clocks, Misdated};
-pub use history::{Acceptance, Defect, History, Jump, Reach, Reading, Sample};
-pub use port::{Counts, LONGEST_VECTOR, Port, Reception};
+pub use history::{History, Reach, Reading, Sample};
+pub use port::{LONGEST_VECTOR, Port};
+pub use reception::{Acceptance, Counts, Defect, Jump, Reception};

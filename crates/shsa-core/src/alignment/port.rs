@@ -3,7 +3,8 @@
 use super::about::Known;
 use super::clock::Misdated;
 use super::gate::Gate;
-use super::history::{Acceptance, Defect, History, Reach, Reading, Sample};
+use super::history::{History, Reach, Reading, Sample};
+use super::reception::{Acceptance, Counts, Defect, Reception};
 use crate::circle;
 use crate::interval::Interval;
 use crate::knowledge::{Shape, Signal};
@@ -19,94 +20,6 @@ pub const LONGEST_VECTOR: usize = 1 << 19;
 
 /// How many vectors of a signal are kept.
 const VECTORS: usize = 4;
-
-/// What became of the observations of a signal.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Taken in.
-    pub accepted: u64,
-    /// Taken in although a newer one was there.
-    pub reordered: u64,
-    /// Dropped: the same had come before.
-    pub duplicates: u64,
-    /// Dropped: too old, or stamped in the future.
-    pub dropped: u64,
-    /// Refused, without a value: not-a-number, infinite, of the wrong shape.
-    pub invalid: u64,
-    /// Refused: not a possible value.
-    pub out_of_range: u64,
-    /// Refused: could not have followed the one before it.
-    pub too_fast: u64,
-    /// Received longer after their time stamps than the signal may take, whatever became of them.
-    pub late: u64,
-    /// With a time stamp before those of an earlier moment of reception, whatever became of them.
-    pub out_of_order: u64,
-}
-
-/// The counts of several runs together.
-impl core::ops::AddAssign for Counts {
-    fn add_assign(&mut self, other: Counts) {
-        let Counts {
-            accepted,
-            reordered,
-            duplicates,
-            dropped,
-            invalid,
-            out_of_range,
-            too_fast,
-            late,
-            out_of_order,
-        } = other;
-        self.accepted += accepted;
-        self.reordered += reordered;
-        self.duplicates += duplicates;
-        self.dropped += dropped;
-        self.invalid += invalid;
-        self.out_of_range += out_of_range;
-        self.too_fast += too_fast;
-        self.late += late;
-        self.out_of_order += out_of_order;
-    }
-}
-
-/// What a port says about an observation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reception {
-    /// What became of it.
-    pub acceptance: Acceptance,
-    /// When it was true.
-    pub validity: Validity,
-    /// Time from the stamp to the reception, where that is longer than it may be.
-    pub late: Option<Span>,
-    /// By how much the stamp went back from those of the last moment of reception, where it certainly did.
-    pub back: Option<Span>,
-    /// Since when the readings have been exactly the same, where that is longer than they may.
-    pub still: Option<Span>,
-    /// What is wrong with its stamp.
-    pub misdated: Option<Misdated>,
-}
-
-impl Reception {
-    /// Of an observation that is dropped, for no fault of its own.
-    fn dropped(validity: Validity) -> Reception {
-        let acceptance = Acceptance::Dropped;
-        Reception { acceptance, validity, late: None, back: None, still: None, misdated: None }
-    }
-
-    /// Whether nothing is wrong with the reading in itself.
-    #[must_use]
-    pub fn is_sound(&self) -> bool {
-        let refused = matches!(
-            self.acceptance,
-            Acceptance::Invalid(_) | Acceptance::OutOfRange(_) | Acceptance::TooFast(_)
-        );
-        !refused
-            && self.late.is_none()
-            && self.back.is_none()
-            && self.still.is_none()
-            && self.misdated.is_none()
-    }
-}
 
 /// One vector with the time in which it was true.
 #[derive(Clone, Debug)]
@@ -429,27 +342,6 @@ impl Port {
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.counts
-    }
-}
-
-impl Counts {
-    #[inline(never)]
-    fn add(&mut self, acceptance: Acceptance, is_late: bool, is_back: bool) {
-        let count = match acceptance {
-            Acceptance::Newest => &mut self.accepted,
-            Acceptance::Reordered => {
-                self.reordered += 1;
-                &mut self.accepted
-            }
-            Acceptance::Duplicate => &mut self.duplicates,
-            Acceptance::Dropped => &mut self.dropped,
-            Acceptance::Invalid(_) => &mut self.invalid,
-            Acceptance::OutOfRange(_) => &mut self.out_of_range,
-            Acceptance::TooFast(_) => &mut self.too_fast,
-        };
-        *count += 1;
-        self.late += u64::from(is_late);
-        self.out_of_order += u64::from(is_back);
     }
 }
 

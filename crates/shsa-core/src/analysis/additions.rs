@@ -197,7 +197,7 @@ fn addition(
     let isolable = |faults: &Faults| signals().map(|s| faults.isolable_among(s, end)).sum::<usize>();
     let newly = |&signal: &SignalId| faults.is_detectable(signal) && !survey.faults.is_detectable(signal);
     let (substitutable, survives) =
-        losses_with(knowledge, &larger, (&graph, &basis), survey, candidate, budget);
+        losses_with(knowledge, &larger, &graph, &basis, survey, candidate, budget);
     Addition {
         candidate,
         detectable: signals().filter(newly).collect(),
@@ -242,7 +242,8 @@ fn faults_with(
 fn losses_with(
     knowledge: &KnowledgeBase,
     larger: &KnowledgeBase,
-    (graph, basis): (&Graph, &Basis),
+    graph: &Graph,
+    basis: &Basis,
     survey: &Survey,
     candidate: Candidate,
     budget: &mut Budget,

@@ -2,108 +2,23 @@
 
 use alloc::format;
 use alloc::string::{String, ToString};
-use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
 use core::ops::Range;
 
 use super::affine::Weight;
 use super::builtin;
-use super::formula::{Formula, MAX_LEVELS, MAX_NODES, Shape, whole_power};
+use super::formula::{Formula, MAX_LEVELS, MAX_NODES, Shape};
 use super::measure::{self, Measure, Misfit, PLAIN};
-use super::operation::{Binary, Comparison, Constant, Operation, Unary};
+use super::operation::{Constant, Operation};
 use super::parser::MAX_DEPTH;
-use super::problem::{Problem, Severity};
+use super::problem::Problem;
 use super::simplify::simplified;
-use super::syntax::{Equation, Expr, Function, Infix, Node, Prefix};
-use super::{Kind, Scope, Symbol};
+use super::syntax::{Expr, Function, Node};
+use super::{Kind, Scope};
 use crate::interval::Interval;
 use crate::time::Span;
 use crate::unit::{Dimension, Unit, nearest};
-
-/// A formula with all that is to be said about it.
-#[derive(Clone, Debug)]
-pub struct Checked {
-    /// The formula, simplified; `None` when there is an error.
-    pub formula: Option<Formula>,
-    /// The dimension of its value; `None` when it is not known, or when it fits every unit (a literal 0).
-    pub dimension: Option<Dimension>,
-    /// Every error and warning, in the order of the text.
-    pub problems: Vec<Problem>,
-}
-
-/// An equation with all that is to be said about it.
-#[derive(Clone, Debug)]
-pub struct CheckedEquation {
-    /// Both sides, simplified; `None` when there is an error.
-    pub sides: Option<(Formula, Formula)>,
-    /// The dimension of both sides; `None` when it is not known.
-    pub dimension: Option<Dimension>,
-    /// Whether both sides are temperatures on a scale with a zero of its own, of which a share has no meaning.
-    pub is_affine: bool,
-    /// Every error and warning, in the order of the text.
-    pub problems: Vec<Problem>,
-}
-
-/// Checks a formula.
-///
-/// Time: linear in the formula with the model's functions written out, which is bounded by [`MAX_NODES`].
-#[must_use]
-pub fn check(expression: &Expr, scope: &dyn Scope) -> Checked {
-    let mut checker = Checker::new(scope);
-    let typed = checker.resolve(expression);
-    if let Some(typed) = &typed {
-        checker.want_proper(typed, expression);
-    }
-    let problems = checker.finish();
-    let dimension = typed.as_ref().and_then(|typed| typed.measure.dimension());
-    let formula = typed.filter(|_| !has_error(&problems)).map(|typed| simplified(typed.formula));
-    Checked { formula, dimension, problems }
-}
-
-/// Checks an equation: both sides, and that they can be equal.
-///
-/// Time: as [`check`].
-#[must_use]
-pub fn check_equation(equation: &Equation, scope: &dyn Scope) -> CheckedEquation {
-    let mut checker = Checker::new(scope);
-    let span = equation.lhs.span.start..equation.rhs.span.end;
-    let sides = checker.resolve(&equation.lhs).zip(checker.resolve(&equation.rhs));
-    let measure = sides
-        .as_ref()
-        .and_then(|(lhs, rhs)| checker.equal(&span, (lhs, &equation.lhs), (rhs, &equation.rhs)));
-    let is_affine =
-        sides.as_ref().is_some_and(|(lhs, rhs)| lhs.weight == Weight::POINT || rhs.weight == Weight::POINT);
-    let problems = checker.finish();
-    let sides = sides.filter(|_| !has_error(&problems));
-    let sides = sides.map(|(lhs, rhs)| (simplified(lhs.formula), simplified(rhs.formula)));
-    CheckedEquation { sides, dimension: measure.and_then(Measure::dimension), is_affine, problems }
-}
-
-/// Checks a function of the model by itself, with parameters of unknown unit, once as numbers and once as vectors.
-///
-/// Returns the problems of the better try; those with the arguments' own units show where it is called.
-#[must_use]
-pub fn check_function(function: &Function, scope: &dyn Scope) -> Vec<Problem> {
-    let with = |shape| {
-        let mut checker = Checker::new(scope);
-        let parameter = Typed::of(Formula::symbol(Symbol(u32::MAX), shape), Measure::Unknown);
-        let parameters = function.parameters.iter().map(|name| (name.clone(), parameter.clone())).collect();
-        checker.calls.push(Call { function: function.name.clone(), place: None, parameters });
-        checker.resolve(&function.body);
-        checker.finish()
-    };
-    let as_numbers = with(Shape::Scalar);
-    if !has_error(&as_numbers) {
-        return as_numbers;
-    }
-    let as_vectors = with(Shape::Vector);
-    if has_error(&as_vectors) { as_numbers } else { as_vectors }
-}
-
-fn has_error(problems: &[Problem]) -> bool {
-    problems.iter().any(|problem| problem.severity == Severity::Error)
-}
 
 #[derive(Clone)]
 pub(super) struct Typed {
@@ -113,7 +28,7 @@ pub(super) struct Typed {
 }
 
 impl Typed {
-    fn of(formula: Formula, measure: Measure) -> Typed {
+    pub(super) fn of(formula: Formula, measure: Measure) -> Typed {
         Typed { formula, measure, weight: Weight::of(measure) }
     }
 
@@ -122,32 +37,39 @@ impl Typed {
     }
 }
 
+/// An operand that is checked, and where it stands.
+#[derive(Clone, Copy)]
+pub(super) struct Operand<'o> {
+    pub(super) typed: &'o Typed,
+    pub(super) at: &'o Expr,
+}
+
 /// A function of the model that is being written out.
-struct Call {
-    function: String,
+pub(super) struct Call {
+    pub(super) function: String,
     /// Where it is called in the outermost text; `None` when the body itself is that text.
-    place: Option<Range<usize>>,
-    parameters: Vec<(String, Typed)>,
+    pub(super) place: Option<Range<usize>>,
+    pub(super) parameters: Vec<(String, Typed)>,
 }
 
 /// What all functions written out may cost in visited and copied nodes.
 const MAX_WORK: usize = 10 * MAX_NODES;
 
 pub(super) struct Checker<'a> {
-    scope: &'a dyn Scope,
+    pub(super) scope: &'a dyn Scope,
     problems: Vec<Problem>,
-    calls: Vec<Call>,
+    pub(super) calls: Vec<Call>,
     depth: usize,
     work: usize,
     is_exhausted: bool,
 }
 
 impl<'a> Checker<'a> {
-    fn new(scope: &'a dyn Scope) -> Checker<'a> {
+    pub(super) fn new(scope: &'a dyn Scope) -> Checker<'a> {
         Checker { scope, problems: Vec::new(), calls: Vec::new(), depth: 0, work: 0, is_exhausted: false }
     }
 
-    fn finish(self) -> Vec<Problem> {
+    pub(super) fn finish(self) -> Vec<Problem> {
         let mut problems: Vec<Problem> = Vec::new();
         for problem in self.problems {
             if !problems.contains(&problem) {
@@ -169,7 +91,7 @@ impl<'a> Checker<'a> {
         });
     }
 
-    fn error(
+    pub(super) fn error(
         &mut self,
         span: &Range<usize>,
         message: impl Into<String>,
@@ -295,7 +217,7 @@ impl<'a> Checker<'a> {
         Some(Typed::of(formula, measure))
     }
 
-    fn parameter(&self, name: &str) -> Option<Typed> {
+    pub(super) fn parameter(&self, name: &str) -> Option<Typed> {
         let call = self.calls.last()?;
         call.parameters.iter().find(|(parameter, _)| parameter == name).map(|(_, typed)| typed.clone())
     }
@@ -328,156 +250,6 @@ impl<'a> Checker<'a> {
         None
     }
 
-    fn prefix(&mut self, span: &Range<usize>, prefix: Prefix, of: &Expr) -> Option<Typed> {
-        match prefix {
-            Prefix::Minus => {
-                let of = self.numeric("`-`", of)?;
-                let made = self.made(span, Formula::unary(Unary::Neg, of.formula), of.measure)?;
-                Some(made.weighing(of.weight.times(-1.0)))
-            }
-            Prefix::Not => {
-                let of = self.truth("`not`", of)?;
-                self.made(span, Formula::node(Operation::Not, vec![of.formula]), Measure::Unknown)
-            }
-        }
-    }
-
-    fn infix(&mut self, span: &Range<usize>, infix: Infix, left: &Expr, right: &Expr) -> Option<Typed> {
-        let what = format!("`{}`", infix.symbol());
-        match infix {
-            Infix::And | Infix::Or => {
-                let both = self.truth(&what, left).zip(self.truth(&what, right));
-                let operation = if infix == Infix::And { Operation::And } else { Operation::Or };
-                both.and_then(|(left, right)| {
-                    self.made(
-                        span,
-                        Formula::node(operation, vec![left.formula, right.formula]),
-                        Measure::Unknown,
-                    )
-                })
-            }
-            Infix::Add | Infix::Subtract | Infix::Multiply | Infix::Divide => {
-                let (own, other) = self.both(&what, left, right, Checker::numeric)?;
-                let weight = self.combined(infix, (&own, left), (&other, right));
-                let made = self.arithmetic(span, infix, own, other)?;
-                let weight = weight.filter(|_| made.measure != Measure::Unknown);
-                let weight = weight.unwrap_or_else(|| Weight::of(made.measure));
-                Some(made.weighing(weight))
-            }
-            Infix::Power => {
-                let (base, exponent) = self.both(&what, left, right, Checker::numeric)?;
-                self.power(span, base, exponent, left, right)
-            }
-            _ => self.comparison(span, infix, left, right),
-        }
-    }
-
-    /// Both sides checked by `how`, so that the problems of both are found.
-    pub(super) fn both(
-        &mut self,
-        what: &str,
-        left: &Expr,
-        right: &Expr,
-        how: fn(&mut Checker<'a>, &str, &Expr) -> Option<Typed>,
-    ) -> Option<(Typed, Typed)> {
-        let left = how(self, what, left);
-        let right = how(self, what, right);
-        left.zip(right)
-    }
-
-    fn arithmetic(&mut self, span: &Range<usize>, infix: Infix, left: Typed, right: Typed) -> Option<Typed> {
-        let (binary, measure) = match infix {
-            Infix::Multiply => (Binary::Mul, left.measure.combine(right.measure, Dimension::times)),
-            Infix::Divide => (Binary::Div, left.measure.combine(right.measure, Dimension::over)),
-            Infix::Add => (Binary::Add, Ok(self.common(span, "+", left.measure, right.measure))),
-            _ => (Binary::Sub, Ok(self.common(span, "-", left.measure, right.measure))),
-        };
-        let measure = self.noted(span, measure);
-        self.made(span, Formula::binary(binary, left.formula, right.formula), measure)
-    }
-
-    fn power(
-        &mut self,
-        span: &Range<usize>,
-        base: Typed,
-        exponent: Typed,
-        left: &Expr,
-        right: &Expr,
-    ) -> Option<Typed> {
-        self.expect("an exponent", &exponent, Dimension::PLAIN, right);
-        let constant = simplified(exponent.formula.clone())
-            .as_constant()
-            .filter(|constant| constant.is_certain() || constant.is(0.0));
-        let Some(Constant { value, .. }) = constant else {
-            self.expect("the base of a power with a variable exponent", &base, Dimension::PLAIN, left);
-            return self.made(span, Formula::binary(Binary::Pow, base.formula, exponent.formula), PLAIN);
-        };
-        if value == 1.0 {
-            return Some(base);
-        }
-        self.want_difference("`^`", &base, left);
-        if libm::round(value) == value && value.abs() <= 1e9 {
-            let measure = self.noted(span, base.measure.power(value as i32, 1));
-            return self.made(span, whole_power(base.formula, value as i32), measure);
-        }
-        let measure = match as_ratio(value) {
-            Some((over, under)) => base.measure.power(over, under),
-            None if base.measure == PLAIN => Ok(PLAIN),
-            None => Ok(Measure::Unknown),
-        };
-        let measure = self.noted(span, measure);
-        let formula = if value == 0.5 {
-            Formula::unary(Unary::Sqrt, base.formula)
-        } else {
-            Formula::binary(Binary::Pow, base.formula, exponent.formula)
-        };
-        self.made(span, formula, measure)
-    }
-
-    fn comparison(&mut self, span: &Range<usize>, infix: Infix, left: &Expr, right: &Expr) -> Option<Typed> {
-        let what = format!("`{}`", infix.symbol());
-        let bare = is_bare(left) || is_bare(right);
-        let places = (left, right);
-        let (left, right) = self.both(&what, left, right, Checker::scalar)?;
-        match bare.then(|| measure::bare_limit(left.measure, right.measure)).flatten() {
-            Some(misfit) => self.note(span, Some(misfit)),
-            None => {
-                self.common(span, infix.symbol(), left.measure, right.measure);
-                self.same_zero(span, infix.symbol(), (&left, places.0), (&right, places.1));
-            }
-        }
-        let (left, right) = (left.formula, right.formula);
-        let formula = match infix {
-            Infix::Less => Formula::compare(Comparison::Less, left, right),
-            Infix::AtMost => Formula::compare(Comparison::AtMost, left, right),
-            Infix::Greater => Formula::compare(Comparison::Less, right, left),
-            Infix::AtLeast => Formula::compare(Comparison::AtMost, right, left),
-            Infix::Unequal => {
-                Formula::node(Operation::Not, vec![Formula::compare(Comparison::Equal, left, right)])
-            }
-            _ => Formula::compare(Comparison::Equal, left, right),
-        };
-        self.made(span, formula, Measure::Unknown)
-    }
-
-    fn equal(
-        &mut self,
-        span: &Range<usize>,
-        (lhs, left_at): (&Typed, &Expr),
-        (rhs, right_at): (&Typed, &Expr),
-    ) -> Option<Measure> {
-        let (left, right) = (lhs.formula.shape(), rhs.formula.shape());
-        if left != right || left == Shape::Truth {
-            let message =
-                format!("the left side is {}, the right side {}", described(left), described(right));
-            self.error(span, message, "both sides of an equation are numbers, or both are vectors");
-            return None;
-        }
-        let measure = self.common(span, "=", lhs.measure, rhs.measure);
-        self.same_zero(span, "=", (lhs, left_at), (rhs, right_at));
-        Some(measure)
-    }
-
     fn call(&mut self, span: &Range<usize>, name: &str, arguments: &[Expr]) -> Option<Typed> {
         if let Some((_, function, least, most, usage)) =
             builtin::FUNCTIONS.iter().find(|(known, ..)| *known == name)
@@ -492,22 +264,6 @@ impl<'a> Checker<'a> {
             Some(function) => self.written_out(span, function, arguments),
             None => self.unknown_function(span, name),
         }
-    }
-
-    fn unknown_function(&mut self, span: &Range<usize>, name: &str) -> Option<Typed> {
-        if self.scope.symbol(name).is_some()
-            || self.parameter(name).is_some()
-            || builtin::WORDS.contains(&name)
-        {
-            return self.error(span, format!("`{name}` is no function"), "a product is written `*`");
-        }
-        let known =
-            builtin::FUNCTIONS.iter().map(|(function, ..)| *function).chain(self.scope.function_names());
-        let near = nearest(name, known).map(ToString::to_string);
-        let place = span.start..span.start + name.len();
-        let problem = Problem::error(place, format!("the function `{name}` is not defined"));
-        self.report(problem.with_nearest(near.as_deref()));
-        None
     }
 
     /// A function of the model with its arguments in the places of the parameters.
@@ -595,27 +351,10 @@ impl<'a> Checker<'a> {
     }
 }
 
-/// The number as a quotient with a small divisor, when it is one.
-fn as_ratio(value: f64) -> Option<(i32, i32)> {
-    let is_whole = |value: f64| (libm::round(value) - value).abs() < 1e-9 && value.abs() < 1000.0;
-    (1..=12)
-        .find(|under| is_whole(value * f64::from(*under)))
-        .map(|under| (libm::round(value * f64::from(under)) as i32, under))
-}
-
-fn described(shape: Shape) -> &'static str {
+pub(super) fn described(shape: Shape) -> &'static str {
     match shape {
         Shape::Scalar => "a number",
         Shape::Vector => "a vector",
         Shape::Truth => "true or false",
-    }
-}
-
-/// Whether it is a number written without a unit.
-fn is_bare(expression: &Expr) -> bool {
-    match &expression.node {
-        Node::Number(_, unit) => unit.is_none(),
-        Node::Prefix(Prefix::Minus, of) => is_bare(of),
-        _ => false,
     }
 }

@@ -1,21 +1,22 @@
 //! Checks the functions of the language: their arguments' shapes and units, and what they make of them.
 
 use alloc::format;
+use alloc::string::ToString;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::LN_10;
 use core::ops::Range;
 
 use super::affine::Weight;
-use super::builtin::Builtin;
-use super::check::{Checker, Typed};
+use super::builtin::{self, Builtin};
+use super::check::{Checker, Operand, Typed};
 use super::formula::{Formula, whole_power};
 use super::measure::{ANGLE, Measure, PLAIN};
 use super::operation::{Binary, Constant, Operation, Reduction, Unary};
 use super::problem::Problem;
 use super::syntax::{Expr, Node, Prefix};
 use crate::interval::Interval;
-use crate::unit::Dimension;
+use crate::unit::{Dimension, nearest};
 
 impl<'a> Checker<'a> {
     pub(super) fn builtin(
@@ -121,11 +122,11 @@ impl<'a> Checker<'a> {
 
     fn select(&mut self, span: &Range<usize>, condition: &Expr, then: &Expr, other: &Expr) -> Option<Typed> {
         let condition = self.truth("`if`", condition);
-        let places = (then, other);
-        let (then, other) = self.both("`if`", then, other, Checker::scalar)?;
-        let measure = self.common(span, "if", then.measure, other.measure);
-        let weight = self.same_zero(span, "if", (&then, places.0), (&other, places.1));
-        let arguments = vec![condition?.formula, then.formula, other.formula];
+        let (one, two) = self.both("`if`", then, other, Checker::scalar)?;
+        let measure = self.common(span, "if", one.measure, two.measure);
+        let operands = (Operand { typed: &one, at: then }, Operand { typed: &two, at: other });
+        let weight = self.same_zero(span, "if", operands.0, operands.1);
+        let arguments = vec![condition?.formula, one.formula, two.formula];
         Some(self.made(span, Formula::node(Operation::Select, arguments), measure)?.weighing(weight))
     }
 
@@ -219,8 +220,9 @@ impl<'a> Checker<'a> {
         let places = (lo, hi);
         let lo = self.constant("`interval`", lo);
         let ((lo, own), (hi, other)) = lo.zip(self.constant("`interval`", hi))?;
+        let (one, two) = (Operand { typed: &own, at: places.0 }, Operand { typed: &other, at: places.1 });
         let measure = self.common(span, "interval", own.measure, other.measure);
-        let weight = self.same_zero(span, "interval", (&own, places.0), (&other, places.1));
+        let weight = self.same_zero(span, "interval", one, two);
         let bounds = Interval::new(lo.bounds.lo(), hi.bounds.hi());
         if bounds.is_empty() {
             self.report(Problem::error(span.clone(), "the first bound of this interval is above the second"));
@@ -239,7 +241,12 @@ impl<'a> Checker<'a> {
         for (bound, at) in [(&lo.1, least), (&hi.1, greatest)] {
             let Some(bound) = bound else { continue };
             measure = self.common(span, "within", measure, bound.measure);
-            weight = self.same_zero(span, "within", (&value, of), (bound, at));
+            weight = self.same_zero(
+                span,
+                "within",
+                Operand { typed: &value, at: of },
+                Operand { typed: bound, at },
+            );
         }
         let bounds = Interval::new(lo.0, hi.0);
         if bounds.is_empty() {
@@ -299,6 +306,22 @@ impl<'a> Checker<'a> {
         };
         let made = self.made(span, Formula::node(operation, vec![typed.formula]), measure)?;
         Some(if function == Builtin::Derivative { made } else { made.weighing(weight) })
+    }
+
+    pub(super) fn unknown_function(&mut self, span: &Range<usize>, name: &str) -> Option<Typed> {
+        if self.scope.symbol(name).is_some()
+            || self.parameter(name).is_some()
+            || builtin::WORDS.contains(&name)
+        {
+            return self.error(span, format!("`{name}` is no function"), "a product is written `*`");
+        }
+        let known =
+            builtin::FUNCTIONS.iter().map(|(function, ..)| *function).chain(self.scope.function_names());
+        let near = nearest(name, known).map(ToString::to_string);
+        let place = span.start..span.start + name.len();
+        let problem = Problem::error(place, format!("the function `{name}` is not defined"));
+        self.report(problem.with_nearest(near.as_deref()));
+        None
     }
 }
 

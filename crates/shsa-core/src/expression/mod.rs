@@ -43,17 +43,19 @@ mod measure;
 mod affine;
 mod check;
 mod check_call;
-mod check_affine;
+mod check_operator;
+mod checked;
 mod solve;
 mod program;
 mod compile;
 mod history;
+mod registers;
 mod evaluate;
 
 use alloc::vec::Vec;
 
 pub use builtin::{WORDS, functions, is_reserved};
-pub use check::{Checked, CheckedEquation, check, check_equation, check_function};
+pub use checked::{Checked, CheckedEquation, check, check_equation, check_function};
 pub use evaluate::{Outcome, State, Value};
 pub use formula::{Formula, MAX_LEVELS, MAX_NODES, Shape};
 pub use number::Number;

@@ -10,7 +10,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use super::check::check_equation;
+use super::checked::check_equation;
 use super::formula::{Formula, Shape, whole_power};
 use super::number::Number;
 use super::operation::{Binary, Constant, Operation, Reduction, Unary};

@@ -3,17 +3,18 @@
 //! What is given twice must say the same: other blanks, other digits (`1.0` and `1`) and other units of the same amount
 //! are no difference. Only a variable may be described in pieces: what one part leaves open, another one may say.
 
+mod fields;
+
 use super::change::{Section, function_name};
-use super::draft::{
-    BodyDraft, Bounds, Draft, NeedDraft, Place, PropertyDrafts, RelationDraft, SignalDraft, Text,
-    UtilityDraft, VariableDraft,
-};
-use crate::expression::parse_quantity;
-use crate::unit::Unit;
+use super::draft::{BodyDraft, Draft, NeedDraft, Place, Text, UtilityDraft, VariableDraft};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
+use fields::{
+    Clash, Fields, constant_fields, different, function_fields, need_fields, relation_fields, signal_fields,
+    utility_fields, variable_fields,
+};
 
 /// Two parts that say different things about one name.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -228,7 +229,7 @@ impl Ledger {
             };
             let Some(known) = whole.get(at) else { continue };
             let clashes = different(&fields(known), &fields(element), |_, _| true);
-            self.note(section, (name(known), text), &clashes);
+            self.note(section, name(known), text, &clashes);
         }
     }
 
@@ -243,7 +244,7 @@ impl Ledger {
                 continue;
             };
             let clashes = different(&need_fields(known), &need_fields(need), |_, _| true);
-            self.note(Section::Needs, (&known.variable, &need.variable), &clashes);
+            self.note(Section::Needs, &known.variable, &need.variable, &clashes);
         }
     }
 
@@ -251,7 +252,7 @@ impl Ledger {
     fn merge(&mut self, known: &mut VariableDraft, other: &VariableDraft) {
         let both_speak = |one: &str, other: &str| !one.is_empty() && !other.is_empty();
         let clashes = different(&variable_fields(known), &variable_fields(other), both_speak);
-        self.note(Section::Variables, (&known.name, &other.name), &clashes);
+        self.note(Section::Variables, &known.name, &other.name, &clashes);
         let VariableDraft { unit, shape, range, max_rate, wraps, properties, .. } = other.clone();
         known.unit = known.unit.take().or(unit);
         known.shape = known.shape.take().or(shape);
@@ -271,7 +272,7 @@ impl Ledger {
         }
     }
 
-    fn note(&mut self, section: Section, (known, other): (&Text, &Text), clashes: &[Clash]) {
+    fn note(&mut self, section: Section, known: &Text, other: &Text, clashes: &[Clash]) {
         if clashes.is_empty() {
             return;
         }
@@ -287,177 +288,8 @@ fn told(clashes: &[Clash]) -> String {
     clashes.iter().map(clash).collect::<Vec<_>>().join("; ")
 }
 
-/// A key, and what is said under it earlier and later.
-type Clash = (&'static str, String, String);
-
-/// Keys whose words mean something else.
-fn different(one: &Fields, other: &Fields, counts: impl Fn(&str, &str) -> bool) -> Vec<Clash> {
-    let pairs = one.iter().zip(other);
-    pairs
-        .filter(|((key, one), (_, other))| counts(one, other) && meaning(key, one) != meaning(key, other))
-        .map(|((key, one), (_, other))| (*key, one.clone(), other.clone()))
-        .collect()
-}
-
-/// What is said about an element: the key and the words, empty where nothing is.
-type Fields = Vec<(&'static str, String)>;
-
-/// Words without what makes no difference: blanks, and how numbers and units are written.
-fn meaning(key: &str, words: &str) -> String {
-    let one = |word: &str| {
-        let word = word.trim();
-        if key == "unit"
-            && let Ok(unit) = Unit::parse(word)
-        {
-            return format!("{:?} {} {}", unit.dimension, unit.scale, unit.offset);
-        }
-        match parse_quantity(word) {
-            Ok(read) => match read.unit {
-                Some(unit) => format!("{} {:?}", unit.to_si(read.value), unit.dimension),
-                None => format!("{}", read.value),
-            },
-            Err(_) => word.split_whitespace().collect(),
-        }
-    };
-    words.split(',').map(one).collect::<Vec<_>>().join(",")
-}
-
-fn words(text: Option<&Text>) -> String {
-    text.map_or_else(String::new, |text| text.text.clone())
-}
-
-fn bounds(bounds: Option<&Bounds>) -> String {
-    match bounds {
-        None => String::new(),
-        Some(Bounds::One(text)) => text.text.clone(),
-        Some(Bounds::Two(lo, hi)) => format!("{}, {}", lo.text, hi.text),
-    }
-}
-
-/// Names in alphabetical order.
-fn list<'t>(names: impl IntoIterator<Item = &'t Text>) -> String {
-    let mut names: Vec<&str> = names.into_iter().map(|name| name.text.as_str()).collect();
-    names.sort_unstable();
-    names.join(", ")
-}
-
-fn numbers(properties: &PropertyDrafts) -> String {
-    let mut numbers: Vec<String> = properties
-        .iter()
-        .map(|(name, value)| format!("{}: {}", name.text, meaning("", &value.text)))
-        .collect();
-    numbers.sort_unstable();
-    numbers.join(", ")
-}
-
-fn range(range: Option<&(Text, Text)>) -> String {
-    range.map_or_else(String::new, |(lo, hi)| format!("{}, {}", lo.text, hi.text))
-}
-
-fn variable_fields(draft: &VariableDraft) -> Fields {
-    [
-        ("unit", words(draft.unit.as_ref())),
-        ("shape", words(draft.shape.as_ref())),
-        ("range", range(draft.range.as_ref())),
-        ("max_rate", words(draft.max_rate.as_ref())),
-        ("wraps", words(draft.wraps.as_ref())),
-        ("properties", numbers(&draft.properties)),
-    ]
-    .into()
-}
-
 fn place(draft: &UtilityDraft) -> Place {
     match draft {
         UtilityDraft::Named(text) | UtilityDraft::Own { at: text, .. } => text.place,
     }
-}
-
-fn utility_fields(draft: &UtilityDraft) -> Fields {
-    let none = PropertyDrafts::new();
-    let (name, aggregate, relation, signal, way, defaults) = match draft {
-        UtilityDraft::Named(name) => (Some(name), None, None, None, None, &none),
-        UtilityDraft::Own { aggregate, relation, signal, way, defaults, .. } => {
-            (None, aggregate.as_ref(), relation.as_ref(), signal.as_ref(), way.as_ref(), defaults)
-        }
-    };
-    [
-        ("utility", words(name)),
-        ("aggregate", words(aggregate)),
-        ("relation", words(relation)),
-        ("signal", words(signal)),
-        ("way", words(way)),
-        ("defaults", numbers(defaults)),
-    ]
-    .into()
-}
-
-fn constant_fields((_, value): &(Text, Bounds)) -> Fields {
-    [("value", bounds(Some(value)))].into()
-}
-
-fn function_fields((head, body): &(Text, Text)) -> Fields {
-    [("head", head.text.clone()), ("formula", body.text.clone())].into()
-}
-
-fn relation_fields(draft: &RelationDraft) -> Fields {
-    let (equation, outputs, inputs) = match &draft.body {
-        BodyDraft::Equation(text) => (text.text.clone(), String::new(), String::new()),
-        BodyDraft::Structure { outputs, inputs } => (String::new(), list(outputs), list(inputs)),
-    };
-    [
-        ("equation", equation),
-        ("outputs", outputs),
-        ("inputs", inputs),
-        ("for", list(draft.directions.iter().flatten())),
-        ("when", words(draft.condition.as_ref())),
-        ("error", bounds(draft.error.as_ref())),
-        ("properties", numbers(&draft.properties)),
-    ]
-    .into()
-}
-
-fn signal_fields(draft: &SignalDraft) -> Fields {
-    [
-        ("variable", words(draft.variable.as_ref())),
-        ("source", words(draft.source.as_ref())),
-        ("unit", words(draft.unit.as_ref())),
-        ("scale", words(draft.scale.as_ref())),
-        ("offset", words(draft.offset.as_ref())),
-        ("rate", words(draft.rate.as_ref())),
-        ("value_error", bounds(draft.value_error.as_ref())),
-        ("noise", words(draft.noise.as_ref())),
-        ("time_error", bounds(draft.time_error.as_ref())),
-        ("delay", words(draft.delay.as_ref())),
-        ("mean_over", words(draft.mean_over.as_ref())),
-        ("timeout", words(draft.timeout.as_ref())),
-        ("range", range(draft.range.as_ref())),
-        ("max_rate", words(draft.max_rate.as_ref())),
-        ("max_delay", words(draft.max_delay.as_ref())),
-        ("frozen_after", words(draft.frozen_after.as_ref())),
-        ("derived_from", list(&draft.derived_from)),
-        ("shares", shares(&draft.shares)),
-        ("properties", numbers(&draft.properties)),
-    ]
-    .into()
-}
-
-fn shares(causes: &[(Text, Option<Text>)]) -> String {
-    causes.iter().map(|(cause, prior)| format!("{}: {}; ", cause.text, words(prior.as_ref()))).collect()
-}
-
-fn need_fields(draft: &NeedDraft) -> Fields {
-    [
-        ("signal", words(draft.signal.as_ref())),
-        ("max_age", words(draft.max_age.as_ref())),
-        ("max_width", words(draft.max_width.as_ref())),
-        ("integrity", words(draft.integrity.as_ref())),
-        ("min_rate", words(draft.min_rate.as_ref())),
-        ("when_unsure", words(draft.when_unsure.as_ref())),
-        ("hold", words(draft.hold.as_ref())),
-        ("probation", words(draft.probation.as_ref())),
-        ("blend", words(draft.blend.as_ref())),
-        ("hysteresis", words(draft.hysteresis.as_ref())),
-        ("isolation", words(draft.isolation.as_ref())),
-    ]
-    .into()
 }

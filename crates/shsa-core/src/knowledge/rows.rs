@@ -44,11 +44,32 @@ impl<I: Id, T: Id> Rows<I, T> {
 }
 
 impl<I: Id, T> Rows<I, T> {
+    /// Appends the list of the next id.
+    pub(crate) fn push(&mut self, items: impl Iterator<Item = T>) {
+        self.items.extend(items);
+        self.starts.push(self.items.len() as u32);
+    }
+
     /// The list of an id; empty for an id of another kind of rows.
     pub(crate) fn row(&self, id: I) -> &[T] {
-        let start = self.starts.get(id.index()).map_or(0, |&start| start as usize);
-        let end = self.starts.get(id.index() + 1).map_or(start, |&end| end as usize);
-        self.items.get(start..end).unwrap_or_default()
+        self.between(self.bounds(id))
+    }
+
+    /// Where the list of an id begins and ends.
+    pub(crate) fn bounds(&self, id: I) -> (u32, u32) {
+        let start = self.starts.get(id.index()).copied().unwrap_or_default();
+        (start, self.starts.get(id.index() + 1).copied().unwrap_or(start))
+    }
+
+    /// The list between two bounds.
+    pub(crate) fn between(&self, (start, end): (u32, u32)) -> &[T] {
+        self.items.get(start as usize..end as usize).unwrap_or_default()
+    }
+
+    /// The list of an id, to change its items.
+    pub(crate) fn row_mut(&mut self, id: I) -> &mut [T] {
+        let (start, end) = self.bounds(id);
+        self.items.get_mut(start as usize..end as usize).unwrap_or_default()
     }
 }
 

@@ -4,13 +4,18 @@
 //! ratings of a substitution. The aggregates can only get worse as relations are added, provided that every rating
 //! lies in the aggregate's range, which [`Utility::check`] proves with intervals: only then are the searches right.
 
-use super::ids::{RelationId, SignalId, VariableId};
+mod check;
+
+pub(super) use check::out_of_range;
+pub use check::{Element, UtilityProblem};
+use check::{SLACK, described};
+
+use super::ids::SignalId;
 use super::{ACCURACY, COST, KnowledgeBase, Properties, Signal};
 use crate::expression::{Number, Program, Value};
 use crate::interval::Interval;
 use crate::time::{Time, Validity};
 use alloc::boxed::Box;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -335,203 +340,5 @@ fn norm(cost: f64, inputs: &Inputs) -> f64 {
     (few_inputs + 0.5 / cost + few_unprovided + 0.5 * inputs.accuracy) / 1.4
 }
 
-/// By how much a rating may leave its range through rounding.
-const SLACK: f64 = 1e-9;
-
-/// A rating that would let the utility rise with more relations, or that has no value.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct UtilityProblem {
-    /// Where.
-    pub element: Element,
-    /// What is wrong.
-    pub message: String,
-    /// What to do.
-    pub help: String,
-}
-
-/// An element of a knowledge base that has properties.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Element {
-    /// A variable.
-    Variable(VariableId),
-    /// A relation.
-    Relation(RelationId),
-    /// A signal.
-    Signal(SignalId),
-}
-
-impl Utility {
-    /// Everything for which more relations could raise the utility, whichever signals are available. Complexity:
-    /// O(model).
-    ///
-    /// The searches refuse a knowledge base with such problems.
-    #[must_use]
-    pub fn check(&self, knowledge: &KnowledgeBase) -> Vec<UtilityProblem> {
-        let variables = knowledge.variables().ids().map(Element::Variable);
-        let carriers = knowledge.signals().ids().map(Element::Signal);
-        let accuracies = variables.chain(carriers).filter_map(|element| inaccurate(knowledge, element));
-        let relations = knowledge.relations().ids().filter_map(|id| self.check_relation(knowledge, id));
-        let signals = knowledge.signals().ids().filter_map(|id| self.check_signal(knowledge, id));
-        accuracies.chain(relations).chain(signals).collect()
-    }
-
-    /// What [`Utility::check`] says about one element.
-    #[must_use]
-    pub fn check_element(&self, knowledge: &KnowledgeBase, element: Element) -> Option<UtilityProblem> {
-        match element {
-            Element::Variable(_) => inaccurate(knowledge, element),
-            Element::Relation(id) => self.check_relation(knowledge, id),
-            Element::Signal(id) => {
-                inaccurate(knowledge, element).or_else(|| self.check_signal(knowledge, id))
-            }
-        }
-    }
-
-    /// The first problem after a property of one element has changed, where there was none before. Complexity: that of the
-    /// element with the norm; else O(model), as formulas of relations may read the accuracy of their inputs.
-    pub(super) fn check_after(&self, knowledge: &KnowledgeBase, element: Element) -> Option<UtilityProblem> {
-        match (self, element) {
-            (Utility::Norm, _) | (_, Element::Relation(_)) => self.check_element(knowledge, element),
-            (Utility::Own(_), _) => self.check(knowledge).into_iter().next(),
-        }
-    }
-
-    fn check_relation(&self, knowledge: &KnowledgeBase, id: RelationId) -> Option<UtilityProblem> {
-        let relation = &knowledge.relations()[id];
-        let wrong = |message, help: &str| {
-            Some(UtilityProblem { element: Element::Relation(id), message, help: help.into() })
-        };
-        let own = match self {
-            Utility::Norm => {
-                let cost = property(&relation.properties, COST, Some(1.0));
-                let message = || format!("the cost {cost} of relation `{}` is below 1", relation.name);
-                return if cost >= 1.0 { None } else { wrong(message(), "a cost is at least 1") };
-            }
-            Utility::Own(own) => own,
-        };
-        let rating = own.relation.as_ref()?;
-        let missing = |(name, otherwise): &(&str, Option<f64>)| {
-            otherwise.is_none() && !relation.properties.contains_key(name)
-        };
-        if let Some((name, _)) = rating.properties().find(missing) {
-            let message = format!("relation `{}` has no `{name}`, which the utility reads", relation.name);
-            return wrong(message, "give it one, or name a value for all without it under `defaults`");
-        }
-        let properties = self.properties_of(&relation.properties);
-        let outputs = relation.outputs.iter();
-        let outside = |&output: &VariableId| {
-            let inputs: Vec<VariableId> = relation.needs(output).collect();
-            outside(own.aggregate, rating, &properties, &inputs, knowledge)
-        };
-        let value = outputs.filter_map(outside).next()?;
-        let message = format!("the utility of relation `{}` may be {value}", relation.name);
-        wrong(message, out_of_range(own.aggregate))
-    }
-
-    fn check_signal(&self, knowledge: &KnowledgeBase, id: SignalId) -> Option<UtilityProblem> {
-        let aggregate = self.aggregate();
-        let signal = &knowledge.signals()[id];
-        let value = self.of_signal(signal);
-        if aggregate.range().contains(value) {
-            return None;
-        }
-        let message = match value.is_nan() {
-            true => format!("the utility of signal `{}` has no value", signal.name),
-            false => format!("the utility of signal `{}` is {value}", signal.name),
-        };
-        let help = match value.is_nan() {
-            true => "give it every property that the formula reads, or name values under `defaults`",
-            false => out_of_range(aggregate),
-        };
-        Some(UtilityProblem { element: Element::Signal(id), message, help: help.into() })
-    }
-}
-
-pub(super) fn out_of_range(aggregate: Aggregate) -> &'static str {
-    match aggregate {
-        Aggregate::Sum => "costs lie between 0 and 1e9, so that no relation makes a substitution better",
-        _ => {
-            "it must lie between 0 and 1 whichever inputs are provided, so that no relation makes a substitution better"
-        }
-    }
-}
-
-/// What the rating of a relation may be that it must not, over all numbers of provided inputs.
-fn outside(
-    aggregate: Aggregate,
-    rating: &Rating,
-    properties: &[f64],
-    inputs: &[VariableId],
-    knowledge: &KnowledgeBase,
-) -> Option<String> {
-    let count = Interval::point(inputs.len() as f64);
-    let accuracy = inputs.iter().fold(Interval::point(1.0), |all, &input| all * accuracies(knowledge, input));
-    let range = aggregate.range();
-    let rate = |unprovided, accuracy| {
-        let value = rating.of_relation(properties, &Inputs { count, unprovided, accuracy }, Interval::point);
-        let is_right =
-            !value.is_empty() && value.lo() >= range.lo() - SLACK && value.hi() <= range.hi() + SLACK;
-        (!is_right).then_some(value)
-    };
-    // Bounds pass over where a formula has no value, as a root of what may be negative, so its points are asked, too.
-    let accuracies = [accuracy, Interval::point(accuracy.lo()), Interval::point(accuracy.hi())];
-    let most = if rating.facts.contains(&Fact::Unprovided) { inputs.len() } else { 0 };
-    let numbers = (0..=most).map(|unprovided| Interval::point(unprovided as f64));
-    let mut cases = numbers.flat_map(|unprovided| accuracies.map(|accuracy| (unprovided, accuracy)));
-    cases.find_map(|(unprovided, accuracy)| rate(unprovided, accuracy)).map(described)
-}
-
-fn described(value: Interval) -> String {
-    match value {
-        _ if value.is_empty() => "without a value".into(),
-        _ if value.hi() - value.lo() < SLACK => format!("{}", value.midpoint()),
-        _ => format!("{} to {}", value.lo(), value.hi()),
-    }
-}
-
-/// What the accuracy of an input may count, whichever of its signals are available.
-fn accuracies(knowledge: &KnowledgeBase, variable: VariableId) -> Interval {
-    let of_signal = |&signal: &SignalId| knowledge.signals()[signal].properties.get(ACCURACY).copied();
-    match knowledge.variables()[variable].properties.get(ACCURACY) {
-        Some(&own) => Interval::point(own),
-        None => {
-            let signals = knowledge.carriers(variable).iter().filter_map(of_signal);
-            signals.fold(Interval::point(1.0), |all, accuracy| all.hull(Interval::point(accuracy)))
-        }
-    }
-}
-
-/// An accuracy that is no share: a product of them could rise.
-fn inaccurate(knowledge: &KnowledgeBase, element: Element) -> Option<UtilityProblem> {
-    let (name, properties) = match element {
-        Element::Variable(id) => (&knowledge.variables()[id].name, &knowledge.variables()[id].properties),
-        Element::Signal(id) => (&knowledge.signals()[id].name, &knowledge.signals()[id].properties),
-        Element::Relation(_) => return None,
-    };
-    let accuracy = properties.get(ACCURACY).copied()?;
-    (!(0.0..=1.0).contains(&accuracy)).then(|| {
-        let message = format!("the accuracy {accuracy} of `{name}` is outside 0 to 1");
-        UtilityProblem { element, message, help: String::from("an accuracy is a share") }
-    })
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[track_caller]
-    fn check_norm(count: u32, unprovided: u32, cost: f64, accuracy: f64, expected: f64) {
-        let inputs = Inputs { count: f64::from(count), unprovided: f64::from(unprovided), accuracy };
-        let value = Utility::Norm.of_relation(&[cost], &inputs);
-        assert!((value - expected).abs() < 1e-12, "{value}");
-    }
-
-    #[test]
-    fn norm_as_in_the_thesis() {
-        check_norm(1, 0, 1.0, 1.0, 1.0);
-        check_norm(0, 0, 1.0, 1.0, 1.0);
-        check_norm(2, 1, 1.0, 1.0, 1.2 / 1.4);
-        check_norm(3, 0, 2.0, 0.5, 0.7 / 1.4);
-        check_norm(1, 0, f64::INFINITY, 0.0, 0.4 / 1.4);
-    }
-}
+mod tests;

@@ -7,19 +7,20 @@
 //! with shared variables the best substitution is NP-hard to find (it is the delete relaxation of planning:
 //! Bylander 1994, doi:10.1016/0004-3702(94)90081-7), hence the limits.
 
+mod open;
+
+pub(super) use open::{Open, Progress};
+
 use super::decisions::Decisions;
-use super::frontier::{Frontier, StateId};
 use super::graph::{Graph, Options, View};
 use super::greedy;
 use super::limits::{Limits, StopReason};
 use super::requirements::{Paths, Requirements};
 use super::scratch::{Held, Scratch};
-use super::subproblem::{ChoiceId, Place, Rules, Subproblem};
-use super::utility::Weight;
-use crate::knowledge::{KnowledgeBase, RelationId, VariableId};
+use super::subproblem::{Rules, Subproblem};
+use crate::knowledge::{KnowledgeBase, VariableId};
 use crate::substitution::Substitution;
 use alloc::boxed::Box;
-use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
 /// A search that gives one substitution after another, best first.
@@ -46,20 +47,6 @@ pub struct BestFirst<'a> {
     kept: usize,
     /// The utility of the answer that was read off.
     rated: Option<f64>,
-}
-
-/// Where the search stands.
-#[derive(Debug)]
-pub(super) struct Open {
-    decisions: Decisions,
-    frontier: Frontier,
-    expanded: u64,
-    pruned: u64,
-    /// Sets of relations that were given and could appear again with other outputs.
-    given: BTreeSet<Vec<RelationId>>,
-    /// The states that the decisions led through, from depth 1 on.
-    line: Vec<StateId>,
-    path: Vec<StateId>,
 }
 
 impl<'a> BestFirst<'a> {
@@ -311,113 +298,6 @@ impl<'a> BestFirst<'a> {
         match decisions.next() {
             Some(_) => paths.allow(self.root, &steps),
             None => paths.admit(&self.graph.substitution(self.root, steps)),
-        }
-    }
-}
-
-/// What taking an open state came to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Progress {
-    /// The decisions made give a substitution.
-    Answer,
-    /// Something was decided, or dropped.
-    Decision,
-    /// Nothing is open.
-    End,
-}
-
-impl Open {
-    fn new(subproblem: &Subproblem) -> Open {
-        let decisions = Decisions::new(subproblem);
-        let frontier = Frontier::new(decisions.bound());
-        Open {
-            decisions,
-            frontier,
-            expanded: 0,
-            pruned: 0,
-            given: BTreeSet::new(),
-            line: Vec::new(),
-            path: Vec::new(),
-        }
-    }
-
-    /// How many decisions were taken.
-    pub(super) fn expanded(&self) -> u64 {
-        self.expanded
-    }
-
-    /// How many partial substitutions are kept.
-    pub(super) fn states(&self) -> usize {
-        self.frontier.len()
-    }
-
-    /// How many partial substitutions are open.
-    pub(super) fn count(&self) -> usize {
-        self.frontier.open_count()
-    }
-
-    /// No open one weighs less; `None` when nothing is open.
-    pub(super) fn bound(&self) -> Option<Weight> {
-        self.frontier.open_bound()
-    }
-
-    /// The weight of what it stands at, and the decisions that lead there.
-    pub(super) fn standing(&self) -> (Weight, Vec<ChoiceId>) {
-        (self.decisions.bound(), self.decisions.decisions())
-    }
-
-    /// The limit that is reached while something is open.
-    fn limit(&self, limits: Limits, kept: usize) -> Option<StopReason> {
-        self.frontier.open_bound()?;
-        if self.expanded >= limits.expansions {
-            return Some(StopReason::LimitExpansions);
-        }
-        (self.frontier.len() + kept >= limits.states).then_some(StopReason::LimitStates)
-    }
-
-    /// Whether the substitution of the decisions made was not given before, with other outputs.
-    fn is_new(&mut self, subproblem: &Subproblem) -> bool {
-        self.decisions.ambiguous_relations(subproblem).is_none_or(|relations| self.given.insert(relations))
-    }
-
-    /// Takes back and makes decisions until they lead to a state, over the last state that both have in common; how many decisions more than one are
-    /// taken for it.
-    fn go_to(&mut self, subproblem: &Subproblem, target: StateId) -> u64 {
-        let mut state = target;
-        loop {
-            let depth = self.frontier.depth(state);
-            if depth == 0 || self.line.get(depth - 1) == Some(&state) {
-                self.back_to(subproblem, depth);
-                break;
-            }
-            self.path.push(state);
-            state = self.frontier.last(state).1;
-        }
-        let again = self.path.len().saturating_sub(1) as u64;
-        while let Some(state) = self.path.pop() {
-            self.decisions.take(subproblem, self.frontier.last(state).0);
-            self.line.push(state);
-        }
-        again
-    }
-
-    fn back_to(&mut self, subproblem: &Subproblem, depth: usize) {
-        while self.line.len() > depth {
-            self.decisions.back(subproblem);
-            self.line.pop();
-        }
-    }
-
-    /// Opens a state for each way of deciding the next place.
-    fn expand(&mut self, subproblem: &Subproblem, state: StateId, place: Place) {
-        self.decisions.look_up_from(subproblem, place);
-        for choice in subproblem.choices(place).rev() {
-            if !self.decisions.closes_cycle(subproblem, choice) {
-                let bound = self.decisions.bound_after(subproblem, place, choice);
-                if !bound.is_impossible() {
-                    self.frontier.push(state, choice, bound);
-                }
-            }
         }
     }
 }

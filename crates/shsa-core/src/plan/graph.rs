@@ -8,53 +8,10 @@ pub use appraisal::Appraisal;
 
 use super::utility::{Scale, Weight};
 use crate::knowledge::{
-    ACCURACY, Id, IdVec, Inputs, KnowledgeBase, RelationId, SignalId, Utility, VariableId,
+    ACCURACY, IdVec, Inputs, KnowledgeBase, RelationId, Rows, SignalId, Utility, VariableId,
 };
 use crate::substitution::{Step, Substitution};
 use alloc::vec::Vec;
-use core::marker::PhantomData;
-
-/// Lists of different lengths in one vector, one list an id.
-#[derive(Clone, Debug)]
-pub(super) struct Rows<I, T> {
-    starts: Vec<u32>,
-    items: Vec<T>,
-    kind: PhantomData<I>,
-}
-
-impl<I: Id, T> Rows<I, T> {
-    pub(super) fn new() -> Self {
-        Rows { starts: Vec::from([0]), items: Vec::new(), kind: PhantomData }
-    }
-
-    /// Appends the list of the next id.
-    pub(super) fn push(&mut self, items: impl Iterator<Item = T>) {
-        self.items.extend(items);
-        self.starts.push(self.items.len() as u32);
-    }
-
-    /// The list of an id; empty for an id of another graph.
-    pub(super) fn row(&self, id: I) -> &[T] {
-        self.between(self.bounds(id))
-    }
-
-    /// Where the list of an id begins and ends.
-    fn bounds(&self, id: I) -> (u32, u32) {
-        let start = self.starts.get(id.index()).copied().unwrap_or_default();
-        (start, self.starts.get(id.index() + 1).copied().unwrap_or(start))
-    }
-
-    /// The list between two bounds.
-    fn between(&self, (start, end): (u32, u32)) -> &[T] {
-        self.items.get(start as usize..end as usize).unwrap_or_default()
-    }
-
-    /// The list of an id, to change its items.
-    fn row_mut(&mut self, id: I) -> &mut [T] {
-        let (start, end) = self.bounds(id);
-        self.items.get_mut(start as usize..end as usize).unwrap_or_default()
-    }
-}
 
 /// What the searches know about a variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,11 +91,11 @@ impl Graph {
             variables: IdVec::new(),
             provided: IdVec::new(),
             relations: IdVec::new(),
-            properties: Rows::new(),
+            properties: Rows::default(),
             carried: IdVec::new(),
-            carriers: Rows::new(),
-            producers: Rows::new(),
-            inputs: Rows::new(),
+            carriers: Rows::default(),
+            producers: Rows::default(),
+            inputs: Rows::default(),
             readers: update::readers(knowledge),
         };
         graph.add_variables(knowledge);
@@ -222,7 +179,7 @@ impl Graph {
     }
 
     fn add_producers(&mut self, knowledge: &KnowledgeBase) {
-        let mut all = Rows::new();
+        let mut all = Rows::default();
         for variable in knowledge.variables().ids() {
             // A relation that names an output twice stands there twice, side by side.
             let mut last = None;

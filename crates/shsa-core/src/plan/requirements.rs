@@ -6,19 +6,22 @@
 //! its undecided places count with the least that any of their choices could have. A partial substitution whose bound
 //! is beyond the requirement is dropped with everything that would follow from it.
 
+mod shortfall;
+mod cost;
+mod paths;
+
+pub(super) use paths::Paths;
+pub use shortfall::Shortfall;
+
 use super::graph::Options;
-use super::subproblem::{ChoiceId, Place, Subproblem};
-use crate::expression::{Binary, Formula, Operation, Symbol, Unary};
 use crate::knowledge::{
-    INTEGRITY, INTEGRITY_LEVELS, Id, KnowledgeBase, Need, Properties, RelationId, SignalId, SignalSet,
-    VariableId, integrity_level,
+    INTEGRITY, KnowledgeBase, Need, Properties, RelationId, SignalId, SignalSet, VariableId, integrity_level,
 };
-use crate::substitution::{Step, Substitution, Way};
+use crate::substitution::{Substitution, Way};
 use crate::time::Span;
 use alloc::collections::BTreeMap;
-use alloc::format;
-use alloc::string::String;
 use alloc::vec::Vec;
+use cost::Cost;
 
 /// What a substitution must meet; by default anything does.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,69 +42,6 @@ pub struct Requirements {
     pub integrity: Option<f64>,
     /// It must share no signal with these, nor rest on one that is derived from the same: the suspects.
     pub independent_of: Vec<SignalId>,
-}
-
-/// Why a substitution is no answer.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Shortfall {
-    /// Forbidden, or not available; no other signal carries the variable.
-    Signal(VariableId),
-    /// Forbidden.
-    Relation(RelationId),
-    /// No usable signal of a variable is as fast: the fastest, and what was asked.
-    Rate(VariableId, f64, f64),
-    /// No usable signal of a variable has the level: the highest, and what was asked.
-    SignalIntegrity(VariableId, f64, f64),
-    /// A relation does not have the level: its own, and what was asked.
-    RelationIntegrity(RelationId, f64, f64),
-    /// All signals of a variable share something with a suspect.
-    Shared(VariableId, SignalId),
-    /// The age of what it rests on, and the largest that was asked.
-    Latency(Span, Span),
-    /// The time between two of its values, and the longest that was asked.
-    Period(Span, Span),
-    /// The least width of its values, and the largest that was asked, SI.
-    Width(f64, f64),
-}
-
-impl Shortfall {
-    /// In words, with names, SI units.
-    #[must_use]
-    pub fn describe(&self, knowledge: &KnowledgeBase) -> String {
-        let variable = |id: &VariableId| knowledge.variables()[*id].name.as_str();
-        let relation = |id: &RelationId| knowledge.relations()[*id].name.as_str();
-        match self {
-            Shortfall::Signal(id) => format!("no signal of {} may be used", variable(id)),
-            Shortfall::Relation(id) => format!("{} may not be used", relation(id)),
-            Shortfall::Rate(id, rate, least) => {
-                format!("signals of {} come {rate} times a second, not {least}", variable(id))
-            }
-            Shortfall::SignalIntegrity(id, own, least) => {
-                format!("signals of {} have integrity {}, not {}", variable(id), letter(*own), letter(*least))
-            }
-            Shortfall::RelationIntegrity(id, own, least) => {
-                format!("{} has integrity {}, not {}", relation(id), letter(*own), letter(*least))
-            }
-            Shortfall::Shared(id, signal) => {
-                let signal = &knowledge.signals()[*signal].name;
-                format!(
-                    "{} is known only by {signal}, which is not independent of the suspects",
-                    variable(id)
-                )
-            }
-            Shortfall::Latency(own, most) => {
-                format!("it rests on values {} s old, more than {} s", own.seconds(), most.seconds())
-            }
-            Shortfall::Period(own, most) => {
-                format!("its values come every {} s, and may be {} s old", own.seconds(), most.seconds())
-            }
-            Shortfall::Width(own, most) => format!("its values are at least {own} wide, more than {most}"),
-        }
-    }
-}
-
-fn letter(level: f64) -> &'static str {
-    INTEGRITY_LEVELS.iter().rev().find(|(_, least)| level >= *least).map_or("none", |(name, _)| *name)
 }
 
 impl Requirements {
@@ -346,179 +286,4 @@ fn usable<'a>(
         .copied()
         .filter(|signal| knowledge.is_available(*signal))
         .filter(allowed)
-}
-
-/// What adds up from the sources to the sink, at least.
-#[derive(Clone, Copy, Debug)]
-struct Cost {
-    latency: Span,
-    /// SI.
-    width: f64,
-    /// That of the fastest signal; without end of constants.
-    period: Span,
-}
-
-impl Cost {
-    const NONE: Cost = Cost { latency: Span::ZERO, width: 0.0, period: Span::ZERO };
-    const MAX: Cost = Cost { latency: Span::MAX, width: f64::INFINITY, period: Span::MAX };
-
-    /// What a complete substitution costs, from what its sources do.
-    fn along(
-        knowledge: &KnowledgeBase,
-        substitution: &Substitution,
-        source: impl Fn(VariableId) -> Cost,
-    ) -> Cost {
-        let source = |&variable: &VariableId| (variable, source(variable));
-        let mut known: BTreeMap<VariableId, Cost> = substitution.sources.iter().map(source).collect();
-        for step in &substitution.steps {
-            let of = |input| known.get(&input).copied().unwrap_or(Cost::NONE);
-            known.insert(step.output, Cost::of_step(knowledge, *step, of));
-        }
-        known.get(&substitution.sink).copied().unwrap_or(Cost::NONE)
-    }
-
-    /// Of the best signals of a provided variable; a constant has the width of its bounds.
-    fn of_source(
-        knowledge: &KnowledgeBase,
-        variable: VariableId,
-        signals: impl Iterator<Item = SignalId>,
-    ) -> Cost {
-        if let Some(constant) = knowledge.variables()[variable].constant {
-            return Cost { latency: Span::ZERO, width: constant.width(), period: Span::MAX };
-        }
-        signals.map(|signal| &knowledge.signals()[signal]).fold(Cost::MAX, |least, signal| {
-            let width = signal.value_error.hi - signal.value_error.lo;
-            let period = signal.rate_hz.map_or(Span::ZERO, |rate| Span::from_seconds(1.0 / rate));
-            least.least(Cost { latency: signal.delay, width, period })
-        })
-    }
-
-    fn of_step(knowledge: &KnowledgeBase, step: Step, of: impl Fn(VariableId) -> Cost) -> Cost {
-        let relation = &knowledge.relations()[step.relation];
-        let latency = relation.needs(step.output).map(|input| of(input).latency).max().unwrap_or_default();
-        let period = relation.needs(step.output).map(|input| of(input).period).min().unwrap_or(Span::MAX);
-        let Some(formula) = relation.formula(step.output) else {
-            return Cost { latency, width: 0.0, period };
-        };
-        let width = |symbol: Symbol| of(VariableId::from_index(symbol.0 as usize)).width;
-        Cost { latency: latency + looks_back(formula), width: least_width(formula, &width), period }
-    }
-
-    fn least(self, other: Cost) -> Cost {
-        Cost {
-            latency: self.latency.min(other.latency),
-            width: self.width.min(other.width),
-            period: self.period.min(other.period),
-        }
-    }
-}
-
-/// The longest time that operators on a way to a leaf look back.
-fn looks_back(formula: &Formula) -> Span {
-    let below = formula.arguments().iter().map(looks_back).max().unwrap_or_default();
-    match formula.operation() {
-        Operation::Derivative(window) | Operation::Delay(window) | Operation::MovingMean(window) => {
-            below + window
-        }
-        _ => below,
-    }
-}
-
-/// The width that the interval evaluation of a formula has at least, from the widths of its variables.
-///
-/// Sums and differences add widths up, a constant factor scales them; whatever else may narrow them counts as
-/// nothing.
-fn least_width(formula: &Formula, width: &dyn Fn(Symbol) -> f64) -> f64 {
-    let argument =
-        |at: usize| formula.arguments().get(at).map_or(0.0, |argument| least_width(argument, width));
-    let factor = |at: usize| {
-        let constant = formula.arguments().get(at).and_then(Formula::as_constant);
-        constant.map_or(0.0, |constant| constant.bounds.mignitude())
-    };
-    match formula.operation() {
-        Operation::Constant(constant) => constant.bounds.width(),
-        Operation::Symbol(symbol) => width(symbol),
-        Operation::Unary(Unary::Neg) | Operation::Delay(_) => argument(0),
-        Operation::Binary(Binary::Add | Binary::Sub) => argument(0) + argument(1),
-        Operation::Binary(Binary::Mul) => (factor(0) * argument(1)).max(factor(1) * argument(0)),
-        Operation::Binary(Binary::Div) => {
-            let divisor = formula.arguments().get(1).and_then(Formula::as_constant);
-            divisor.map_or(0.0, |divisor| argument(0) / divisor.bounds.magnitude())
-        }
-        _ => 0.0,
-    }
-}
-
-/// How often lower bounds are carried on from the sources where places need each other in a circle.
-const ROUNDS: usize = 4;
-
-/// The requirements along substitutions, as one search checks them.
-#[derive(Debug)]
-pub(super) struct Paths<'a> {
-    knowledge: &'a KnowledgeBase,
-    options: Options,
-    requirements: Requirements,
-    /// What each variable of the scope costs at least, whatever is chosen.
-    least: BTreeMap<VariableId, Cost>,
-}
-
-impl<'a> Paths<'a> {
-    /// For a scope that was made with the same, narrowed options. Complexity: O(scope).
-    pub(super) fn new(
-        knowledge: &'a KnowledgeBase,
-        requirements: Requirements,
-        options: Options,
-        subproblem: &Subproblem,
-    ) -> Paths<'a> {
-        let mut paths = Paths { knowledge, options, requirements, least: BTreeMap::new() };
-        paths.least.extend(subproblem.places().map(|place| (subproblem.variable(place), Cost::NONE)));
-        // From below, so that the bounds are true after every round; of a tree one is enough.
-        for _ in 0..ROUNDS {
-            for place in subproblem.places().rev() {
-                let costs = subproblem.choices(place).map(|choice| paths.cost(subproblem, place, choice));
-                let least = costs.fold(Cost::MAX, Cost::least);
-                paths.least.insert(subproblem.variable(place), least);
-            }
-        }
-        paths
-    }
-
-    fn cost(&self, subproblem: &Subproblem, place: Place, choice: ChoiceId) -> Cost {
-        let output = subproblem.variable(place);
-        match subproblem.choice(choice).relation {
-            Some(relation) => {
-                Cost::of_step(self.knowledge, Step { relation, output }, |input| self.least(input))
-            }
-            None => self.source(output),
-        }
-    }
-
-    fn source(&self, variable: VariableId) -> Cost {
-        Cost::of_source(self.knowledge, variable, usable(self.knowledge, &self.options, variable))
-    }
-
-    fn least(&self, variable: VariableId) -> Cost {
-        self.least.get(&variable).copied().unwrap_or_else(|| self.source(variable))
-    }
-
-    /// Whether some completion of these steps, which are in their order of computation, may meet the requirements.
-    ///
-    /// Complexity: O(n log n) for n inputs of the steps.
-    pub(super) fn allow(&self, root: VariableId, steps: &[Step]) -> bool {
-        let mut known: BTreeMap<VariableId, Cost> = BTreeMap::new();
-        for step in steps {
-            let of = |input| known.get(&input).copied().unwrap_or_else(|| self.least(input));
-            known.insert(step.output, Cost::of_step(self.knowledge, *step, of));
-        }
-        let cost = known.get(&root).copied().unwrap_or_else(|| self.least(root));
-        self.requirements.allow(cost)
-    }
-
-    /// Whether a complete substitution meets the requirements.
-    pub(super) fn admit(&self, substitution: &Substitution) -> bool {
-        let Paths { knowledge, options, requirements, .. } = self;
-        let is_short = |way: &Way| !requirements.shortfalls_of_way(knowledge, way).is_empty();
-        requirements.allow(Cost::along(knowledge, substitution, |source| self.source(source)))
-            && !requirements.ways(knowledge, options, &SignalSet::new(), substitution).iter().all(is_short)
-    }
 }

@@ -32,10 +32,12 @@ mod matching;
 mod decomposition;
 mod redundant;
 mod search;
+mod sets;
 mod solving;
 
 pub use crate::knowledge::NEGLIGIBLE;
 pub use decomposition::{Decomposition, Part};
+pub use sets::Sets;
 pub use solving::Solving;
 
 use crate::knowledge::{Id, IdSet, IdVec, KnowledgeBase, Relation, RelationId, Signal, SignalId, VariableId};
@@ -43,7 +45,8 @@ use crate::plan::{Limits, StopReason};
 use alloc::vec::Vec;
 use matching::Incidence;
 use redundant::{Redundant, Row};
-use search::{Progress, Search};
+use search::Search;
+use sets::Found;
 
 /// An equation of a structure: relations in file order, then signals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -92,17 +95,6 @@ pub struct Structure {
     equations: IdVec<EquationId, Equation>,
     incidence: Incidence<EquationId, VariableId>,
     decomposition: Decomposition,
-}
-
-/// Sets of equations that a search has found.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Sets {
-    /// Each once; fewest equations first, then by file order.
-    pub sets: Vec<EquationSet>,
-    /// Why there are no more: with a limit, those that are here are right, but others are missing.
-    pub stop: StopReason,
-    /// How many edges were walked.
-    pub expanded: u64,
 }
 
 /// Which faults show, and which can be told apart, as far as the structure allows.
@@ -328,49 +320,6 @@ impl Structure {
 
     fn parts(&self) -> Vec<Redundant> {
         Redundant::parts(&self.incidence, &self.decomposition.over.equations)
-    }
-}
-
-/// Sets so far, and what may still be spent.
-struct Found {
-    limits: Limits,
-    sets: Vec<EquationSet>,
-    stop: StopReason,
-    expanded: u64,
-}
-
-impl Found {
-    fn new(limits: Limits) -> Self {
-        Found { limits, sets: Vec::new(), stop: StopReason::Complete, expanded: 0 }
-    }
-
-    /// Adds all sets of one connected part, unless a limit stops it.
-    fn gather(
-        &mut self,
-        search: &mut Search<'_>,
-        mut set: impl FnMut(&mut Search<'_>, Vec<Row>) -> EquationSet,
-    ) {
-        while self.stop == StopReason::Complete {
-            // What a set takes to keep counts, too: so the limit of expansions is one of memory.
-            match search.advance(self.limits.expansions.saturating_sub(self.expanded)) {
-                Progress::Done => break,
-                Progress::Limited => self.stop = StopReason::LimitExpansions,
-                Progress::Found(_) if self.sets.len() >= self.limits.states => {
-                    self.stop = StopReason::LimitStates;
-                }
-                Progress::Found(rows) => {
-                    let set = set(search, rows);
-                    self.expanded += set.iter().last().map_or(0, |last| last.index() as u64 / 8);
-                    self.sets.push(set);
-                }
-            }
-        }
-        self.expanded += search.visits();
-    }
-
-    fn finished(mut self) -> Sets {
-        self.sets.sort_by(|a, b| a.len().cmp(&b.len()).then_with(|| a.iter().cmp(b.iter())));
-        Sets { sets: self.sets, stop: self.stop, expanded: self.expanded }
     }
 }
 

@@ -1,8 +1,7 @@
 //! Keeping a graph up to date while numbers and availability change, without building it anew.
 
-use super::{Carrier, Graph, Rows, status};
-use crate::knowledge::{ACCURACY, Element, Id, KnowledgeBase, RelationId, SignalId, VariableId};
-use core::marker::PhantomData;
+use super::{Carrier, Graph, status};
+use crate::knowledge::{ACCURACY, Element, KnowledgeBase, RelationId, Rows, SignalId, VariableId};
 
 impl Graph {
     /// Takes over the properties, and the availability of signals, of what has `changed` in the knowledge base that the
@@ -99,23 +98,7 @@ impl Graph {
 
 /// The relations that read each variable, by counting. Complexity: O(model).
 pub(super) fn readers(knowledge: &KnowledgeBase) -> Rows<VariableId, RelationId> {
-    let mut starts = alloc::vec![0_u32; knowledge.variables().len() + 1];
-    for input in knowledge.relations().iter().flat_map(|relation| &relation.inputs) {
-        starts.get_mut(input.index()).into_iter().for_each(|start| *start += 1);
-    }
-    let mut end = 0;
-    for start in &mut starts {
-        end += *start;
-        *start = end;
-    }
-    let mut items = alloc::vec![RelationId::from_index(0); end as usize];
-    // From the back: where a list begins is known when its first reader is put in.
-    for (id, relation) in knowledge.relations().enumerate().rev() {
-        for input in &relation.inputs {
-            let Some(start) = starts.get_mut(input.index()) else { continue };
-            *start -= 1;
-            items.get_mut(*start as usize).into_iter().for_each(|item| *item = id);
-        }
-    }
-    Rows { starts, items, kind: PhantomData }
+    let relations = knowledge.relations().enumerate();
+    let read = relations.flat_map(|(id, relation)| relation.inputs.iter().map(move |&input| (input, id)));
+    Rows::grouped(knowledge.variables().len(), read)
 }

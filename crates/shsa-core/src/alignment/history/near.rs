@@ -1,0 +1,97 @@
+//! What is added up over samples: the mean over a stretch of time, and the hull of those nearest to a moment.
+
+use super::Sample;
+use crate::interval::Interval;
+use crate::time::{Span, Time, Validity};
+
+/// The integral over a stretch of time, from its end backwards: numbers of nanoseconds before that, and one division when all
+/// is summed, as this is what a mean costs.
+pub(super) struct Weighted {
+    stretch: Validity,
+    length: f64,
+    /// What comes after this is in the sums.
+    until: f64,
+    /// The value and the middle of the sample that was taken last, and when it began.
+    later: Interval,
+    centre: f64,
+    began: Time,
+    count: u32,
+    lo: f64,
+    hi: f64,
+}
+
+impl Weighted {
+    pub(super) fn new(stretch: Validity) -> Weighted {
+        let length = stretch.length().0 as f64;
+        let (later, began) = (Interval::EMPTY, Time::MAX);
+        Weighted { stretch, length, until: 0.0, later, centre: 0.0, began, count: 0, lo: 0.0, hi: 0.0 }
+    }
+
+    /// Takes the next older sample; whether one before it may be in the stretch, too.
+    #[inline]
+    pub(super) fn take(&mut self, sample: &Sample) -> bool {
+        let Validity { from, to } = sample.validity;
+        if to < self.stretch.from {
+            return false;
+        }
+        if from > self.stretch.to {
+            return true;
+        }
+        let end = self.stretch.to;
+        let centre = 0.5 * ((end - from).0 as f64 + (end - to).0 as f64);
+        if self.count > 0 {
+            // Each counts from halfway between its middle and that of the one before it.
+            self.add(0.5 * (self.centre + centre));
+        }
+        (self.later, self.centre, self.began) = (sample.value, centre, from);
+        self.count += 1;
+        true
+    }
+
+    /// Adds the value that was taken last, which counts from so long before the end.
+    #[inline]
+    fn add(&mut self, since: f64) {
+        let most = if since < self.length { since } else { self.length };
+        let since = if most > self.until { most } else { self.until };
+        let length = since - self.until;
+        self.lo += self.later.lo() * length;
+        self.hi += self.later.hi() * length;
+        self.until = since;
+    }
+
+    pub(super) fn result(mut self) -> Option<Interval> {
+        let is_whole = self.began <= self.stretch.from + Span(self.stretch.length().0 / 4);
+        if self.count < 2 || !is_whole || self.length <= 0.0 {
+            return None;
+        }
+        self.add(self.length);
+        Some(Interval::new(self.lo / self.length, self.hi / self.length))
+    }
+}
+
+/// A part of the way from one value to another.
+pub(super) fn between(one: Interval, other: Interval, share: f64) -> Interval {
+    let part = |one: f64, other: f64| one * (1.0 - share) + other * share;
+    Interval::new(part(one.lo(), other.lo()), part(one.hi(), other.hi()))
+}
+
+/// The hull of the samples that are nearest to a moment so far.
+pub(super) struct Nearest {
+    pub(super) moment: Validity,
+    pub(super) gap: Span,
+    pub(super) value: Interval,
+}
+
+impl Nearest {
+    /// Takes the next older sample; whether one before it may be as near.
+    #[inline]
+    pub(super) fn take(&mut self, sample: &Sample) -> bool {
+        let gap = sample.validity.gap(self.moment);
+        if gap < self.gap || self.value.is_empty() {
+            (self.gap, self.value) = (gap, sample.value);
+        } else if gap == self.gap {
+            self.value = self.value.hull(sample.value);
+        }
+        sample.validity.to >= self.moment.from
+    }
+}

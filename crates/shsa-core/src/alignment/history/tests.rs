@@ -1,0 +1,140 @@
+//! What a history says about a moment, and what its ring keeps.
+
+use super::*;
+use proptest::prelude::*;
+
+fn sample(from: i64, to: i64, value: f64) -> Sample {
+    Sample { validity: Validity { from: Time(from), to: Time(to) }, value: Interval::point(value) }
+}
+
+const REACH: Reach = Reach { max_rate: 0.0, max_gap: Span(10) };
+
+#[test]
+fn the_port_reads_the_nearest_value_and_its_uncertainty_grows() {
+    let mut history = History::new(4);
+    for time in [0, 10, 20] {
+        history.push(sample(time, time, time as f64));
+    }
+    let reach = Reach { max_rate: 1e9, max_gap: Span(5) };
+    let reading = history.at(Validity::at(Time(23)), reach).unwrap();
+    assert_eq!(reading.gap, Span(3));
+    assert!(reading.value.contains(17.0) && reading.value.contains(23.0) && !reading.value.contains(16.9));
+    assert_eq!(history.at(Validity::at(Time(26)), reach), None);
+    assert_eq!(history.at(Validity::at(Time(10)), reach).unwrap().value, Interval::point(10.0));
+    let between = history.at(Validity { from: Time(9), to: Time(21) }, reach).unwrap();
+    assert_eq!(between.value, Interval::new(10.0, 20.0));
+}
+
+#[test]
+fn late_and_duplicate_samples_are_accepted_or_dropped_by_rule() {
+    let mut history = History::new(3);
+    assert_eq!(history.push(sample(10, 10, 1.0)), Acceptance::Newest);
+    assert_eq!(history.push(sample(20, 20, 2.0)), Acceptance::Newest);
+    assert_eq!(history.push(sample(15, 15, 3.0)), Acceptance::Reordered);
+    assert_eq!(history.push(sample(20, 20, 2.0)), Acceptance::Duplicate);
+    assert_eq!(history.push(sample(5, 5, 9.0)), Acceptance::Dropped);
+    let values: std::vec::Vec<f64> = history.newest_first().map(|kept| kept.value.lo()).collect();
+    assert_eq!(values, [2.0, 3.0, 1.0]);
+    let nothing = Sample { value: Interval::EMPTY, ..sample(30, 30, 0.0) };
+    assert_eq!(history.push(nothing), Acceptance::Dropped);
+}
+
+#[test]
+fn in_a_mean_each_sample_counts_for_the_time_around_it() {
+    let mut history = History::new(8);
+    [0, 10, 20, 60, 70].into_iter().for_each(|time| {
+        history.push(sample(time, time, time as f64));
+    });
+    let mean = |from, to| history.mean_over(Validity { from: Time(from), to: Time(to) });
+    // 0 for 5, 10 for 10, 20 for 25, 60 for 25, 70 for 5.
+    let expected = (100.0 + 500.0 + 1500.0 + 350.0) / 70.0;
+    assert!((mean(0, 70).unwrap().lo() - expected).abs() < 1e-9);
+    // The last one stands for what has not come yet.
+    let expected = (60.0 * 5.0 + 70.0 * 35.0) / 40.0;
+    assert!((mean(60, 100).unwrap().hi() - expected).abs() < 1e-9);
+    assert_eq!(mean(15, 25), None);
+    assert_eq!(mean(20, 20), None);
+    // What began after more than a quarter says nothing about the whole.
+    assert!(mean(-23, 70).is_some());
+    assert_eq!(mean(-24, 70), None);
+}
+
+#[test]
+fn between_the_middles_of_two_means_a_value_is_in_proportion() {
+    let mut history = History::new(4);
+    let gap = Span(12);
+    assert_eq!(history.centred_at(Validity::at(Time(5)), Span::ZERO, gap), None);
+    [(0, 10, 1.0), (10, 20, 2.0), (50, 60, 4.0)].into_iter().for_each(|(from, to, value)| {
+        history.push(sample(from, to, value));
+    });
+    let at = |from, to| {
+        history
+            .centred_at(Validity { from: Time(from), to: Time(to) }, Span::ZERO, gap)
+            .map(|value| value.lo())
+    };
+    // Middles are 5, 15 and 55; only the middle of what is asked counts.
+    assert_eq!([at(55, 55), at(0, 90), at(0, 10), at(8, 12)], [Some(4.0), Some(3.5), Some(1.0), Some(1.5)]);
+    let unsure = history.centred_at(Validity::at(Time(15)), Span(10), gap).unwrap();
+    assert_eq!((unsure.lo(), unsure.hi()), (1.0, 2.5));
+    // Too far from any, and before all.
+    assert_eq!(
+        [at(25, 25), at(28, 28), at(67, 67), at(68, 68), at(4, 4)],
+        [Some(2.5), None, Some(4.0), None, None]
+    );
+}
+
+proptest! {
+    /// A mean lies within what its samples say, and that of what never changes is exact but for rounding.
+    #[test]
+    fn means_lie_within_their_samples(
+        samples in proptest::collection::vec((0i64..40, 0i64..12, -3i32..3), 1..8), from in -5i64..60, length in 1i64..40,
+    ) {
+        let mut history = History::new(6);
+        for (from, length, value) in samples {
+            history.push(sample(from, from + length, f64::from(value)));
+        }
+        let stretch = Validity { from: Time(from), to: Time(from + length) };
+        let inside: std::vec::Vec<f64> = history.overlapping(stretch).map(|sample| sample.value.lo()).collect();
+        let mean = history.mean_over(stretch);
+        prop_assert!(mean.is_none() || inside.len() >= 2);
+        if let Some(value) = history.centred_at(stretch, Span(3), Span(20)) {
+            prop_assert!(value.lo() >= -3.0 - 1e-9 && value.hi() <= 2.0 + 1e-9 && !value.is_empty());
+        }
+        if let Some(mean) = mean {
+            let (lo, hi) = (
+                inside.iter().copied().fold(f64::INFINITY, f64::min),
+                inside.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            );
+            prop_assert!(lo - 1e-9 <= mean.lo() && mean.lo() <= mean.hi() && mean.hi() <= hi + 1e-9);
+        }
+    }
+
+    /// Reading the newest sample alone is reading all.
+    #[test]
+    fn what_is_read_at_a_glance_is_what_a_look_at_all_says(
+        samples in proptest::collection::vec((0i64..40, 0i64..12), 1..8), from in -5i64..60, length in 0i64..12,
+        capacity in 1usize..5,
+    ) {
+        let mut history = History::new(capacity);
+        for (at, (from, length)) in samples.into_iter().enumerate() {
+            history.push(sample(from, from + length, at as f64));
+        }
+        let moment = Validity { from: Time(from), to: Time(from + length) };
+        let (gap, value) = history.nearest(moment);
+        let reach = Reach { max_rate: 0.0, max_gap: Span::MAX };
+        prop_assert_eq!(history.at(moment, reach), Some(Reading { value, gap }));
+    }
+
+    #[test]
+    fn order_of_arrival_does_not_matter(mut times in proptest::collection::vec(0i64..1000, 1..12)) {
+        times.sort_unstable();
+        times.dedup();
+        let mut forward = History::new(16);
+        let mut backward = History::new(16);
+        times.iter().for_each(|&t| { forward.push(sample(t, t + 3, t as f64)); });
+        times.iter().rev().for_each(|&t| { backward.push(sample(t, t + 3, t as f64)); });
+        prop_assert!(forward.newest_first().eq(backward.newest_first()));
+        let moment = Validity { from: Time(400), to: Time(410) };
+        prop_assert_eq!(forward.at(moment, REACH), backward.at(moment, REACH));
+    }
+}

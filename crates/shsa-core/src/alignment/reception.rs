@@ -1,0 +1,173 @@
+//! What becomes of observations that are offered: each of them, and all of them counted.
+
+use super::clock::Misdated;
+use crate::interval::Interval;
+use crate::time::{Span, Validity};
+
+/// Two readings that cannot be joined at the largest rate of change, errors in value and time allowed for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jump {
+    /// The earlier reading, SI.
+    pub from: Interval,
+    /// The later one, SI.
+    pub to: Interval,
+    /// The longest time that may lie between them.
+    pub within: Span,
+    /// The largest rate of change, SI a second.
+    pub max_rate: f64,
+}
+
+/// Why a reading is no value at all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Defect {
+    /// A list where a number is expected, the other way round, an empty list, or one that is too long.
+    Shape,
+    /// Not a number, or a list without a number.
+    NotANumber,
+    /// Infinite, or too large to compute with.
+    Infinite,
+    /// A lower bound above the upper one.
+    Bounds,
+}
+
+/// What became of an observation that was offered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Acceptance {
+    /// Kept, and the newest.
+    Newest,
+    /// Kept among older ones: it came out of order.
+    Reordered,
+    /// Dropped: the same value with the same validity is there.
+    Duplicate,
+    /// Dropped: older than everything that is kept, stamped in the future, or without a value.
+    Dropped,
+    /// Refused: no value.
+    Invalid(Defect),
+    /// Refused: a value, SI, that is not possible.
+    OutOfRange(Interval),
+    /// Refused: a value that could not have followed the one before it.
+    TooFast(Jump),
+}
+
+impl Acceptance {
+    /// Whether the value was taken in.
+    #[must_use]
+    pub fn is_kept(self) -> bool {
+        matches!(self, Acceptance::Newest | Acceptance::Reordered)
+    }
+
+    /// Whether the value was one that the signal can have.
+    #[must_use]
+    pub fn is_possible(self) -> bool {
+        !matches!(self, Acceptance::Invalid(_) | Acceptance::OutOfRange(_))
+    }
+}
+
+/// What became of the observations of a signal.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Taken in.
+    pub accepted: u64,
+    /// Taken in although a newer one was there.
+    pub reordered: u64,
+    /// Dropped: the same had come before.
+    pub duplicates: u64,
+    /// Dropped: too old, or stamped in the future.
+    pub dropped: u64,
+    /// Refused, without a value: not-a-number, infinite, of the wrong shape.
+    pub invalid: u64,
+    /// Refused: not a possible value.
+    pub out_of_range: u64,
+    /// Refused: could not have followed the one before it.
+    pub too_fast: u64,
+    /// Received longer after their time stamps than the signal may take, whatever became of them.
+    pub late: u64,
+    /// With a time stamp before those of an earlier moment of reception, whatever became of them.
+    pub out_of_order: u64,
+}
+
+/// The counts of several runs together.
+impl core::ops::AddAssign for Counts {
+    fn add_assign(&mut self, other: Counts) {
+        let Counts {
+            accepted,
+            reordered,
+            duplicates,
+            dropped,
+            invalid,
+            out_of_range,
+            too_fast,
+            late,
+            out_of_order,
+        } = other;
+        self.accepted += accepted;
+        self.reordered += reordered;
+        self.duplicates += duplicates;
+        self.dropped += dropped;
+        self.invalid += invalid;
+        self.out_of_range += out_of_range;
+        self.too_fast += too_fast;
+        self.late += late;
+        self.out_of_order += out_of_order;
+    }
+}
+
+impl Counts {
+    #[inline(never)]
+    pub(super) fn add(&mut self, acceptance: Acceptance, is_late: bool, is_back: bool) {
+        let count = match acceptance {
+            Acceptance::Newest => &mut self.accepted,
+            Acceptance::Reordered => {
+                self.reordered += 1;
+                &mut self.accepted
+            }
+            Acceptance::Duplicate => &mut self.duplicates,
+            Acceptance::Dropped => &mut self.dropped,
+            Acceptance::Invalid(_) => &mut self.invalid,
+            Acceptance::OutOfRange(_) => &mut self.out_of_range,
+            Acceptance::TooFast(_) => &mut self.too_fast,
+        };
+        *count += 1;
+        self.late += u64::from(is_late);
+        self.out_of_order += u64::from(is_back);
+    }
+}
+
+/// What a port says about an observation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reception {
+    /// What became of it.
+    pub acceptance: Acceptance,
+    /// When it was true.
+    pub validity: Validity,
+    /// Time from the stamp to the reception, where that is longer than it may be.
+    pub late: Option<Span>,
+    /// By how much the stamp went back from those of the last moment of reception, where it certainly did.
+    pub back: Option<Span>,
+    /// Since when the readings have been exactly the same, where that is longer than they may.
+    pub still: Option<Span>,
+    /// What is wrong with its stamp.
+    pub misdated: Option<Misdated>,
+}
+
+impl Reception {
+    /// Of an observation that is dropped, for no fault of its own.
+    pub(super) fn dropped(validity: Validity) -> Reception {
+        let acceptance = Acceptance::Dropped;
+        Reception { acceptance, validity, late: None, back: None, still: None, misdated: None }
+    }
+
+    /// Whether nothing is wrong with the reading in itself.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let refused = matches!(
+            self.acceptance,
+            Acceptance::Invalid(_) | Acceptance::OutOfRange(_) | Acceptance::TooFast(_)
+        );
+        !refused
+            && self.late.is_none()
+            && self.back.is_none()
+            && self.still.is_none()
+            && self.misdated.is_none()
+    }
+}

@@ -1,0 +1,62 @@
+//! Sets of equations that a search has found, and what it may still spend.
+
+use super::EquationSet;
+use super::redundant::Row;
+use super::search::{Progress, Search};
+use crate::knowledge::Id;
+use crate::plan::{Limits, StopReason};
+use alloc::vec::Vec;
+
+/// Sets of equations that a search has found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Sets {
+    /// Each once; fewest equations first, then by file order.
+    pub sets: Vec<EquationSet>,
+    /// Why there are no more: with a limit, those that are here are right, but others are missing.
+    pub stop: StopReason,
+    /// How many edges were walked.
+    pub expanded: u64,
+}
+
+/// Sets so far, and what may still be spent.
+pub(super) struct Found {
+    pub(super) limits: Limits,
+    pub(super) sets: Vec<EquationSet>,
+    pub(super) stop: StopReason,
+    pub(super) expanded: u64,
+}
+
+impl Found {
+    pub(super) fn new(limits: Limits) -> Self {
+        Found { limits, sets: Vec::new(), stop: StopReason::Complete, expanded: 0 }
+    }
+
+    /// Adds all sets of one connected part, unless a limit stops it.
+    pub(super) fn gather(
+        &mut self,
+        search: &mut Search<'_>,
+        mut set: impl FnMut(&mut Search<'_>, Vec<Row>) -> EquationSet,
+    ) {
+        while self.stop == StopReason::Complete {
+            // What a set takes to keep counts, too: so the limit of expansions is one of memory.
+            match search.advance(self.limits.expansions.saturating_sub(self.expanded)) {
+                Progress::Done => break,
+                Progress::Limited => self.stop = StopReason::LimitExpansions,
+                Progress::Found(_) if self.sets.len() >= self.limits.states => {
+                    self.stop = StopReason::LimitStates;
+                }
+                Progress::Found(rows) => {
+                    let set = set(search, rows);
+                    self.expanded += set.iter().last().map_or(0, |last| last.index() as u64 / 8);
+                    self.sets.push(set);
+                }
+            }
+        }
+        self.expanded += search.visits();
+    }
+
+    pub(super) fn finished(mut self) -> Sets {
+        self.sets.sort_by(|a, b| a.len().cmp(&b.len()).then_with(|| a.iter().cmp(b.iter())));
+        Sets { sets: self.sets, stop: self.stop, expanded: self.expanded }
+    }
+}

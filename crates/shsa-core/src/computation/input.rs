@@ -1,0 +1,136 @@
+//! What a computation reads: signals, constants and its own last value, each brought to a moment.
+
+use crate::alignment::{Known, Port, Reach};
+use crate::circle;
+use crate::expression::Value;
+use crate::interval::Interval;
+use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Shape, SignalId};
+use crate::time::{Span, Validity};
+
+/// Where an input of a program comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Source {
+    Signal(Input),
+    Constant(Interval),
+    /// The last value of the variable that is computed.
+    Last,
+}
+
+/// An input that wraps, by its place: the first one is brought back into one turn, the others beside it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Wrapping {
+    pub(super) at: usize,
+    pub(super) turn: f64,
+    pub(super) begins: f64,
+    /// Whether a condition asks where in its turn it is: that is not known of what lies on both sides of its end.
+    pub(super) is_asked: bool,
+}
+
+/// A signal as an input.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Input {
+    pub(super) signal: SignalId,
+    pub(super) shape: Shape,
+    max_rate: f64,
+    /// Over which gap a value still counts; `None` learns it from the spacing of the observations.
+    max_gap: Option<Span>,
+    delay: Span,
+    /// Whether its observations are the moments at which the way is evaluated.
+    pub(super) is_trigger: bool,
+}
+
+impl Input {
+    pub(super) fn new(knowledge: &KnowledgeBase, signal: SignalId, trigger: Option<SignalId>) -> Input {
+        let description = &knowledge.signals()[signal];
+        let max_rate = knowledge.variables()[description.variable].max_rate.unwrap_or(0.0);
+        let max_gap = period(knowledge, signal).map(|period| period.times(2) + description.delay);
+        let shape = knowledge.variables()[description.variable].shape;
+        let is_trigger = trigger == Some(signal);
+        Input { signal, shape, max_rate, max_gap, delay: description.delay, is_trigger }
+    }
+
+    pub(super) fn succeeded(self, lineage: &Lineage) -> Option<Input> {
+        Some(Input { signal: lineage.signal(self.signal)?, ..self })
+    }
+
+    fn max_gap(&self, port: &Port) -> Span {
+        self.max_gap.or_else(|| port.spacing().map(|spacing| spacing.times(2))).unwrap_or(Span::MAX)
+    }
+
+    pub(super) fn at<'a>(
+        &self,
+        ports: &'a IdVec<SignalId, Port>,
+        moment: Validity,
+    ) -> Option<Value<'a, Interval>> {
+        match self.shape {
+            Shape::Vector => {
+                let port = &ports[self.signal];
+                port.vector_at(moment, self.max_gap(port)).map(Value::Vector)
+            }
+            Shape::Scalar => self.scalar_at(ports, moment).map(Value::Scalar),
+        }
+    }
+
+    /// The value of a number.
+    #[inline]
+    pub(super) fn scalar_at(&self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Option<Interval> {
+        let port = &ports[self.signal];
+        if self.is_trigger {
+            return port.scalar_exactly_at(moment);
+        }
+        port.scalar_alone_at(moment).or_else(|| self.scalar_near(port, moment))
+    }
+
+    /// What is certain about the value of a number; see [`Known`].
+    pub(super) fn scalar_about(&self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Known {
+        let port = &ports[self.signal];
+        if self.is_trigger {
+            return Known::or_never(port.scalar_exactly_at(moment));
+        }
+        // An input that is told late is waited for.
+        let max_gap = self.max_gap(port) - self.delay;
+        port.scalar_about(moment, Reach { max_rate: self.max_rate, max_gap })
+    }
+
+    #[inline(never)]
+    fn scalar_near(&self, port: &Port, moment: Validity) -> Option<Interval> {
+        let reach = Reach { max_rate: self.max_rate, max_gap: self.max_gap(port) };
+        port.scalar_at(moment, reach).map(|reading| reading.value)
+    }
+}
+
+impl Source {
+    pub(super) fn succeeded(self, lineage: &Lineage) -> Option<Source> {
+        match self {
+            Source::Signal(input) => input.succeeded(lineage).map(Source::Signal),
+            Source::Constant(_) | Source::Last => Some(self),
+        }
+    }
+}
+
+/// Time between the observations of a signal, as declared.
+pub(super) fn period(knowledge: &KnowledgeBase, signal: SignalId) -> Option<Span> {
+    knowledge.signals()[signal].rate_hz.map(|rate| Span::from_seconds(1.0 / rate))
+}
+
+/// Brings inputs that wrap into one turn: conditions read them as they are shown, and differences and means of two are those
+/// of the shorter way round. False where a condition asks what is not known.
+#[inline]
+pub(super) fn bring_back(values: &mut [Value<'_, Interval>], wrapping: &[Wrapping]) -> bool {
+    let mut first: Option<(f64, Interval)> = None;
+    for Wrapping { at, turn, begins, is_asked } in wrapping {
+        let Some(Value::Scalar(value)) = values.get_mut(*at) else { continue };
+        *value = match first {
+            Some((same, beside)) if same == *turn => circle::nearest(*value, beside, *turn),
+            _ => circle::brought_back(*value, *begins, *turn),
+        };
+        if *is_asked {
+            *value = circle::brought_back(*value, *begins, *turn);
+            if value.lo() < *begins || value.hi() >= begins + turn {
+                return false;
+            }
+        }
+        first = first.or(Some((*turn, *value)));
+    }
+    true
+}

@@ -1,0 +1,74 @@
+//! Variables: physical quantities, and how the values of those that wrap are shown.
+
+use super::properties::Properties;
+use crate::circle;
+use crate::interval::Interval;
+use crate::unit::Unit;
+use alloc::string::String;
+
+/// Whether a variable is one number or a list of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Shape {
+    /// One number.
+    #[default]
+    Scalar,
+    /// A list of numbers whose length the observations decide.
+    Vector,
+}
+
+impl Shape {
+    /// All, with their names in models.
+    pub const NAMES: [(&'static str, Shape); 2] = [("scalar", Shape::Scalar), ("vector", Shape::Vector)];
+}
+
+/// A physical quantity.
+#[derive(Clone, Debug)]
+pub struct Variable {
+    /// Unique in the model.
+    pub name: String,
+    /// What values are read and shown in; `None` when the model does not say. Inside, values are coherent SI.
+    pub unit: Option<Unit>,
+    /// One number or a list.
+    pub shape: Shape,
+    /// Physically possible values, in SI.
+    pub range: Option<Interval>,
+    /// Largest rate of change, SI units a second: how fast the uncertainty of an old value grows.
+    pub max_rate: Option<f64>,
+    /// The turn after which its values are the same again, SI, above 0; `None` of what does not wrap. Of numbers, not of vectors.
+    pub wraps: Option<f64>,
+    /// The value, in SI, when it never changes: a constant is always provided.
+    pub constant: Option<Interval>,
+    /// Named numbers for the utility.
+    pub properties: Properties,
+}
+
+/// By what share a range may differ from a turn and still span one: 360 deg and 6.283 rad are both written.
+const SPANS_A_TURN: f64 = 1e-3;
+
+impl Variable {
+    /// Where the turn begins in which its values are shown: at its range where that spans one turn, else at 0.
+    #[must_use]
+    pub fn turn_begins(&self) -> f64 {
+        let spans_one = |range: &Interval| {
+            self.wraps.is_some_and(|turn| (range.width() / turn - 1.0).abs() < SPANS_A_TURN)
+        };
+        self.range.filter(spans_one).map_or(0.0, Interval::lo)
+    }
+
+    /// A value of it, SI, as it is shown and published: within one turn where it wraps, by its middle.
+    #[must_use]
+    pub fn brought_back(&self, value: Interval) -> Interval {
+        self.wraps.map_or(value, |turn| circle::brought_back(value, self.turn_begins(), turn))
+    }
+
+    /// What its readings may be: where its range spans a turn, one turn more to either side, as sensors count from
+    /// different points.
+    #[must_use]
+    pub fn readable(&self) -> Option<Interval> {
+        let wide = |range: Interval, turn: f64| range.width() >= turn * (1.0 - SPANS_A_TURN);
+        match (self.range, self.wraps) {
+            (Some(range), Some(turn)) if wide(range, turn) => Some(range.widened(turn)),
+            (range, _) => range,
+        }
+    }
+}

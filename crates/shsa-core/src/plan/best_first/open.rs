@@ -1,0 +1,131 @@
+//! Where the exact search stands: the decisions made, and what is open.
+
+use crate::knowledge::RelationId;
+use crate::plan::decisions::Decisions;
+use crate::plan::frontier::{Frontier, StateId};
+use crate::plan::limits::{Limits, StopReason};
+use crate::plan::subproblem::{ChoiceId, Place, Subproblem};
+use crate::plan::utility::Weight;
+use alloc::collections::BTreeSet;
+use alloc::vec::Vec;
+
+/// Where the search stands.
+#[derive(Debug)]
+pub(in super::super) struct Open {
+    pub(super) decisions: Decisions,
+    pub(super) frontier: Frontier,
+    pub(super) expanded: u64,
+    pub(super) pruned: u64,
+    /// Sets of relations that were given and could appear again with other outputs.
+    pub(super) given: BTreeSet<Vec<RelationId>>,
+    /// The states that the decisions led through, from depth 1 on.
+    pub(super) line: Vec<StateId>,
+    pub(super) path: Vec<StateId>,
+}
+
+/// What taking an open state came to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in super::super) enum Progress {
+    /// The decisions made give a substitution.
+    Answer,
+    /// Something was decided, or dropped.
+    Decision,
+    /// Nothing is open.
+    End,
+}
+
+impl Open {
+    pub(super) fn new(subproblem: &Subproblem) -> Open {
+        let decisions = Decisions::new(subproblem);
+        let frontier = Frontier::new(decisions.bound());
+        Open {
+            decisions,
+            frontier,
+            expanded: 0,
+            pruned: 0,
+            given: BTreeSet::new(),
+            line: Vec::new(),
+            path: Vec::new(),
+        }
+    }
+
+    /// How many decisions were taken.
+    pub(in super::super) fn expanded(&self) -> u64 {
+        self.expanded
+    }
+
+    /// How many partial substitutions are kept.
+    pub(in super::super) fn states(&self) -> usize {
+        self.frontier.len()
+    }
+
+    /// How many partial substitutions are open.
+    pub(in super::super) fn count(&self) -> usize {
+        self.frontier.open_count()
+    }
+
+    /// No open one weighs less; `None` when nothing is open.
+    pub(in super::super) fn bound(&self) -> Option<Weight> {
+        self.frontier.open_bound()
+    }
+
+    /// The weight of what it stands at, and the decisions that lead there.
+    pub(in super::super) fn standing(&self) -> (Weight, Vec<ChoiceId>) {
+        (self.decisions.bound(), self.decisions.decisions())
+    }
+
+    /// The limit that is reached while something is open.
+    pub(super) fn limit(&self, limits: Limits, kept: usize) -> Option<StopReason> {
+        self.frontier.open_bound()?;
+        if self.expanded >= limits.expansions {
+            return Some(StopReason::LimitExpansions);
+        }
+        (self.frontier.len() + kept >= limits.states).then_some(StopReason::LimitStates)
+    }
+
+    /// Whether the substitution of the decisions made was not given before, with other outputs.
+    pub(super) fn is_new(&mut self, subproblem: &Subproblem) -> bool {
+        self.decisions.ambiguous_relations(subproblem).is_none_or(|relations| self.given.insert(relations))
+    }
+
+    /// Takes back and makes decisions until they lead to a state, over the last state that both have in common; how many decisions more than one are
+    /// taken for it.
+    pub(super) fn go_to(&mut self, subproblem: &Subproblem, target: StateId) -> u64 {
+        let mut state = target;
+        loop {
+            let depth = self.frontier.depth(state);
+            if depth == 0 || self.line.get(depth - 1) == Some(&state) {
+                self.back_to(subproblem, depth);
+                break;
+            }
+            self.path.push(state);
+            state = self.frontier.last(state).1;
+        }
+        let again = self.path.len().saturating_sub(1) as u64;
+        while let Some(state) = self.path.pop() {
+            self.decisions.take(subproblem, self.frontier.last(state).0);
+            self.line.push(state);
+        }
+        again
+    }
+
+    fn back_to(&mut self, subproblem: &Subproblem, depth: usize) {
+        while self.line.len() > depth {
+            self.decisions.back(subproblem);
+            self.line.pop();
+        }
+    }
+
+    /// Opens a state for each way of deciding the next place.
+    pub(super) fn expand(&mut self, subproblem: &Subproblem, state: StateId, place: Place) {
+        self.decisions.look_up_from(subproblem, place);
+        for choice in subproblem.choices(place).rev() {
+            if !self.decisions.closes_cycle(subproblem, choice) {
+                let bound = self.decisions.bound_after(subproblem, place, choice);
+                if !bound.is_impossible() {
+                    self.frontier.push(state, choice, bound);
+                }
+            }
+        }
+    }
+}
