@@ -9,6 +9,7 @@ mod tokens;
 mod term;
 mod functions;
 mod expression;
+mod operand;
 mod python;
 mod names;
 mod notes;
