@@ -1,0 +1,98 @@
+//! Models that are calibrated on recordings see faults as small as a plain script does.
+
+use super::{Case, GNSS, car, case, cell, husky, quad, report, turtlebot};
+use serde_json::Value;
+use std::process::Command;
+
+/// A step is told that is at most so many times as large as what a plain script sees. The script gives an alarm an hour and pair and
+/// knows the offsets of this recording; here the whole model gives one in two hours at most, and another recording may have
+/// other offsets.
+const TIMES: f64 = 4.5;
+
+/// A signal of a model, and the smallest bias that a plain script sees in its recording, in the signal's unit.
+type Goal = (&'static str, f64);
+
+/// What is found by fitting a part, after which no signal may be called failed in the rest.
+#[track_caller]
+fn calibrated(case: &Case, more: &[&str]) -> Value {
+    // It ends with 1 when a signal is called failed.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_shsa"));
+    let found = report(command.arg("calibrate").arg(&case.model).arg(&case.recording).args(more)).0;
+    assert_eq!(found["after"]["failed"], 0, "{}", found["after"]);
+    assert!(found["after"]["suspected"].as_u64() <= Some(1), "{}", found["after"]);
+    found
+}
+
+/// Calibrated on the first half, no signal is called failed in the second, and small biases are seen.
+#[track_caller]
+fn check_calibrated(case: Option<Case>, goals: &[Goal]) -> Option<Value> {
+    let case = case?;
+    let found = calibrated(&case, &[]);
+    assert!(found["pairs"].as_array().unwrap().iter().all(|pair| pair["compared_later"].as_u64() > Some(0)));
+    for (signal, plain) in goals {
+        let fitted = found["fitted"].as_array().unwrap().iter().find(|it| it["name"] == *signal).unwrap();
+        let smallest = fitted["smallest_bias"].as_f64().unwrap_or(f64::INFINITY);
+        assert!(smallest <= TIMES * plain, "{signal}: {smallest} is more than {TIMES} times {plain}");
+    }
+    Some(found)
+}
+
+#[test]
+fn a_calibrated_car_sees_what_a_plain_script_sees() {
+    let wheels = [("wheel_1", 0.56), ("wheel_2", 0.40), ("wheel_3", 0.62), ("wheel_4", 0.38)];
+    let Some(found) = check_calibrated(car(), &[&wheels[..], &[(GNSS, 0.66), ("gyro", 0.006)]].concat())
+    else {
+        return;
+    };
+    // Of the gyro no two readings are equal for long; the wheels have not been seen standing still.
+    let frozen_after = |signal: &str| found["signals"][signal]["frozen_after_s"].as_f64();
+    assert!(frozen_after("gyro").is_some_and(|seconds| seconds < 0.5), "{:?}", frozen_after("gyro"));
+    assert_eq!(frozen_after("wheel_1"), None);
+}
+
+/// Its wheels are stamped unevenly: of two readings 5 ms apart, the second one seems to have come faster than a car can go.
+#[test]
+fn a_car_that_is_calibrated_on_a_calm_third_is_not_too_fast_later() {
+    let Some(case) = car() else { return };
+    calibrated(&case, &["--split", "20s"]);
+}
+
+#[test]
+fn a_calibrated_flight_sees_what_a_plain_script_sees() {
+    check_calibrated(quad(), &[("ySpeed", 0.34), ("zSpeed", 0.94), ("voltage", 0.83), ("battery", 3.1)]);
+}
+
+#[test]
+#[ignore = "not yet so: its relation is wrong by more than the script allows for, and a step is told from ten times as much on"]
+fn a_calibrated_flight_sees_a_step_to_the_north() {
+    check_calibrated(quad(), &[("xSpeed", 0.23)]);
+}
+
+#[test]
+fn a_calibrated_rover_sees_what_a_plain_script_sees() {
+    check_calibrated(husky(), &[("imu", 0.066)]);
+}
+
+#[test]
+fn calibrated_motes_see_what_a_plain_script_sees_although_events_are_among_what_is_fitted() {
+    let inside = [("mote_1_temperature", 0.46), ("mote_1_humidity", 2.1)];
+    let outside = [("mote_4_temperature", 1.15), ("mote_4_humidity", 2.3)];
+    check_calibrated(case("motes.yaml", "suthaharan"), &[inside, outside].concat());
+}
+
+#[test]
+fn a_calibrated_turtlebot_sees_what_a_plain_script_sees() {
+    // Its yaw rate is known by noise, whose reserve is larger for a drive of minutes: 2.0 for 1.4.
+    check_calibrated(
+        turtlebot(),
+        &[("imu", 0.0545), ("odom_yaw_rate", 1.43 * 0.0223), ("odom_speed", 0.0332)],
+    );
+}
+
+#[test]
+fn a_calibrated_cell_sees_what_a_plain_script_sees() {
+    // One pass through the charge could not be halved: another part of the curve would be tested than was fitted. This recording
+    // is four times charged and discharged, so each half has two whole cycles. The pulse test beside it cannot be the other
+    // half: its count of the charge begins anew with each pulse, which the model does not say.
+    check_calibrated(cell(), &[("voltage", 0.20), ("power", 0.75)]);
+}
