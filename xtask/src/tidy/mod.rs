@@ -8,7 +8,7 @@ use crate::workspace::{self, Metadata};
 use anyhow::{Context, Result, bail};
 use std::fs;
 
-/// The files that may be too long, each with its exact length: the list only shrinks.
+/// The files that may be too long, each with its exact length and a reason: the list only shrinks.
 const EXCEPTIONS: &str = "xtask/tidy-exceptions.txt";
 
 /// Checks every file and crate of the workspace.
