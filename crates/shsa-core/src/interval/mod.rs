@@ -14,6 +14,9 @@
 //! errors are below one unit in the last place, and widen its result by two (`atan2` by three) such units.
 //!
 //! The sign of a zero bound carries no meaning.
+//!
+//! The methods of [`Interval`] stand in one file for each kind of operation, as each kind has its own argument why it encloses
+//! the true result.
 
 mod rounding;
 mod arithmetic;
