@@ -84,7 +84,7 @@ impl Heat {
         scale(&mut sheet, (left, bottom + 18.0));
         let right = left + (self.columns.len() as f64 * CELL.0 + slopes).max(13.0 * 16.0 + 40.0);
         let width = right.max(MARGIN + width_of(&self.title, 17.0)) + MARGIN;
-        sheet.finish("shsa-heat", &RULES, (width, bottom + 48.0), (&self.title, &self.description()))
+        sheet.finish("shsa-heat", &RULES, (width, bottom + 48.0), &self.title, &self.description())
     }
 
     fn row(&self, sheet: &mut Sheet, at: usize, (left, y): (f64, f64)) {

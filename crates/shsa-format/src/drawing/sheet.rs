@@ -55,7 +55,8 @@ impl Sheet {
         kind: &str,
         rules: &[Rule],
         (width, height): (f64, f64),
-        (title, description): (&str, &str),
+        title: &str,
+        description: &str,
     ) -> String {
         // What is wide would get too small to be read: it keeps its size, and its page scrolls.
         // Not in the style: that holds for all drawings of a page.

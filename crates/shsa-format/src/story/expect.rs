@@ -181,7 +181,7 @@ fn check_values(evidence: &Evidence<'_>, need: NeedId, between: Between, limits:
                     &unit.as_ref().map_or(String::new(), |unit| format!(" {unit}")),
                 )
             }
-            limit => limit.check(&middles, between, (unit.as_ref(), turn)),
+            limit => limit.check(&middles, between, unit.as_ref(), turn),
         };
         met &= holds;
         found.extend(text);
@@ -194,7 +194,8 @@ impl Limit {
         &self,
         middles: &[(Time, f64)],
         between: Between,
-        (unit, turn): (Option<&Unit>, Option<f64>),
+        unit: Option<&Unit>,
+        turn: Option<f64>,
     ) -> (bool, Option<String>) {
         let name = unit.map_or(String::new(), |unit| format!(" {unit}"));
         match self {

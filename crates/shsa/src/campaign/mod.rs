@@ -150,7 +150,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let before = arguments.compare.as_deref().map(stored).transpose()?;
     let signals = signals(arguments, live.knowledge())?;
     let recording = read(arguments, live.knowledge())?;
-    let sessions: Vec<Recorded<'_>> = recording.by_session().map(recorded).collect();
+    let sessions: Vec<Recorded<'_>> =
+        recording.by_session().map(|(session, samples)| recorded(session, samples)).collect();
     let kinds: Vec<campaign::Kind> = arguments.kinds.iter().map(|&kind| kind.into()).collect();
     let (kinds, seeds) = (distinct(&kinds, &campaign::Kind::ALL), arguments.seeds.get() as u64);
     let bar = Bar::default();
@@ -292,7 +293,7 @@ fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Reco
     Ok(recording)
 }
 
-fn recorded<'a>((session, samples): (&'a Session, &'a [Sample])) -> Recorded<'a> {
+fn recorded<'a>(session: &Session, samples: &'a [Sample]) -> Recorded<'a> {
     Recorded { origin: session.origin, samples }
 }
 

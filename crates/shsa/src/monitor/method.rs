@@ -20,7 +20,7 @@ pub(super) struct Output {
     pub(super) validity: Option<Validity>,
 }
 
-/// What a step found.
+/// What a step has found.
 pub(super) struct Step {
     pub(super) time: Time,
     pub(super) outputs: Vec<Output>,

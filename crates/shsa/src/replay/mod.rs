@@ -98,7 +98,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let clean = |source: &Source| Some(drive(source.clean.as_ref()?, source.span, options, give));
     let clean: Vec<Option<Run>> =
         sources.iter().map(|source| clean(source).transpose()).collect::<anyhow::Result<_>>()?;
-    let parts: Vec<Part<'_>> = sources.iter().zip(&runs).zip(&clean).map(Part::of).collect();
+    let played = sources.iter().zip(&runs).zip(&clean);
+    let parts: Vec<Part<'_>> = played.map(|((source, run), clean)| Part::of(source, run, clean)).collect();
     if let Some(output) = output {
         values::write_values(&parts, output)?;
     }

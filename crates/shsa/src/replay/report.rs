@@ -27,11 +27,11 @@ pub(super) struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    pub(super) fn of(((source, run), clean): ((&'a Source, &'a Run), &'a Option<Run>)) -> Part<'a> {
+    pub(super) fn of(source: &'a Source, run: &'a Run, clean: &'a Option<Run>) -> Part<'a> {
         Part { run, clean: clean.as_ref(), source }
     }
 
-    /// From which times count.
+    /// The moment from which times count.
     fn origin(&self) -> Time {
         self.source.origin.unwrap_or(self.run.first)
     }
@@ -50,7 +50,7 @@ impl<'a> Part<'a> {
         eras.map(|(era, (file, _))| (era.from, file.as_str()))
     }
 
-    /// Why it is one of its own.
+    /// Why the session is one of its own.
     fn because(&self) -> String {
         let session = self.source.session.as_ref();
         session.and_then(|it| it.because.as_ref()).map_or(String::new(), |because| format!("; {because}"))
@@ -66,7 +66,7 @@ impl<'a> Part<'a> {
 pub(super) struct Report<'a> {
     knowledge: &'a KnowledgeBase,
     parts: &'a [Part<'a>],
-    /// The last one: what stands at the end is told of it.
+    /// The run of the last session: what stands at the end is told of this one.
     run: &'a Run,
     source: &'a Source,
     /// By session, and all together.

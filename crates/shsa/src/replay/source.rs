@@ -208,8 +208,12 @@ fn read_recordings(
             "none of the model's signals is in the recording; `source` in the model says where each is found"
         );
     }
-    let broken: Option<Vec<Vec<Sample>>> = (!arguments.inject.is_empty())
-        .then(|| recording.by_session().map(|it| broken(it, &targets, arguments)).collect());
+    let broken: Option<Vec<Vec<Sample>>> = (!arguments.inject.is_empty()).then(|| {
+        recording
+            .by_session()
+            .map(|(session, samples)| broken(session, samples, &targets, arguments))
+            .collect()
+    });
     recording.cut(cuts).iter().for_each(show::warn);
     only(&mut recording, arguments.session)?;
     tell_idle(&recording, &targets, arguments);
@@ -255,7 +259,8 @@ pub(crate) fn only(recording: &mut Recording, number: Option<NonZeroUsize>) -> a
 
 /// The samples of a session with the faults in it.
 fn broken(
-    (session, samples): (&Session, &[Sample]),
+    session: &Session,
+    samples: &[Sample],
     targets: &[Vec<Target>],
     arguments: &SourceArguments,
 ) -> Vec<Sample> {

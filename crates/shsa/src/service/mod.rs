@@ -97,10 +97,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if counts.0 == 0 && arguments.period.is_none() {
         anyhow::bail!("a service without inputs computes nothing on its own: give it a --period");
     }
-    let formulas = Formulas::read(&arguments.program, counts, &arguments.vector).map_err(|problems| {
-        show::tell(problems.trim_end());
-        AlreadyTold
-    })?;
+    let formulas =
+        Formulas::read(&arguments.program, counts.0, counts.1, &arguments.vector).map_err(|problems| {
+            show::tell(problems.trim_end());
+            AlreadyTold
+        })?;
     let mut formulas = formulas;
     let pace = match (arguments.period, arguments.complete) {
         (Some(period), _) => Pace::Every(fit_period(period, &mut formulas, arguments)?),

@@ -81,7 +81,8 @@ impl Formulas {
     /// Everything that is wrong with them, each with its place.
     pub(super) fn read(
         texts: &[String],
-        (inputs, outputs): (usize, usize),
+        inputs: usize,
+        outputs: usize,
         vectors: &[usize],
     ) -> Result<Formulas, String> {
         let mut names = Names::new(inputs, outputs, vectors);
@@ -286,7 +287,7 @@ mod tests {
     fn check(texts: &[&str], outputs: usize, rows: &[&[f64]], expected: &str) {
         let texts: Vec<String> = texts.iter().map(|text| (*text).to_owned()).collect();
         let inputs = rows.first().map_or(0, |row| row.len());
-        let found = match Formulas::read(&texts, (inputs, outputs), &[]) {
+        let found = match Formulas::read(&texts, inputs, outputs, &[]) {
             Ok(mut formulas) => {
                 let shown = |value: Option<RawValue>| match value {
                     Some(RawValue::Number(number)) => format!("{number}"),
@@ -352,7 +353,7 @@ mod tests {
     #[test]
     fn lists_are_inputs_and_outputs() {
         let texts = ["y[0] = min(x[0]); y[1] = x[0] * x[1]".to_owned()];
-        let mut formulas = Formulas::read(&texts, (2, 2), &[0]).unwrap();
+        let mut formulas = Formulas::read(&texts, 2, 2, &[0]).unwrap();
         let scan = RawValue::Vector((0..1_000).map(|at| 5.0 + f64::from(at)).collect());
         let given = formulas.evaluate(&[Some(&scan), Some(&RawValue::Number(2.0))], at(0.0));
         assert_eq!(given[0], Some(RawValue::Number(5.0)));

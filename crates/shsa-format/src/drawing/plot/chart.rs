@@ -56,7 +56,7 @@ impl Chart {
         }
         view.legend(&mut sheet);
         let height = view.notes(&mut sheet);
-        sheet.finish("shsa-plot", &RULES, (view.width(), height), (&self.title, &self.description()))
+        sheet.finish("shsa-plot", &RULES, (view.width(), height), &self.title, &self.description())
     }
 
     fn description(&self) -> String {

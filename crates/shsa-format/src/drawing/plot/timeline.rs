@@ -134,7 +134,7 @@ impl Timeline {
         }
         view.marks(&mut sheet);
         let height = view.legend(&mut sheet);
-        sheet.finish("shsa-timeline", &RULES, (view.width(), height), (&self.title, &self.description()))
+        sheet.finish("shsa-timeline", &RULES, (view.width(), height), &self.title, &self.description())
     }
 
     fn description(&self) -> String {

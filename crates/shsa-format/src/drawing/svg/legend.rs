@@ -20,13 +20,8 @@ struct Entry {
     draw: fn(&mut Sheet, f64, f64),
 }
 
-/// Draws it below a drawing of a size; gives the size of both.
-pub(super) fn draw(
-    sheet: &mut Sheet,
-    graph: &Graph<'_>,
-    links: &[Link],
-    (width, top): (f64, f64),
-) -> (f64, f64) {
+/// Draws the legend below a drawing of this width that ends at `top`; gives the size of both.
+pub(super) fn draw(sheet: &mut Sheet, graph: &Graph<'_>, links: &[Link], width: f64, top: f64) -> (f64, f64) {
     let (mut x, mut y) = (MARGIN, top + LINE / 2.0);
     let mut widest = width;
     for entry in entries(graph, links) {

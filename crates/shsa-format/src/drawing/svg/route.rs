@@ -30,7 +30,7 @@ pub(super) fn draw(
         let (left, right) = (layout.centres[route.left], layout.centres[route.right]);
         let from = (left.0 + blocks[route.left].reach(start), left.1 + start);
         let to = (right.0 - blocks[route.right].reach(end), right.1 + end);
-        draw_link(sheet, link, (route.left == graph.variable_node(link.variable), route), (from, to));
+        draw_link(sheet, link, route.left == graph.variable_node(link.variable), route, from, to);
     }
 }
 
@@ -60,8 +60,10 @@ fn ports(
 fn draw_link(
     sheet: &mut Sheet,
     link: &Link,
-    (variable_left, route): (bool, &Route),
-    (from, to): ((f64, f64), (f64, f64)),
+    variable_left: bool,
+    route: &Route,
+    from: (f64, f64),
+    to: (f64, f64),
 ) {
     let (at_left, at_right) = if variable_left { (link.makes, link.reads) } else { (link.reads, link.makes) };
     // Where a chosen link points to; a link that is usable in both directions has a smaller head at its other end.

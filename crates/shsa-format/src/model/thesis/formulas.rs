@@ -58,7 +58,7 @@ pub(super) fn candidates(
         match both(names, direction, code, plain_angles) {
             Ok((formula, condition)) => {
                 if !plain_angles {
-                    told(notes, direction, code, names, (&formula, condition.as_ref()));
+                    told(notes, direction, code, names, &formula, condition.as_ref());
                     vectors.extend(formula.vectors.iter().cloned());
                 }
                 let candidate = candidate(names, direction, code, formula, condition);
@@ -130,7 +130,8 @@ fn told(
     direction: &Direction,
     code: &Text,
     names: &Names,
-    (formula, condition): (&Translated, Option<&Translated>),
+    formula: &Translated,
+    condition: Option<&Translated>,
 ) {
     for input in direction.inputs.iter().filter(|input| input.text != direction.output.text) {
         let ours = names.find(&input.text).unwrap_or(&input.text);

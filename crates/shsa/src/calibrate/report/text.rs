@@ -222,7 +222,7 @@ impl Report<'_> {
         show::table(&head, self.found.fitted.iter().map(row).collect())
     }
 
-    /// What is seen of each signal, by kind.
+    /// The smallest faults of each signal that are seen, by kind.
     fn faults(&self, smallest: &Smallest) -> String {
         let kinds = smallest.kinds();
         let row = |(id, signal): (SignalId, &Signal)| {
@@ -301,7 +301,7 @@ fn optional(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), number)
 }
 
-/// An error as it is written.
+/// An error as a model writes it.
 fn bounds(bounds: Option<&Bounds>) -> String {
     match bounds {
         None => "-".to_owned(),

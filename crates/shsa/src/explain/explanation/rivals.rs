@@ -51,7 +51,7 @@ impl<'a> Explanation<'a> {
         Item { text, notes }
     }
 
-    /// How many others would have to be faulty instead.
+    /// How many other signals would have to be faulty if the accused one were sound.
     fn without(&self) -> Option<String> {
         let sets = &self.evidence().otherwise;
         if sets.is_empty() || sets.iter().any(SignalSet::is_empty) {

@@ -16,11 +16,11 @@ pub(super) struct NeedReport {
     pub(super) met: bool,
     pub(super) source: Option<String>,
     pub(super) widest: f64,
-    /// How far it was off from the run without the injected faults.
+    /// How far its values are off from those of the run without the injected faults.
     pub(super) error: Option<Difference>,
 }
 
-/// How far values are off from those of another run.
+/// How far the values of one run are off from those of another one.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Difference {
     count: u64,
@@ -68,7 +68,7 @@ pub(super) fn need_report(part: &Part<'_>, id: NeedId, need: &Need, is_one_of_se
     }
 }
 
-/// A need over all sessions; what serves it is that of the last one.
+/// The reports of one need, joined over all sessions; the source is that of the last session.
 pub(super) fn together(needs_of: &[Vec<NeedReport>], at: usize) -> Option<NeedReport> {
     let mut of_need = needs_of.iter().filter_map(|needs| needs.get(at));
     let first = of_need.next()?.clone();
