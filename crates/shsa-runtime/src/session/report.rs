@@ -2,7 +2,7 @@
 
 use super::Session;
 use crate::healer::{Healer, Standing};
-use shsa_bridge::{Absence, Bridge, Link, Losses, Outgoing, Payload};
+use shsa_bridge::{Absence, Link, Losses, Outgoing, Payload};
 use shsa_core::time::{Span, Time};
 use shsa_format::comparisons::{compared, notes};
 use std::collections::{BTreeMap, BTreeSet};

@@ -8,7 +8,7 @@ use crate::healer::Healer;
 use crate::metrics;
 use crate::ownership::Ownership;
 use serde_json::{Map, Value, json};
-use shsa_bridge::{Bridge, Link, Quality};
+use shsa_bridge::{Link, Quality};
 use shsa_core::time::Time;
 use std::collections::BTreeMap;
 
