@@ -41,12 +41,12 @@ fn a_need_is_wired_by_its_variable_or_its_name() {
     let text = "
 wiring:
   /car/speed:
-form: like
-takeover: right
-silence: { command: [systemctl, stop, 'wheel driver'], within: 2 s }
-restore: { publish: { topic: on, payload: 1 } }
-check: 500 ms
-probe: 10 min
+    form: like
+    takeover: right
+    silence: { command: [systemctl, stop, 'wheel driver'], within: 2 s }
+    restore: { publish: { topic: on, payload: 1 } }
+    check: 500 ms
+    probe: 10 min
 ";
     let wiring = read(text).unwrap();
     let need = wiring.of("speed", "/car/speed").unwrap();
