@@ -250,7 +250,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 fn reload(handle: &Handle) {
     service_manager::tell("RELOADING=1");
     if let Err(why) = handle.order(Order::Reload) {
-        show::warn(&format!("the models stay as they are: {why}"));
+        show::warn(format!("the models stay as they are: {why}"));
     }
     service_manager::tell("READY=1");
 }
@@ -309,10 +309,10 @@ fn models(paths: &[PathBuf]) -> anyhow::Result<Vec<Model>> {
 /// Does something whenever one of these signals comes.
 fn on_signals<const N: usize>(
     signals: [i32; N],
-    mut act: impl FnMut(i32) + Send + 'static,
+    act: impl FnMut(i32) + Send + 'static,
 ) -> anyhow::Result<()> {
     let mut signals = Signals::new(signals).context("listening for signals")?;
-    let each = move || signals.forever().for_each(|signal| act(signal));
+    let each = move || signals.forever().for_each(act);
     thread::Builder::new().name("signals".into()).spawn(each)?;
     Ok(())
 }

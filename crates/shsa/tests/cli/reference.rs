@@ -83,7 +83,7 @@ fn fields_of_what_is_found_out_from_recordings() {
     };
     let mut before = printed("-");
     before["cells"][0]["detected"] = 0.into();
-    folder.write("before.json", &before.to_string());
+    folder.write("before.json", before.to_string());
     check("campaign", &[printed("- --detectable"), printed("- --compare before.json")]);
 }
 

@@ -98,7 +98,7 @@ impl Scene {
             let mut argument = json!({ "port": self.port, "name": "consumer" });
             if let Some(user) = user {
                 argument["user"] = json!(user);
-                argument["password"] = json!(PASSWORD);
+                argument["password"] = json!(secured::PASSWORD);
             }
             let mut script = Script::start(&self.python, &path("mqtt_client.py"), &argument);
             script.order(&json!({ "subscribe": NAME, "qos": 0 }));

@@ -1,18 +1,15 @@
 //! A broker that throws the client of a failed source out, and lets it in again.
 
-use super::{MODEL, NAME, SUBSTITUTE, Scene, WHEEL, check_taken, read, takeover, text, wait_for};
+use super::{SUBSTITUTE, Scene, check_taken, takeover, wait_for};
 use crate::broker::Broker;
-use crate::car::router;
-use crate::real::{self, Script};
-use crate::running::{Folder, Running, TOKEN};
-use serde_json::{Value, json};
+use crate::real::{self};
+use crate::running::TOKEN;
+use serde_json::json;
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::{Duration, Instant};
 
 /// Of every client but the consumer of nothing.
-const PASSWORD: &str = "not a secret in a test";
+pub(super) const PASSWORD: &str = "not a secret in a test";
 
 /// A broker whose clients can be disabled.
 fn secured() -> Option<Broker> {
