@@ -41,7 +41,8 @@ impl Attendance {
         if away >= AWAY {
             self.was_away(away, now);
         }
-        self.seen = Some(now);
+        // A message may be handed on later than it was received.
+        self.seen = self.seen.max(Some(now));
         if let Some((absence, until)) = self.present
             && now > until
         {
@@ -99,6 +100,15 @@ mod tests {
         let over = attendance.take_over().unwrap();
         assert_eq!((over.away, over.waited), (Span::from_millis(12_000), 2));
         assert_eq!(attendance.take_over(), None, "told once");
+    }
+
+    #[test]
+    fn a_message_that_is_handed_on_late_makes_nobody_absent() {
+        let mut attendance = Attendance::default();
+        attendance.beat(at(5_000));
+        assert!(!attendance.has_waited(at(1_000)));
+        attendance.beat(at(5_100));
+        assert!(!attendance.has_waited(at(5_110)));
     }
 
     #[test]

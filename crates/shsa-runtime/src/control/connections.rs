@@ -42,7 +42,7 @@ pub(super) async fn serve(listener: TcpListener, routes: Router) {
     let mut open = Open { connections: VecDeque::new(), most: most(descriptors()) };
     loop {
         match listener.accept().await {
-            Ok((stream, address)) => open.add(stream, address.ip(), &routes),
+            Ok((stream, address)) => open.add(stream, address.ip().to_canonical(), &routes),
             Err(_) => {
                 // No descriptor is left, most likely.
                 open.make_room();
