@@ -300,7 +300,7 @@ impl Bridge for Ros2Bridge {
         let stamp = self.inbox.clock().by_wall(self.inbox.clock().now());
         let beside = Attachment { sequence: self.calls, stamp, publisher: self.connection.publisher() };
         let beside = (wire == Wire::Rmw).then(|| beside.write());
-        zenoh::request(&self.connection, key, payload, beside, within)
+        zenoh::request::request(&self.connection, key, payload, beside, within)
     }
 }
 

@@ -18,7 +18,7 @@ mod liveliness;
 mod options;
 mod pace;
 mod questions;
-mod request;
+pub(crate) mod request;
 
 pub use crate::Presence;
 pub use liveliness::{Liveliness, Token, Watch};
@@ -27,7 +27,6 @@ pub use options::{Mode, Options, Secret};
 pub(crate) use connection::Connection;
 pub(crate) use pace::Pace;
 pub(crate) use questions::{ask, serve};
-pub(crate) use request::request;
 
 use crate::payload::plain;
 use crate::{
