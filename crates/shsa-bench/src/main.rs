@@ -2,6 +2,7 @@
 
 mod processor;
 mod program;
+mod structure;
 mod day;
 mod live;
 mod monitor;

@@ -1,13 +1,13 @@
 //! Recorded searches: models that are structure only, and for each variable every substitution with its utility.
 
 use super::{Compared, TOLERANCE};
+use crate::structure;
 use anyhow::Context;
 use serde::Deserialize;
 use shsa_core::knowledge::{
-    IdVec, KnowledgeBase, Properties, Relation, RelationId, Shape, Signal, SignalId, Variable, VariableId,
+    IdVec, KnowledgeBase, Properties, Relation, RelationId, Signal, SignalId, Variable, VariableId,
 };
 use shsa_core::plan::{Graph, Limits, Options, best};
-use shsa_core::time::Span;
 use std::collections::BTreeMap;
 
 /// A file of `shsa-search-golden-1`.
@@ -97,24 +97,16 @@ fn differences(label: &str, found: &Answers, recorded: &Answers) -> Vec<String> 
     missing.chain(others).collect()
 }
 
-fn knowledge(structure: &Structure) -> anyhow::Result<KnowledgeBase> {
+fn knowledge(recorded: &Structure) -> anyhow::Result<KnowledgeBase> {
     let mut variables: IdVec<VariableId, Variable> = IdVec::new();
     let mut signals: IdVec<SignalId, Signal> = IdVec::new();
     let mut ids = BTreeMap::new();
-    for (name, facts) in &structure.variables {
-        let id = variables.push(Variable {
-            name: name.clone(),
-            unit: None,
-            shape: Shape::Scalar,
-            range: None,
-            max_rate: None,
-            wraps: None,
-            constant: None,
-            properties: property("accuracy", facts.accuracy),
-        });
+    for (name, facts) in &recorded.variables {
+        let properties = property("accuracy", facts.accuracy);
+        let id = variables.push(structure::variable(name.clone(), properties));
         ids.insert(name.as_str(), id);
         if facts.provided {
-            signals.push(signal(name, id));
+            signals.push(structure::signal(format!("/{name}"), id));
         }
     }
     let all = |names: &[String]| -> anyhow::Result<Vec<VariableId>> {
@@ -123,7 +115,7 @@ fn knowledge(structure: &Structure) -> anyhow::Result<KnowledgeBase> {
         names.iter().map(id).collect()
     };
     let mut relations: IdVec<RelationId, Relation> = IdVec::new();
-    for (name, facts) in &structure.relations {
+    for (name, facts) in &recorded.relations {
         relations.push(Relation {
             name: name.clone(),
             inputs: all(&facts.inputs)?,
@@ -139,25 +131,4 @@ fn knowledge(structure: &Structure) -> anyhow::Result<KnowledgeBase> {
 
 fn property(name: &str, value: Option<f64>) -> Properties {
     value.map(|value| (name.to_owned(), value)).into_iter().collect()
-}
-
-/// What provides a variable.
-fn signal(name: &str, variable: VariableId) -> Signal {
-    Signal {
-        name: format!("/{name}"),
-        variable,
-        source: String::new(),
-        unit: None,
-        scaling: None,
-        rate_hz: None,
-        value_error: Default::default(),
-        time_error: (Span::ZERO, Span::ZERO),
-        delay: Span::ZERO,
-        mean_over: Span::ZERO,
-        noise: None,
-        timeout: None,
-        limits: Default::default(),
-        derived_from: Vec::new(),
-        properties: Properties::default(),
-    }
 }

@@ -1,11 +1,11 @@
 //! Random trees of variables and relations, as in the experiments of the thesis.
 
+use crate::structure;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use shsa_core::knowledge::{
-    IdVec, KnowledgeBase, Relation, RelationId, Shape, Signal, SignalId, Variable, VariableId,
+    IdVec, KnowledgeBase, Properties, Relation, RelationId, Signal, SignalId, Variable, VariableId,
 };
-use shsa_core::time::Span;
 
 /// How many children a node has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,16 +82,8 @@ struct Parts {
 
 impl Parts {
     fn variable(&mut self, provided: bool) -> VariableId {
-        let id = self.variables.push(Variable {
-            name: format!("v{}", self.variables.len()),
-            unit: None,
-            shape: Shape::Scalar,
-            range: None,
-            max_rate: None,
-            wraps: None,
-            constant: None,
-            properties: Default::default(),
-        });
+        let name = format!("v{}", self.variables.len());
+        let id = self.variables.push(structure::variable(name, Properties::default()));
         if provided {
             self.signal(id);
         }
@@ -99,23 +91,8 @@ impl Parts {
     }
 
     fn signal(&mut self, variable: VariableId) {
-        self.signals.push(Signal {
-            name: format!("/{}", self.signals.len()),
-            variable,
-            source: String::new(),
-            unit: None,
-            scaling: None,
-            rate_hz: None,
-            value_error: Default::default(),
-            time_error: (Span::ZERO, Span::ZERO),
-            delay: Span::ZERO,
-            mean_over: Span::ZERO,
-            noise: None,
-            timeout: None,
-            limits: Default::default(),
-            derived_from: Vec::new(),
-            properties: Default::default(),
-        });
+        let name = format!("/{}", self.signals.len());
+        self.signals.push(structure::signal(name, variable));
     }
 
     fn relation(&mut self, output: VariableId, mut inputs: Vec<VariableId>, both: bool, cost: Option<f64>) {
