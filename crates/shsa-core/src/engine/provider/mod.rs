@@ -165,7 +165,7 @@ impl Provider {
         let overdue = served.filter(|_| !self.told.is_unserved());
         let overdue = overdue.map(|last| last + self.settings.max_age + Span(1));
         let held = || self.held_until().filter(|until| *until > now && self.better().is_some());
-        let own = self.state.deadline((&self.settings, &self.told), served, held, now);
+        let own = self.state.deadline(&self.settings, &self.told, served, held, now);
         overdue.into_iter().chain(own).min()
     }
 

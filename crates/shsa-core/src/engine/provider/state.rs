@@ -158,7 +158,8 @@ impl State {
     /// or the last trusted value is too old.
     pub(super) fn deadline(
         &self,
-        (settings, told): (&Settings, &Told),
+        settings: &Settings,
+        told: &Told,
         served: Option<Time>,
         held: impl FnOnce() -> Option<Time>,
         now: Time,
