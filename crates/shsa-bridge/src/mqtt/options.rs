@@ -74,7 +74,7 @@ pub struct Options {
     /// How long the broker keeps messages for this client while it is away; zero: not at all. Brokers of 3.1.1 keep them
     /// as long as they like.
     pub session: Duration,
-    /// The longest pause between two attempts to connect.
+    /// The longest pause between two attempts to connect; at least 0.1 s.
     pub retry: Duration,
     /// A connection that says nothing for up to twice this time is given up; at least 5 s.
     pub keep_alive: Duration,
@@ -95,7 +95,7 @@ impl Options {
     /// | `version=5`, `3.1.1` | the protocol's version (5) |
     /// | `qos=0`, `1` | the quality of service (1) |
     /// | `name=TEXT` | the client's identifier (`name`) |
-    /// | `session=SECONDS` | how long the broker keeps messages while this client is away (0). What it has kept says nothing about now, unless it has a stamp of its own |
+    /// | `session=SECONDS` | how long the broker keeps messages while this client is away (0): without stamps they say nothing about now |
     /// | `retry=SECONDS` | the longest pause between two attempts to connect (2) |
     /// | `user=TEXT`, `password-file=FILE` | credentials; the file's first line is the password |
     /// | `ca=FILE` | with TLS, the only authorities that are trusted, PEM; without it those of the system |

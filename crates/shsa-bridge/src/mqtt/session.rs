@@ -38,8 +38,9 @@ pub(super) async fn run(shared: Arc<Shared>, options: Options, turns: Arc<Turns>
             shared.lasted();
         }
         short_lived += u32::from(!end.lasted.is_zero());
-        let this_pause = with_jitter(if end.is_refusal { options.retry } else { pause });
-        pause = (pause * 2).clamp(PAUSE_MIN, options.retry.max(PAUSE_MIN));
+        let longest = options.retry.max(PAUSE_MIN);
+        let this_pause = with_jitter(if end.is_refusal { longest } else { pause });
+        pause = (pause * 2).clamp(PAUSE_MIN, longest);
         if timeout(this_pause, shared.stop.notified()).await.is_ok() {
             break;
         }
