@@ -202,6 +202,28 @@ fn a_flood_of_requests_is_bounded_and_the_run_goes_on() {
 }
 
 #[test]
+fn looking_over_mqtt_needs_the_token_where_one_is_given() {
+    let Some(python) = real::python() else { return };
+    let broker = Broker::start(&[]);
+    let address = format!("mqtt://127.0.0.1:{}", broker.port());
+    let view = "a-token-for-looking-only";
+    let variable = format!("SHSA_VIEW_TOKEN={view}");
+    let run = Running::start_under(&["env", &variable], [MODEL, "--bus", &address, "--name", "x"]);
+    let mut client = Client::start(&python, broker.port(), 5, &["shsa/x/answer"]);
+    let question = |token: Option<&str>, ask: &str| match token {
+        Some(token) => json!({ "id": 1, "ask": ask, "token": token }),
+        None => json!({ "id": 1, "ask": ask }),
+    };
+    assert_eq!(ask(&mut client, &question(None, "state"))["refused"], "needs the right `token`");
+    for token in [view, TOKEN] {
+        assert_eq!(ask(&mut client, &question(Some(token), "state"))["done"]["name"], "x");
+    }
+    assert!(ask(&mut client, &question(None, "health"))["done"]["needs"].is_object());
+    assert_eq!(ask(&mut client, &forbid(view))["refused"], "needs the right `token`");
+    drop(run);
+}
+
+#[test]
 fn over_zenoh_queries_are_answered_and_orders_obeyed() {
     let Some(python) = real::python() else { return };
     let (mut client, port) = router(&python);
