@@ -1,10 +1,12 @@
 //! One plant, calibrated and watched, and the smallest steps that are told beside those of the best possible detector.
 
 use super::plant::{Healthy, Plant, Sensor};
+use serde_json::{Value, json};
 use shsa_core::engine::{self, Engine, EventKind, Input, Output, Ticks};
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId, build};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
+use shsa_format::event;
 use shsa_lab::calibration::{Options, Session, Verdicts, calibrate, fewest_expected};
 
 /// How a plant is recorded for calibration.
@@ -38,6 +40,8 @@ pub(super) struct Measured {
     pub(super) refused: Option<String>,
     pub(super) hours: f64,
     pub(super) told: Verdicts,
+    /// Each signal that was suspected or called faulty, as the event says it.
+    pub(super) false_alarms: Vec<Value>,
     /// Whether the promise is not contradicted: the lower 95 % bound does not exceed it.
     pub(super) holds: bool,
     /// For signals with another witness of their own: the smallest step that is told, over that which the likelihood ratio
@@ -56,6 +60,8 @@ const WITHIN_S: f64 = 120.0;
 /// Values that a detector of lasting steps takes together at most, and one that is as quick as the engine.
 const LASTING: usize = 64;
 const QUICK: usize = 4;
+/// So many errors are told of what was accused.
+const ERRORS: usize = 16;
 /// Moments of a step in the session it is tried in.
 const ONSETS: usize = 3;
 
@@ -86,6 +92,7 @@ pub(super) fn measure(number: u64, recorded: Recorded, hours: u64, promised: f64
     let watched: Vec<Healthy> = (0..hours).map(|it| plant.session(WATCHED + it, 3600.0)).collect();
     let stretches = watched.iter().flat_map(|it| it.session.stretches()).map(Vec::as_slice);
     let told = Verdicts::over(&knowledge, stretches);
+    let false_alarms = if told.alarms > 0 { false_alarms(&plant, &knowledge, &watched) } else { Vec::new() };
     let holds = fewest_expected(told.alarms) / hours as f64 <= promised;
     let steps = steps(&plant, &knowledge, &watched, promised);
     Some(Measured {
@@ -96,10 +103,52 @@ pub(super) fn measure(number: u64, recorded: Recorded, hours: u64, promised: f64
         refused: found.refusal(),
         hours: hours as f64,
         told,
+        false_alarms,
         holds,
         steps,
         seconds,
     })
+}
+
+/// What the engine says against signals of healthy sessions, in those where it says anything.
+fn false_alarms(plant: &Plant, knowledge: &KnowledgeBase, watched: &[Healthy]) -> Vec<Value> {
+    let mut found = Vec::new();
+    for (session, healthy) in watched.iter().enumerate() {
+        for stretch in healthy.session.stretches() {
+            let mut engine = Engine::new(knowledge.clone(), engine::Options::default());
+            for observation in stretch {
+                engine.pass(Ticks::before(observation.received));
+                engine.handle(Input::Observation(observation.clone()));
+                while let Some(output) = engine.poll() {
+                    let Output::Event(event) = output else { continue };
+                    if matches!(event.kind, EventKind::Suspected | EventKind::Failed) {
+                        let mut fields = event::fields(knowledge, &event);
+                        fields.insert("session".to_owned(), json!(session));
+                        fields.insert("time".to_owned(), json!(event.time.seconds()));
+                        if let Some(signal) = event.signal {
+                            let sensor = plant.sensors[signal.index()];
+                            fields.insert("noise".to_owned(), json!(format!("{:?}", sensor.noise)));
+                            fields.insert("rate_hz".to_owned(), json!(sensor.rate_hz));
+                            fields.insert(
+                                "errors".to_owned(),
+                                json!(last_errors(healthy, signal, event.time, sensor)),
+                            );
+                        }
+                        found.push(Value::Object(fields));
+                    }
+                }
+            }
+        }
+    }
+    found
+}
+
+/// The last errors of a signal before a moment, in its deviations.
+fn last_errors(healthy: &Healthy, signal: SignalId, until: Time, sensor: Sensor) -> Vec<f64> {
+    let of_signal = healthy.errors.iter().filter(|it| it.1 == signal.index() && it.0 <= until);
+    let mut errors: Vec<f64> = of_signal.rev().take(ERRORS).map(|it| it.2 / sensor.deviation).collect();
+    errors.reverse();
+    errors
 }
 
 /// The smallest steps told, over those of the likelihood ratio: of single values, and of lasting ones.

@@ -114,7 +114,7 @@ pub(super) fn lines(all: &[Measured], promise: f64) -> String {
         json!({
             "plant": it.plant, "recorded": it.recorded.name(), "signals": it.signals, "factor": it.factor,
             "refused": it.refused, "hours": it.hours, "alarms": it.told.alarms, "suspected": it.told.suspected,
-            "failed": it.told.failed, "holds": it.holds, "holds_by": fewest_expected(it.told.alarms) / it.hours,
+            "failed": it.told.failed, "false_alarms": it.false_alarms, "holds": it.holds, "holds_by": fewest_expected(it.told.alarms) / it.hours,
             "steps": it.steps, "seconds": it.seconds,
         })
         .to_string()
