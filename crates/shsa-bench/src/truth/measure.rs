@@ -61,7 +61,7 @@ const WITHIN_S: f64 = 120.0;
 const LASTING: usize = 64;
 const QUICK: usize = 4;
 /// So many errors are told of what was accused.
-const ERRORS: usize = 16;
+const ERRORS: usize = 40;
 /// Moments of a step in the session it is tried in.
 const ONSETS: usize = 3;
 

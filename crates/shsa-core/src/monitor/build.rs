@@ -8,7 +8,7 @@ use super::{
 use crate::alignment::{Clocks, History, Port, Reach};
 use crate::computation::Computation;
 use crate::knowledge::{
-    Id, IdVec, KnowledgeBase, NEGLIGIBLE, RelationId, Shape, SignalId, SignalSet, VariableId,
+    Id, IdVec, KnowledgeBase, NEGLIGIBLE, RelationId, Shape, Signal, SignalId, SignalSet, VariableId,
 };
 use crate::substitution::Way;
 use crate::time::Span;
@@ -306,11 +306,12 @@ fn pair(
     // What the faster one is waited for.
     let wait = if fast.1.reach.max_rate > 0.0 { Span::ZERO } else { other.period.unwrap_or(Span::ZERO) };
     let lag = timing.tells_all_after().max(other.tells_all_after()) + wait;
+    let window = Window::new(options.debounce, timing.period, lag);
     Residual {
         way: way_index(slow.0),
         other: way_index(fast.0),
         signals,
-        window: Window::new(options.debounce, timing.period, lag),
+        window: if is_noisy(knowledge, slow.1, fast.1) { window.of_noise() } else { window },
         trend: Trend::new(options.trends, timing.mean_over, noise(knowledge, slow.1, fast.1)),
         disagreement: None,
         due: None,
@@ -329,7 +330,21 @@ fn noise(knowledge: &KnowledgeBase, one: &WatchedWay, other: &WatchedWay) -> Noi
     }
     let direct = one.direct().zip(other.direct());
     let both = direct.and_then(|(one, other)| Some(libm::hypot(of(one)?, of(other)?)));
-    both.map_or(Noise::Declared, Noise::Known)
+    let shares =
+        one.inputs().chain(other.inputs()).map(|signal| share_of_noise(&knowledge.signals()[signal]));
+    both.map_or_else(|| Noise::Declared(shares.fold(0.0, f64::max)), Noise::Known)
+}
+
+/// The deviation of a signal's noise as a share of its error; 0 where that depends on its value.
+fn share_of_noise(signal: &Signal) -> f64 {
+    let error = 0.5 * (signal.value_error.hi - signal.value_error.lo);
+    signal.noise.filter(|_| error > 0.0).map_or(0.0, |noise| noise / error)
+}
+
+/// Whether noise is declared of what one of two ways reads: then an error that is exceeded once is no proof.
+fn is_noisy(knowledge: &KnowledgeBase, one: &WatchedWay, other: &WatchedWay) -> bool {
+    let (one, other) = (one.computation.way(), other.computation.way());
+    one.inputs().chain(other.inputs()).any(|signal| knowledge.signals()[signal].noise.is_some())
 }
 
 fn way_index(at: usize) -> WayIndex {

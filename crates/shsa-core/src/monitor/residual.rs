@@ -52,7 +52,7 @@ pub struct Residual {
 /// What a comparison has changed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ResidualRecord {
-    /// Whether the relationship is another one.
+    /// Whether the relationship is another one, or is sure now.
     pub(super) changed: bool,
     /// Whether the pair [is restless](Pair::is_restless) now, where it was the other way before.
     pub(super) restless: Option<bool>,
@@ -72,30 +72,32 @@ impl Residual {
         self.made += 1;
         let disagrees = !value.value.overlaps(other.value);
         let was_restless = self.is_restless();
-        let before = if disagrees || was_restless {
+        let (before, is_surer) = if disagrees || was_restless {
             self.look_closely(disagrees, (value, other), now)
         } else {
             // As most often: nothing has disagreed of late, and nothing does now.
             self.trend.relax();
-            self.window.record(false, false, now)
+            (self.window.record(false, false, now), false)
         };
         self.trend.record(value, other, validity, now);
         let tendency = self.trend.tendency();
         let is_restless = self.window.is_restless() || tendency != Tendency::Calm;
         ResidualRecord {
-            changed: before != together(self.window.said(), tendency),
+            changed: is_surer || before != together(self.window.said(), tendency),
             restless: (was_restless != is_restless).then_some(is_restless),
         }
     }
 
-    /// Takes in whether two values disagree where one does, or did of late; what the comparisons said before.
+    /// Takes in whether two values disagree where one does, or did of late; what the comparisons said before, and whether they
+    /// have become [sure](Residual::is_sure).
     #[inline(never)]
     fn look_closely(
         &mut self,
         disagrees: bool,
         (value, other): (&Measured, &Measured),
         now: Time,
-    ) -> ResidualState {
+    ) -> (ResidualState, bool) {
+        let was_sure = self.is_sure();
         let is_above = value.value.lo() > other.value.lo();
         let before = together(self.window.record(disagrees, is_above, now), self.trend.tendency());
         if disagrees {
@@ -109,7 +111,13 @@ impl Residual {
             }
             ResidualState::Undecided | ResidualState::Unknown => {}
         }
-        before
+        (before, !was_sure && self.is_sure())
+    }
+
+    /// Whether what its comparisons say against each other is no chance: a bound that is left is a proof, but of noise two outliers
+    /// may come together.
+    pub(crate) fn is_sure(&self) -> bool {
+        self.window.is_sure() || self.trend.tendency().is_alarm()
     }
 
     /// What its comparisons say now, each on its own and together.

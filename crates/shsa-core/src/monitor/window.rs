@@ -60,6 +60,8 @@ pub struct Window {
     compared: u32,
     n: u32,
     k: u32,
+    /// So many disagreements are no chance.
+    surely: u32,
     /// Time of the first disagreement in the present window.
     onset: Time,
     /// The same of the first of the conflicts that have followed each other closely, and when the last one was.
@@ -89,6 +91,10 @@ const RECURS_OVER: Span = Span::from_millis(5_000);
 /// until they are half as many. Less than this is none.
 const FEW: f64 = 0.01;
 
+/// Fewer disagreements of noisy values may be chance: noises with long tails have two outliers one after the other once in some
+/// hundred hours, but hardly three.
+const FEWEST_OF_NOISE: u32 = 3;
+
 /// Evidence is stale after this many periods without a comparison.
 const STALE_PERIODS: i64 = 6;
 
@@ -106,6 +112,7 @@ impl Window {
             compared: 0,
             n,
             k,
+            surely: k,
             onset: Time::MIN,
             recurs_since: Time::MIN,
             last_conflict: None,
@@ -121,11 +128,17 @@ impl Window {
         }
     }
 
+    /// The same where values are noise: a disagreement is no proof then, so two outliers may come together.
+    #[must_use]
+    pub fn of_noise(self) -> Window {
+        Window { surely: self.k.max(FEWEST_OF_NOISE.min(self.n)), ..self }
+    }
+
     /// Goes on with the comparisons of the same pair before a change; whether it does: only when both windows are as long.
     pub fn inherit(&mut self, old: &Window) -> bool {
         let (own, other) = ((self.n, self.k, self.declared), (old.n, old.k, old.declared));
         let is_same = own == other
-            && (self.span, self.lag) == (old.span, old.lag)
+            && (self.span, self.lag, self.surely) == (old.span, old.lag, old.surely)
             && (!self.declared || self.period == old.period);
         if is_same {
             *self = *old;
@@ -227,6 +240,11 @@ impl Window {
         }
     }
 
+    /// Whether its disagreements are no chance.
+    pub(super) fn is_sure(&self) -> bool {
+        self.recurs || self.bits.count_ones() >= self.surely
+    }
+
     /// Disagreements and comparisons in the window: k of n.
     #[must_use]
     pub fn counts(&self) -> (u32, u32) {
@@ -299,6 +317,23 @@ mod tests {
             window.record(it != '.', it == '+', Time::from_seconds(second as f64));
         }
         window.said()
+    }
+
+    #[test]
+    fn two_outliers_of_noise_may_come_together() {
+        let window = |comparisons: &str| {
+            let mut window =
+                Window::new(Debounce::default(), Some(Span::from_millis(1_000)), Span::ZERO).of_noise();
+            for (second, it) in comparisons.chars().enumerate() {
+                window.record(it != '.', it == '+', Time::from_seconds(second as f64));
+            }
+            (window.said(), window.is_sure())
+        };
+        assert_eq!(window("++"), (ResidualState::Conflict, false));
+        assert_eq!(window("++."), (ResidualState::Conflict, false));
+        assert_eq!(window("+++"), (ResidualState::Conflict, true));
+        assert_eq!(window("+.-+"), (ResidualState::Conflict, true));
+        assert_eq!(window("+++..."), (ResidualState::Undecided, false));
     }
 
     #[test]

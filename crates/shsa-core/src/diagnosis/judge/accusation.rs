@@ -1,5 +1,5 @@
-//! How something is accused: as failed where every probable explanation names it, else as one of a choice, once all that may
-//! yet decide has had its time.
+//! How something is accused: as failed where every probable explanation names it and what speaks against it is no chance; as
+//! suspect where it may be; else as one of a choice, once all that may yet decide has had its time.
 
 use super::case::Case;
 use super::evidence::{Dispute, rests_on, rests_on_any};
@@ -47,7 +47,9 @@ impl Judge {
         for case in &cases {
             for &component in &case.certain {
                 if !self.is_spared(evidence, component, case, now) {
-                    self.set((evidence, now), component, case, None, decisions);
+                    let alone = [component];
+                    let choice = (!is_sure(evidence, component, case)).then_some(&alone[..]);
+                    self.set((evidence, now), component, case, choice, decisions);
                 }
             }
         }
@@ -197,6 +199,15 @@ impl Judge {
     ) -> bool {
         let mut alone = self.standings.iter().filter(|(other, it)| it.alone && **other != component);
         alone.any(|(other, _)| rests_on(evidence, pair, *other))
+    }
+}
+
+/// Whether what speaks against something is no chance. What is blamed for what it shares only, others speak against.
+fn is_sure(evidence: &impl Testimony, component: Component, case: &Case<'_>) -> bool {
+    let mut against = case.conflicts.iter().filter(|pair| rests_on(evidence, pair, component)).peekable();
+    match against.peek() {
+        Some(_) => against.any(|pair| pair.is_sure()),
+        None => case.conflicts.iter().any(|pair| pair.is_sure()),
     }
 }
 

@@ -47,6 +47,13 @@ pub enum Tendency {
     Skew,
 }
 
+impl Tendency {
+    /// Whether it accuses.
+    pub(super) fn is_alarm(self) -> bool {
+        !matches!(self, Tendency::Calm | Tendency::Building)
+    }
+}
+
 /// What many comparisons say together and the declared bounds allow: it accuses nobody.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Note {
@@ -108,7 +115,10 @@ impl Trend {
             Noise::Known(deviation) => {
                 (TrendOptions { scatter: BEYOND, skew: SHIFTED, ..options }, 1.0 / deviation)
             }
-            Noise::Unknown | Noise::Declared => (options, 0.0),
+            Noise::Declared(share) => {
+                (TrendOptions { scatter: options.scatter.max(BEYOND * share), ..options }, 0.0)
+            }
+            Noise::Unknown => (options, 0.0),
         };
         Trend {
             options,
@@ -159,7 +169,7 @@ impl Trend {
         // A hull of neighbours is wider where the plant moves: noise is not.
         let (shares, largest) = match self.noise {
             Noise::Known(_) => (self.per_deviation, WILD),
-            Noise::Unknown | Noise::Declared => (per_tolerance, LARGEST),
+            Noise::Unknown | Noise::Declared(_) => (per_tolerance, LARGEST),
         };
         let clipped = (difference * shares).clamp(-largest, largest);
         let time = validity.to;
@@ -172,7 +182,7 @@ impl Trend {
                 let (per_deviation, scatter) = (self.per_deviation, self.scatter.variance);
                 self.drift.accumulate_beyond((difference, share), per_deviation, scatter);
             }
-            Noise::Unknown | Noise::Declared => self.drift.accumulate(share, shares, gain),
+            Noise::Unknown | Noise::Declared(_) => self.drift.accumulate(share, shares, gain),
         }
         self.scatter.record(clipped, before.clipped, elapsed);
         let gain = gain / MEMORY;
@@ -219,8 +229,7 @@ impl Trend {
         } else {
             Tendency::Calm
         };
-        let is_raised = |tendency| !matches!(tendency, Tendency::Calm | Tendency::Building);
-        if is_raised(alarm) && !is_raised(self.alarm) {
+        if alarm.is_alarm() && !self.alarm.is_alarm() {
             self.raised = now;
         }
         self.alarm = alarm;

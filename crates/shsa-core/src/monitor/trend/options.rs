@@ -30,8 +30,9 @@ pub enum Noise {
     /// Nothing, of one signal at least: all patterns within the bounds are sound, and what shows in them is a note.
     #[default]
     Unknown,
-    /// It is declared of every signal, but not what becomes of it: the limits are shares of the tolerance.
-    Declared,
+    /// It is declared of every signal, but what becomes of it depends on the values: the limits are shares of the tolerance. Its
+    /// deviation is at most this share, as errors add up in a formula at least as much as deviations do.
+    Declared(f64),
     /// The standard deviation of the difference of both, SI.
     Known(f64),
 }

@@ -2,13 +2,16 @@
 //!
 //! Such differences go with the slope of the values, so a regression of the one on the other tells how late the way is.
 
-use super::{HALF, HYSTERESIS, TrendOptions, approach};
+use super::{HALF, HYSTERESIS, MEMORY, TrendOptions, approach};
 use crate::time::Span;
 
 /// A root mean square difference of so many deviations may be a shift in time, when that explains it.
 pub(super) const SHIFTED: f64 = 3.0;
 /// The share of the differences' squares that a shift in time must explain.
 const EXPLAINED: f64 = 0.8;
+
+/// A single difference adds at most this share of the limit, even where it is one of the fewest that means rest on.
+const SINGLE: f64 = 0.25;
 
 /// How the differences of two ways go with the slope of the values: means, weighted exponentially.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +20,8 @@ pub(super) struct Skew {
     limit: f64,
     /// Below this it comes near to nothing.
     calm: f64,
+    /// No difference counts as more: a wild value is no shift in time.
+    largest: f64,
     /// The mean of the differences' squares.
     pub(super) square: f64,
     /// The means of the other way's slope (1/s) with itself and with the difference.
@@ -32,6 +37,7 @@ impl Skew {
         Skew {
             limit,
             calm: HALF * limit,
+            largest: libm::sqrt(SINGLE * limit * MEMORY * f64::from(options.least.max(1))),
             square: 0.0,
             slope_slope: 0.0,
             slope_difference: 0.0,
@@ -43,6 +49,7 @@ impl Skew {
     // A part of what is done for every comparison: by a hint alone it would be called.
     #[inline(always)]
     pub(super) fn record(&mut self, difference: f64, slope: f64, gain: f64) {
+        let difference = difference.clamp(-self.largest, self.largest);
         approach(&mut self.square, difference * difference, gain);
         approach(&mut self.slope_slope, slope * slope, gain);
         approach(&mut self.slope_difference, slope * difference, gain);

@@ -12,7 +12,7 @@ fn after(
     mut difference: impl FnMut(f64) -> f64,
     mut truth: impl FnMut(f64) -> f64,
 ) -> (Trend, f64) {
-    let mut trend = Trend::new(TrendOptions::default(), Span::ZERO, Noise::Declared);
+    let mut trend = Trend::new(TrendOptions::default(), Span::ZERO, Noise::Declared(0.0));
     for number in 0..count {
         let seconds = number as f64 * PERIOD_S;
         let now = Time::from_seconds(seconds);
@@ -102,7 +102,7 @@ proptest! {
 
     #[test]
     fn it_takes_anything(values in proptest::collection::vec((any::<f64>(), any::<f64>(), any::<i64>()), 0..60)) {
-        let mut trend = Trend::new(TrendOptions::default(), Span::ZERO, Noise::Declared);
+        let mut trend = Trend::new(TrendOptions::default(), Span::ZERO, Noise::Declared(0.0));
         for (one, other, time) in values {
             let moment = Validity { from: Time(time), to: Time(time) };
             let around = |value: f64| Interval::new(value - 1.0, value + 1.0);
