@@ -6,6 +6,7 @@ use shsa_core::engine::{Engine, Input, Options, Order, Output, Publication, Publ
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
+use shsa_core::reason::ServedBy;
 use shsa_core::time::{Span, Time};
 use shsa_format::model::load;
 use std::sync::LazyLock;
@@ -297,8 +298,8 @@ impl Run<'_> {
         let orders = self.engine.standing_orders();
         for need in self.knowledge.needs().ids() {
             let status = self.engine.need_status(need);
-            let source = status.source.unwrap_or_default();
-            let (signals, relations) = source.split_once(" by ").unwrap_or((&source, ""));
+            let source = status.source.as_ref().and_then(ServedBy::way).unwrap_or_default();
+            let (signals, relations) = source.split_once(" by ").unwrap_or((source, ""));
             for name in relations.split(", ") {
                 let forbidden = Order::Forbid(Subject::Relation(name.to_owned()));
                 assert!(!orders.contains(&forbidden), "{source} serves a need in spite of `{forbidden}`");
@@ -311,7 +312,7 @@ impl Run<'_> {
                     assert!(!orders.contains(&forbidden), "{source} serves a need in spite of `{forbidden}`");
                 }
                 if status.forced.is_some() {
-                    assert_eq!(status.forced.as_ref(), Some(&source), "a forced source was replaced");
+                    assert_eq!(status.forced.as_deref(), Some(source), "a forced source was replaced");
                     continue;
                 }
                 let verdict = self.engine.verdict(signal);

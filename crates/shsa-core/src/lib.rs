@@ -20,6 +20,8 @@ pub mod expression;
 pub mod knowledge;
 pub mod observation;
 pub mod substitution;
+pub mod order;
+pub mod reason;
 pub mod alignment;
 pub mod computation;
 pub mod monitor;

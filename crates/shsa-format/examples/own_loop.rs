@@ -3,7 +3,7 @@
 use shsa_core::engine::{Engine, Input, Options, Output, PublishedValue, Ticks};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::Time;
-use shsa_format::model;
+use shsa_format::{model, words};
 
 const TANK: &str = "
 shsa: 1
@@ -40,7 +40,9 @@ pub(crate) fn run() -> (Vec<String>, f64) {
         engine.pass(Ticks::up_to(now));
         while let Some(output) = engine.poll() {
             match output {
-                Output::Event(event) => decisions.push(format!("{} {}", event.kind.name(), event.because)),
+                Output::Event(event) => {
+                    decisions.push(format!("{} {}", event.kind.name(), words::reasons(&event.because)));
+                }
                 Output::Publication(publication) => {
                     let PublishedValue::Scalar(level) = publication.value else { continue };
                     error = (level.midpoint() - reading("float_2", second)).abs();

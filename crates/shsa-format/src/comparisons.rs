@@ -1,8 +1,9 @@
 //! What the comparisons of a run tell that accuses nobody: those that were not made, and what the others show within the
 //! declared errors.
 
+use crate::words;
 use serde_json::{Value, json};
-use shsa_core::engine::{Engine, difference_text, span_text};
+use shsa_core::engine::Engine;
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::monitor::{Coverage, Note, WayIndex};
 
@@ -35,8 +36,9 @@ impl Noted {
             }
             Note::Drift { mean, parts_in } => {
                 let (more, less) = if mean < 0.0 { (other, one) } else { (one, other) };
-                let until = parts_in
-                    .map_or(String::new(), |span| format!("; at this pace they part in {}", span_text(span)));
+                let until = parts_in.map_or(String::new(), |span| {
+                    format!("; at this pace they part in {}", words::span(span))
+                });
                 format!(
                     "{variable}: {more} has said {shown} more than {less} on average, within their errors{until}"
                 )
@@ -79,7 +81,7 @@ pub fn notes(engine: &Engine) -> impl Iterator<Item = Noted> + '_ {
             other: way(pair.other),
             note,
             mean: in_unit(knowledge, variable, mean),
-            shown: difference_text(knowledge, variable, mean.abs()),
+            shown: words::difference(knowledge, variable, mean.abs()),
         })
     })
 }

@@ -1,5 +1,6 @@
 //! Decisions as JSON: the fields of an event, and the word for what is thought of a signal.
 
+use crate::words;
 use serde_json::{Map, Value, json};
 use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::Event;
@@ -14,8 +15,8 @@ pub fn fields(known: &KnowledgeBase, event: &Event) -> Map<String, Value> {
         ("signal", json!(event.signal.map(|signal| &known.signals()[signal].name))),
         ("variable", json!(event.variable.map(|variable| &known.variables()[variable].name))),
         ("symptom", json!(event.symptom.map(Symptom::name))),
-        ("because", json!(event.because)),
-        ("substitution", json!(event.substitution)),
+        ("because", json!(words::reasons(&event.because))),
+        ("substitution", json!(event.substitution.as_ref().map(words::served_by))),
     ];
     let several =
         |id: &NeedId| known.needs_named(&known.variables()[known.needs()[*id].variable].name).len() > 1;

@@ -1,5 +1,6 @@
-//! Files: knowledge bases, recordings, faults to inject, orders, journals, states and stories; and what a run tells, as JSON.
+//! Files: knowledge bases, recordings, faults to inject, orders, journals, states and stories; what a run tells, as JSON; and its reasons, in words.
 
+pub mod words;
 pub mod comparisons;
 pub mod event;
 pub mod drive;

@@ -1,12 +1,16 @@
 //! The state that outlasts the process, as JSON: what was known before a restart.
 //!
-//! `{"state": "shsa-state-1", "time_ns": 5, "verdicts": [..], "absences": [..], "trends": [..],
+//! `{"state": "shsa-state-2", "time_ns": 5, "verdicts": [..], "absences": [..], "trends": [..],
 //! "orders": [..], "needs": [..]}`; everything
-//! by name, times in nanoseconds, values in SI. Reading is strict: a key that is unknown, or another version, is an error.
+//! by name, times in nanoseconds, values in SI; reasons by their codes. Reading is strict: a key that is unknown, or another
+//! version, is an error.
+
+mod because;
 
 use crate::journal::Number;
 use crate::order::{OrderError, OrderForm};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use shsa_core::diagnosis::{Record, Verdict};
 use shsa_core::engine::{Accusation, Missing, Published, Remembered, Served, Snapshot, Subject, Trending};
 use shsa_core::interval::Interval;
@@ -14,7 +18,10 @@ use shsa_core::monitor::{Absence, Symptom, Tendency, TrendRecord};
 use shsa_core::time::{Time, Validity};
 
 /// What the field `state` says.
-const FORMAT: &str = "shsa-state-1";
+const FORMAT: &str = "shsa-state-2";
+
+/// What it said when reasons were written in words.
+const WITH_WORDS: &str = "shsa-state-1";
 
 /// Why a state cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -23,7 +30,7 @@ pub enum StateError {
     #[error("{0}")]
     Json(#[from] serde_json::Error),
     /// It is of another version, or something else.
-    #[error("this says it is `{0}`, and only `{FORMAT}` can be read here")]
+    #[error("this says it is `{0}`, and only `{FORMAT}` and `{WITH_WORDS}` can be read here")]
     Version(String),
     /// Something has a value that it cannot have.
     #[error("{what} cannot be `{value}`: known are {known}")]
@@ -38,6 +45,14 @@ pub enum StateError {
     /// An accusation is about nothing, or about two things.
     #[error("an accusation is about one `signal` or one `relation`; here it is about {0}")]
     Subject(&'static str),
+    /// A reason that is none.
+    #[error("`because`: reason `{code}`: {why}")]
+    Reason {
+        /// The code.
+        code: String,
+        /// What is wrong with it.
+        why: String,
+    },
     /// An order that is none.
     #[error("{0}")]
     Order(#[from] OrderError),
@@ -61,7 +76,7 @@ pub fn read_state(text: &str) -> Result<Snapshot, StateError> {
         state: String,
     }
     let head: Head = serde_json::from_str(text)?;
-    if head.state != FORMAT {
+    if head.state != FORMAT && head.state != WITH_WORDS {
         return Err(StateError::Version(head.state));
     }
     let form: StateForm = serde_json::from_str(text)?;
@@ -117,7 +132,7 @@ struct AccusationForm {
     cause: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     probability: Option<f64>,
-    because: String,
+    because: Value,
 }
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -293,7 +308,7 @@ impl From<&Accusation> for AccusationForm {
             symptom: charge.symptom.map(|symptom| symptom.name().to_owned()),
             cause: charge.cause.clone(),
             probability: charge.probability,
-            because: charge.because.clone(),
+            because: because::written(&charge.because),
         }
     }
 }
@@ -306,7 +321,7 @@ impl AccusationForm {
             symptom: self.symptom.map(|symptom| named("`symptom`", &symptom, &known)).transpose()?,
             cause: self.cause,
             probability: self.probability,
-            because: self.because,
+            because: because::read(self.because)?,
         })
     }
 }

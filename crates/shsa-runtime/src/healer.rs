@@ -24,6 +24,7 @@ use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use shsa_format::drive::Given;
 use shsa_format::model::live::Live;
+use shsa_format::words;
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -252,7 +253,7 @@ impl Healer {
             // A source that was silenced has nothing that could be vouched for yet.
             return Ok(());
         }
-        self.engine.order(order, now).map_err(|refusal| refusal.to_string())?;
+        self.engine.order(order, now).map_err(|refusal| words::refusal(&refusal))?;
         self.record(&Input::Order { time: now, order: order.clone() });
         Ok(())
     }
@@ -336,7 +337,7 @@ impl Healer {
             // An event tells of a stand-in, too, which is no source of its own.
             let status = self.engine.need_status(id);
             let source = event.substitution.clone().filter(|_| event.need == Some(id)).or(status.source);
-            self.outlets[id].follow(event.kind, source);
+            self.outlets[id].follow(event.kind, source.as_ref());
         }
     }
 }

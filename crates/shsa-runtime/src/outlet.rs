@@ -7,9 +7,11 @@ use shsa_bridge::payload::{self, SIZE_LIMIT, Writer};
 use shsa_bridge::{Bridge, BridgeError, Clock, Outgoing, Payload, Provenance, Quality};
 use shsa_core::engine::{self, EventKind, Publication};
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId};
+use shsa_core::reason::ServedBy;
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::Unit;
 use shsa_format::wiring::Form;
+use shsa_format::words;
 
 /// What makes messages of values.
 #[derive(Clone, Debug)]
@@ -113,9 +115,9 @@ impl Outlet {
     }
 
     /// Something was decided about the need, and this serves it now.
-    pub(super) fn follow(&mut self, kind: EventKind, source: Option<String>) {
+    pub(super) fn follow(&mut self, kind: EventKind, source: Option<&ServedBy>) {
         self.served = kind != EventKind::Unhealable;
-        self.provenance.source = source.unwrap_or_default();
+        self.provenance.source = source.map(words::served_by).unwrap_or_default();
         self.place = "";
     }
 

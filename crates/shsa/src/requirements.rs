@@ -8,6 +8,7 @@ use shsa_core::knowledge::{KnowledgeBase, Need, VariableId, integrity_level};
 use shsa_core::plan::{self, Graph, Limits, Options, Requirements};
 use shsa_core::substitution::Substitution;
 use shsa_core::time::Span;
+use shsa_format::words;
 use shsa_message::span::parse_span;
 use std::collections::BTreeSet;
 
@@ -139,7 +140,8 @@ pub(crate) fn refused(
     candidates.extend(more.filter(|(substitution, _)| !seen.contains(&substitution.relations())));
     let asked = candidates.into_iter().map(|(substitution, _)| {
         let shortfalls = requirements.shortfalls(knowledge, options, &substitution);
-        let reasons = shortfalls.iter().map(|shortfall| shortfall.describe(knowledge)).collect();
+        let reasons =
+            shortfalls.iter().map(|shortfall| words::reason(&shortfall.reason(knowledge))).collect();
         Refused { substitution, reasons }
     });
     asked.filter(|refused| !refused.reasons.is_empty()).collect()

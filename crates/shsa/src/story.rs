@@ -3,6 +3,7 @@
 use crate::outcome::{AlreadyTold, Outcome};
 use crate::show::{self, Paint, paint};
 use shsa_format::story::{self, Check, Story};
+use shsa_format::words;
 use std::io::{IsTerminal, Write, stderr, stdout};
 use std::path::{Path, PathBuf};
 
@@ -40,9 +41,10 @@ fn tell(story: &Story) -> anyhow::Result<bool> {
     writeln!(output, "{}\n{}\n", story.title, story.why.trim_end())?;
     writeln!(output, "{} observations in {:.0} s", outcome.run.observations, outcome.run.last.seconds())?;
     for event in &outcome.run.events {
-        let source = event.substitution.as_ref().map(|source| format!(", now from {source}"));
+        let source =
+            event.substitution.as_ref().map(|source| format!(", now from {}", words::served_by(source)));
         let headline = story::headline(&story.knowledge, event);
-        writeln!(output, "  {headline}{}: {}", source.unwrap_or_default(), event.because)?;
+        writeln!(output, "  {headline}{}: {}", source.unwrap_or_default(), words::reasons(&event.because))?;
     }
     writeln!(output)?;
     for check in &outcome.checks {

@@ -3,6 +3,7 @@
 use crate::show::{self, Paint};
 use shsa_core::engine::{Event, EventKind};
 use shsa_core::knowledge::KnowledgeBase;
+use shsa_format::words;
 
 /// What an event says, under a time that is written already.
 pub(crate) fn event_text(time: &str, known: &KnowledgeBase, event: &Event) -> String {
@@ -15,8 +16,11 @@ pub(crate) fn event_text(time: &str, known: &KnowledgeBase, event: &Event) -> St
         (None, None, None) => "",
     };
     let kind = paint_kind(event.kind);
-    let source = event.substitution.as_ref().map_or(String::new(), |source| format!(" <- {source}"));
-    format!("{time}  {kind} {subject}{source}\n{}", show::wrapped(&event.because, 13))
+    let source = event
+        .substitution
+        .as_ref()
+        .map_or(String::new(), |source| format!(" <- {}", words::served_by(source)));
+    format!("{time}  {kind} {subject}{source}\n{}", show::wrapped(&words::reasons(&event.because), 13))
 }
 
 fn paint_kind(kind: EventKind) -> String {

@@ -1,15 +1,15 @@
 //! What goes into the engine and what comes out of it.
 
-use super::operator::Order;
 use super::snapshot::Snapshot;
 use crate::computation::Task;
 use crate::interval::Interval;
 use crate::knowledge::{CauseId, NeedId, RelationId, SignalId, VariableId};
 use crate::monitor::Symptom;
 use crate::observation::Observation;
+use crate::order::Order;
+use crate::reason::{Reasons, ServedBy};
 use crate::time::{Time, Validity};
 use alloc::boxed::Box;
-use alloc::string::String;
 use alloc::vec::Vec;
 
 /// Everything that goes in.
@@ -165,16 +165,16 @@ pub struct Event {
     pub cause: Option<CauseId>,
     /// How probable it is that what the event accuses is faulty, where that could be computed.
     pub probability: Option<f64>,
-    /// The evidence in words: which values disagreed, which alternatives there were, which limit was reached.
-    pub because: String,
-    /// What serves the need now, in words: signals and relations.
-    pub substitution: Option<String>,
+    /// Which values disagreed, which alternatives there were, which limit was reached.
+    pub because: Reasons,
+    /// What serves the need now.
+    pub substitution: Option<ServedBy>,
 }
 
 impl Event {
     /// About a variable; the rest is empty.
     #[must_use]
-    pub fn new(time: Time, kind: EventKind, variable: Option<VariableId>, because: String) -> Event {
+    pub fn new(time: Time, kind: EventKind, variable: Option<VariableId>, because: Reasons) -> Event {
         Event {
             time,
             kind,

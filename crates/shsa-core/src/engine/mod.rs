@@ -7,7 +7,7 @@
 mod operator;
 mod snapshot;
 mod message;
-mod reason;
+mod events;
 mod ways;
 mod ready_sources;
 mod provider;
@@ -20,11 +20,12 @@ mod ticks;
 
 pub use evidence::{Comparison, Evidence, Mute, Rival, Side};
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality, Report};
-pub use operator::{Order, Refusal, Subject};
+pub use operator::Refusal;
 pub use provider::{Delegation, NeedStatus};
-pub use reason::{difference as difference_text, interval as interval_text, span as span_text};
 pub use snapshot::{Accusation, Missing, Published, Remembered, Served, Snapshot, Trending};
 pub use ticks::Ticks;
+
+pub use crate::order::{Order, Subject};
 
 pub use crate::residual_selection::{Told, WatchBudget, can_be_watched, to_watch, witnesses};
 
@@ -34,9 +35,9 @@ use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use crate::monitor::{self, Absence, Change, Monitor, Symptom};
 use crate::observation::Observation;
 use crate::plan;
+use crate::reason::Reason;
 use crate::time::{Span, Time, Validity};
 use alloc::collections::{BTreeMap, VecDeque};
-use alloc::string::String;
 use alloc::vec::Vec;
 use provider::{Provider, Situation};
 use ready_sources::ReadySources;
@@ -329,7 +330,7 @@ impl Engine {
     }
 
     /// Lets every need look again at what may serve it; `order` says why, when it is by order.
-    fn replan(&mut self, now: Time, order: Option<String>) {
+    fn replan(&mut self, now: Time, order: Option<Reason>) {
         let (providers, outputs, situation) = self.situation(now, order);
         for provider in providers.iter_mut() {
             outputs.extend(provider.replan(&situation).map(Output::Event));
@@ -340,7 +341,7 @@ impl Engine {
     fn situation(
         &mut self,
         now: Time,
-        order: Option<String>,
+        order: Option<Reason>,
     ) -> (&mut IdVec<NeedId, Provider>, &mut VecDeque<Output>, Situation<'_>) {
         let usable = |signal| self.judge.trusts(signal);
         let unproven = |signal| self.judge.tolerates(signal);

@@ -1,7 +1,7 @@
 //! What has changed in the trust of signals and relations at a moment is told: faults, silences, returns, verdicts.
 
 use super::message::Output;
-use super::{Engine, reason};
+use super::{Engine, events};
 use crate::diagnosis::{Component, Decision};
 use crate::knowledge::SignalId;
 use crate::monitor::{Absence, Finding};
@@ -17,9 +17,9 @@ impl Engine {
             let absence = self.monitor.timeouts().absence(*signal);
             let is_told = matches!(absence, Some(Absence::Invalid | Absence::OutOfRange));
             if self.judge.fail_by_detector(*signal, now) {
-                let event = reason::fault(&self.knowledge, *signal, fault, now);
+                let event = events::fault(&self.knowledge, *signal, fault, now);
                 self.accusations
-                    .insert(Component::Signal(*signal), reason::accusation(&self.knowledge, &event));
+                    .insert(Component::Signal(*signal), events::accusation(&self.knowledge, &event));
                 self.outputs.extend((!is_told).then_some(Output::Event(event)));
             }
         }
@@ -49,7 +49,7 @@ impl Engine {
                     changed = true
                 }
                 Some(absence) => {
-                    let event = reason::absence(&self.knowledge, &self.monitor, &change, absence, now);
+                    let event = events::absence(&self.knowledge, &self.monitor, &change, absence, now);
                     self.outputs.push_back(Output::Event(event));
                     changed = true;
                 }
@@ -66,7 +66,7 @@ impl Engine {
         self.returning.retain(|(signal, _)| !returned.contains(signal));
         // Of a signal that is not trusted, the judge tells when it is again.
         for &signal in returned.iter().filter(|signal| self.judge.trusts(**signal)) {
-            let event = reason::returned(&self.knowledge, signal, self.probation, now);
+            let event = events::returned(&self.knowledge, signal, self.probation, now);
             self.outputs.push_back(Output::Event(event));
         }
         !returned.is_empty()
@@ -76,7 +76,7 @@ impl Engine {
     pub(super) fn review(&mut self, now: Time) -> bool {
         let decisions = self.judge.review(&self.monitor, now);
         let Engine { knowledge, monitor, judge, accusations, outputs, .. } = self;
-        let scene = reason::Scene { knowledge, monitor, judge, now };
+        let scene = events::Scene { knowledge, monitor, judge, now };
         for decision in &decisions {
             // Of what is suspect already, and of relations, the needs that it serves tell.
             if let Decision::Unproven(component, _) | Decision::Contradicted(component) = decision
@@ -84,10 +84,10 @@ impl Engine {
             {
                 continue;
             }
-            let event = reason::decision(&scene, decision);
+            let event = events::decision(&scene, decision);
             match decision {
                 Decision::Failed(blame) | Decision::Suspected(blame, _) => {
-                    accusations.insert(blame.component, reason::accusation(knowledge, &event));
+                    accusations.insert(blame.component, events::accusation(knowledge, &event));
                 }
                 Decision::Cleared(component) => _ = accusations.remove(component),
                 Decision::Recovered(signal, ..) => _ = accusations.remove(&Component::Signal(*signal)),

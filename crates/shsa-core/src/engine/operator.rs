@@ -1,109 +1,67 @@
-//! What an operator can order, in names: an order outlives a change of the knowledge base.
+//! What the names of an order stand for, and why it is refused.
 
 use crate::diagnosis::Component;
 use crate::knowledge::{KnowledgeBase, NeedId};
+use crate::order::{Order, Subject};
+use crate::reason::{Joint, Reason, Reasons};
 use crate::unit::nearest;
-use alloc::format;
-use alloc::string::{String, ToString};
+use alloc::borrow::ToOwned;
+use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt;
 
-/// What an order is about.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Subject {
-    /// The signal of this name.
-    Signal(String),
-    /// The relation of this name.
-    Relation(String),
-    /// What signals share, by its name.
-    Cause(String),
-}
-
-/// What an operator can order. [`Engine::order`](super::Engine::order) obeys, or says why it cannot.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Order {
-    /// A signal or a relation serves no need, and is no evidence about others, until it is allowed again. A forbidden
-    /// signal stands for all that come from the same source, and for what is derived from it.
-    Forbid(Subject),
-    /// Takes back [`Order::Forbid`].
-    Allow(Subject),
-    /// A need is served from one source only, whatever is thought of it, until it is released. The source is never
-    /// replaced: while it gives no usable value, the need is not served.
-    Force {
-        /// The name under which the need is published, or its variable.
-        need: String,
-        /// A signal of the need's variable, or a way as events tell it: `/a, /b by r1`.
-        source: String,
-    },
-    /// Takes back [`Order::Force`] for a need, named as there.
-    Release(String),
-    /// The operator vouches for a signal, a relation, or all signals that share something: the accusation is dropped
-    /// with the evidence for it. New evidence can accuse it again.
-    Clear(Subject),
-}
-
 /// Why an order cannot be obeyed; nothing has changed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Refusal {
     /// What is wrong.
-    pub reason: String,
+    pub reason: Reasons,
     /// What would be possible.
-    pub help: String,
+    pub help: Reason,
 }
 
 impl Refusal {
-    pub(super) fn new(reason: impl Into<String>, help: impl Into<String>) -> Refusal {
-        Refusal { reason: reason.into(), help: help.into() }
+    pub(super) fn new(reason: impl Into<Reasons>, help: Reason) -> Refusal {
+        Refusal { reason: reason.into(), help }
     }
 
+    /// There is nothing of a name: `reason` says what is missing.
     pub(super) fn unknown<'a>(
-        what: &str,
+        reason: Reason,
         name: &str,
         known: impl Iterator<Item = &'a str> + Clone,
     ) -> Refusal {
         /// So many names are a help.
         const MOST_NAMED: usize = 8;
         let help = match nearest(name, known.clone()) {
-            Some(near) => format!("did you mean `{near}`?"),
+            Some(near) => Reason::DidYouMean { name: near.to_owned() },
             None => {
-                let names: Vec<&str> = known.clone().take(MOST_NAMED).collect();
-                let more = if known.count() > MOST_NAMED { ", .." } else { "" };
-                format!("known here: {}{more}", names.join(", "))
+                let names: Vec<String> = known.clone().take(MOST_NAMED).map(ToOwned::to_owned).collect();
+                match known.count() > MOST_NAMED {
+                    true => Reason::KnownAmongOthers { names },
+                    false => Reason::KnownHere { names },
+                }
             }
         };
-        Refusal::new(format!("there is no {what} `{name}`"), help)
+        Refusal::new(reason, help)
+    }
+
+    /// Both, as an event tells them.
+    pub(super) fn reasons(self) -> Reasons {
+        self.reason.then(Joint::Next, self.help)
     }
 }
 
 impl fmt::Display for Refusal {
+    /// The codes; words are not for the core.
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "{}; {}", self.reason, self.help)
+        for reason in self.reason.iter() {
+            write!(out, "{}; ", reason.code())?;
+        }
+        write!(out, "{}", self.help.code())
     }
 }
 
 impl core::error::Error for Refusal {}
-
-impl fmt::Display for Subject {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Subject::Signal(name) => write!(out, "{name}"),
-            Subject::Relation(name) => write!(out, "relation {name}"),
-            Subject::Cause(name) => write!(out, "{name}"),
-        }
-    }
-}
-
-impl fmt::Display for Order {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Order::Forbid(subject) => write!(out, "forbid {subject}"),
-            Order::Allow(subject) => write!(out, "allow {subject}"),
-            Order::Force { need, source } => write!(out, "serve {need} from {source}"),
-            Order::Release(need) => write!(out, "release {need}"),
-            Order::Clear(subject) => write!(out, "clear {subject}"),
-        }
-    }
-}
 
 impl Subject {
     /// The name of a component.
@@ -121,7 +79,7 @@ impl Subject {
             Subject::Signal(name) => {
                 let names = knowledge.signals().iter().map(|signal| signal.name.as_str());
                 let found = knowledge.signal(name).map(|signal| Component::Signal(knowledge.witness(signal)));
-                found.ok_or_else(|| Refusal::unknown("signal", name, names))
+                found.ok_or_else(|| Refusal::unknown(Reason::NoSignal { name: name.clone() }, name, names))
             }
             Subject::Relation(name) => {
                 let mut relations = knowledge.relations().enumerate();
@@ -129,7 +87,7 @@ impl Subject {
                 let found = relations.find(|(_, relation)| relation.name == *name);
                 found
                     .map(|(id, _)| Component::Relation(id))
-                    .ok_or_else(|| Refusal::unknown("relation", name, names))
+                    .ok_or_else(|| Refusal::unknown(Reason::NoRelation { name: name.clone() }, name, names))
             }
             Subject::Cause(name) => {
                 let mut causes = knowledge.causes().enumerate();
@@ -137,7 +95,7 @@ impl Subject {
                 let found = causes.find(|(_, cause)| cause.name == *name);
                 found
                     .map(|(id, _)| Component::Cause(id))
-                    .ok_or_else(|| Refusal::unknown("common cause", name, names))
+                    .ok_or_else(|| Refusal::unknown(Reason::NoCause { name: name.clone() }, name, names))
             }
         }
     }
@@ -148,17 +106,19 @@ pub(super) fn find_need(knowledge: &KnowledgeBase, name: &str) -> Result<NeedId,
     let of_it = knowledge.needs_named(name);
     match of_it.as_slice() {
         [need] => Ok(*need),
-        [] => Err(Refusal::unknown("need", name, knowledge.needs().iter().map(|need| need.signal.as_str()))),
+        [] => {
+            let names = knowledge.needs().iter().map(|need| need.signal.as_str());
+            Err(Refusal::unknown(Reason::NoNeed { name: name.to_owned() }, name, names))
+        }
         several => {
-            let names: Vec<&str> =
-                several.iter().map(|need| knowledge.needs()[*need].signal.as_str()).collect();
-            let reason = format!("{} needs have the variable `{name}`", several.len());
-            Err(Refusal::new(reason, format!("name one of them: {}", names.join(", "))))
+            let needs = several.iter().map(|need| knowledge.needs()[*need].signal.clone()).collect();
+            let reason = Reason::SeveralNeeds { count: several.len() as u64, variable: name.to_owned() };
+            Err(Refusal::new(reason, Reason::NameOne { needs }))
         }
     }
 }
 
 /// What a refusal of something that is known already says.
 pub(super) fn already(order: &Order) -> Refusal {
-    Refusal::new(format!("`{order}` is in force already"), "nothing has to be done".to_string())
+    Refusal::new(Reason::AlreadyInForce { order: order.clone() }, Reason::NothingToDo)
 }

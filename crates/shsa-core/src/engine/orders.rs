@@ -1,16 +1,18 @@
 //! Operators' orders are carried out: what nothing may rest on, what must serve a need, who is cleared.
 
 use super::message::Output;
-use super::operator::{Order, Refusal, Subject, already, find_need};
+use super::operator::{Refusal, already, find_need};
 use super::ways::{Lost, ways};
-use super::{Engine, reason};
+use super::{Engine, events};
 use crate::diagnosis::{Component, rests_on};
 use crate::knowledge::NeedId;
+use crate::order::{Order, Subject};
 use crate::plan::Requirements;
+use crate::reason::{Joint, Reason, Reasons};
 use crate::substitution::Way;
 use crate::time::Time;
-use alloc::format;
-use alloc::string::{String, ToString};
+use alloc::borrow::ToOwned;
+use alloc::string::String;
 use alloc::vec::Vec;
 
 impl Engine {
@@ -33,7 +35,7 @@ impl Engine {
                 Ok(())
             }
             Err(refusal) => {
-                self.refuse(None, format!("`{order}` cannot be obeyed: {refusal}"), now);
+                self.refuse(Reason::CannotObey { order: order.clone() }, refusal.clone(), now);
                 Err(refusal)
             }
         }
@@ -52,15 +54,18 @@ impl Engine {
     }
 
     /// Does what an order says to itself, and gives the reason for what follows from it.
-    fn obey(&mut self, order: &Order, now: Time) -> Result<Option<String>, Refusal> {
+    fn obey(&mut self, order: &Order, now: Time) -> Result<Option<Reason>, Refusal> {
         match order {
             Order::Forbid(subject) => match self.judge.forbid(self.usable(subject)?) {
-                true => Ok(Some(format!("{subject} must not be used, by order of the operator"))),
+                true => Ok(Some(Reason::MustNotBeUsed { subject: subject.clone() })),
                 false => Err(already(order)),
             },
             Order::Allow(subject) => match self.judge.allow(self.usable(subject)?) {
-                true => Ok(Some(format!("{subject} may be used again, by order of the operator"))),
-                false => Err(Refusal::new(format!("{subject} is not forbidden"), self.in_force())),
+                true => Ok(Some(Reason::MayBeUsed { subject: subject.clone() })),
+                false => {
+                    let reason = Reason::NotForbidden { subject: subject.clone() };
+                    Err(Refusal::new(reason, self.in_force()))
+                }
             },
             Order::Force { need, source } => {
                 let need = find_need(&self.knowledge, need)?;
@@ -74,7 +79,7 @@ impl Engine {
             Order::Release(name) => {
                 let need = find_need(&self.knowledge, name)?;
                 if self.providers[need].forced().is_none() {
-                    let reason = format!("{name} chooses its source itself already");
+                    let reason = Reason::ChoosesAlready { need: name.clone() };
                     return Err(Refusal::new(reason, self.in_force()));
                 }
                 self.serve(need, None, now);
@@ -82,7 +87,7 @@ impl Engine {
             }
             Order::Clear(subject) => {
                 self.clear(subject, now)?;
-                Ok(Some(format!("{subject} was cleared by order of the operator")))
+                Ok(Some(Reason::WasCleared { subject: subject.clone() }))
             }
         }
     }
@@ -92,27 +97,25 @@ impl Engine {
         match subject.find(&self.knowledge)? {
             Component::Cause(cause) => {
                 let shared = &self.knowledge.causes()[cause].signals;
-                let names = shared.iter().map(|signal| self.knowledge.signals()[*signal].name.as_str());
-                let names: Vec<&str> = names.collect();
-                let help = format!("name the signals that share it: {}", names.join(", "));
-                Err(Refusal::new(format!("{subject} is no signal or relation"), help))
+                let names = shared.iter().map(|signal| self.knowledge.signals()[*signal].name.clone());
+                let help = Reason::NameSharers { signals: names.collect() };
+                Err(Refusal::new(Reason::NeitherSignalNorRelation { subject: subject.clone() }, help))
             }
             component => Ok(component),
         }
     }
 
-    fn in_force(&self) -> String {
-        let orders: Vec<String> = self.standing_orders().iter().map(|order| format!("`{order}`")).collect();
+    fn in_force(&self) -> Reason {
+        let orders = self.standing_orders();
         match orders.is_empty() {
-            true => "no order is in force".to_string(),
-            false => format!("in force: {}", orders.join(", ")),
+            true => Reason::NoneInForce,
+            false => Reason::InForce { orders },
         }
     }
 
     /// Ties a need to a source, or sets it free.
     fn serve(&mut self, need: NeedId, way: Option<Way>, now: Time) {
-        let reason = "the need chooses its source itself again, by order of the operator".to_string();
-        let (providers, outputs, situation) = self.situation(now, Some(reason));
+        let (providers, outputs, situation) = self.situation(now, Some(Reason::ChoosesItself));
         let provider = &mut providers[need];
         let event = match way {
             Some(way) => provider.force(way, &situation),
@@ -136,14 +139,14 @@ impl Engine {
         let Some(source) = found.find(|source| source.way.describe(knowledge) == text) else {
             let all = self.ready_sources.sources(knowledge, graph, need, &Lost::default());
             let all: Vec<String> = all.iter().map(|source| source.way.describe(knowledge)).collect();
-            let what = format!("source of {} that could run now:", need_described.signal);
-            return Err(Refusal::unknown(&what, text, all.iter().map(String::as_str)));
+            let reason = Reason::NoSource { need: need_described.signal.clone(), name: text.to_owned() };
+            return Err(Refusal::unknown(reason, text, all.iter().map(String::as_str)));
         };
         let shortfalls = Requirements::of(need_described).shortfalls_of_way(knowledge, &source.way);
         if let Some(shortfall) = shortfalls.first() {
-            let reason =
-                format!("{text} does not meet what the need demands: {}", shortfall.describe(knowledge));
-            return Err(Refusal::new(reason, "change the need, or name another source".to_string()));
+            let reason = Reasons::from(Reason::DoesNotMeet { source: text.to_owned() });
+            let reason = reason.then(Joint::Namely, shortfall.reason(knowledge));
+            return Err(Refusal::new(reason, Reason::ChangeTheNeed));
         }
         Ok(source.way)
     }
@@ -153,7 +156,7 @@ impl Engine {
         let Component::Cause(cause) = component else {
             return match self.clear_by_operator(component) {
                 true => {
-                    let event = reason::cleared_by_operator(&self.knowledge, component, None, now);
+                    let event = events::cleared_by_operator(&self.knowledge, component, None, now);
                     self.outputs.push_back(Output::Event(event));
                     Ok(())
                 }
@@ -165,7 +168,7 @@ impl Engine {
         for signal in sharing.into_iter().map(Component::Signal) {
             if self.clear_by_operator(signal) {
                 is_any = true;
-                let event = reason::cleared_by_operator(&self.knowledge, signal, Some(cause), now);
+                let event = events::cleared_by_operator(&self.knowledge, signal, Some(cause), now);
                 self.outputs.push_back(Output::Event(event));
             }
         }
@@ -199,11 +202,12 @@ impl Engine {
     }
 
     fn nothing_to_clear(&self, subject: &Subject, component: Component) -> Refusal {
+        let subject = subject.clone();
         match component {
             Component::Signal(signal) if self.absence(signal).is_some() => {
-                Refusal::new(format!("{subject} gives no usable value"), "clear it when it speaks again")
+                Refusal::new(Reason::GivesNothing { subject }, Reason::ClearLater)
             }
-            _ => Refusal::new(format!("{subject} is not accused"), "there is nothing to clear".to_string()),
+            _ => Refusal::new(Reason::NotAccused { subject }, Reason::NothingToClear),
         }
     }
 
@@ -223,14 +227,14 @@ impl Engine {
                 Order::Allow(_) | Order::Release(_) | Order::Clear(_) => Ok(()),
             };
             if let Err(refusal) = kept {
-                self.refuse(None, format!("`{order}` is not in force any more: {refusal}"), now);
+                self.refuse(Reason::NoMoreInForce { order: order.clone() }, refusal, now);
             }
         }
     }
 
     /// Tells of what cannot be done.
-    pub(super) fn refuse(&mut self, about: Option<Component>, because: String, now: Time) {
-        let event = reason::refused(&self.knowledge, about, because, now);
+    pub(super) fn refuse(&mut self, what: Reason, refusal: Refusal, now: Time) {
+        let event = events::refused(Reasons::from(what).then(Joint::Namely, refusal.reasons()), now);
         self.outputs.push_back(Output::Event(event));
     }
 }

@@ -8,7 +8,7 @@
 use super::message::Output;
 use super::provider::Succession;
 use super::snapshot::Accusation;
-use super::{Engine, reason};
+use super::{Engine, events};
 use crate::diagnosis::Component;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, NeedId, SignalId};
 use crate::time::Time;
@@ -50,7 +50,7 @@ impl Engine {
         let inheritance = self.monitor.inherit(old.monitor, lineage, now);
         let dropped = self.judge.inherit(&old.judge, &self.monitor, lineage, &inheritance);
         for (component, is_described_anew) in dropped {
-            let event = reason::judged_anew(&self.knowledge, component, is_described_anew, now);
+            let event = events::judged_anew(&self.knowledge, component, is_described_anew, now);
             self.outputs.push_back(Output::Event(event));
         }
         self.inherit_charges(old.accusations, lineage);

@@ -5,7 +5,7 @@
 
 use super::Engine;
 use super::message::Output;
-use super::operator::{Subject, find_need};
+use super::operator::find_need;
 use super::provider::Resumption;
 use super::snapshot::{Missing, Published, Remembered, Served, Snapshot, Trending};
 use crate::alignment::Sample;
@@ -13,9 +13,10 @@ use crate::diagnosis::{Component, Record};
 use crate::interval::Interval;
 use crate::knowledge::{NeedId, SignalId};
 use crate::monitor::{Absence, Residual, TrendRecord, WatchedWay, WayIndex};
+use crate::order::Subject;
+use crate::reason::Reason;
 use crate::time::Time;
 use alloc::collections::BTreeMap;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -95,7 +96,7 @@ impl Engine {
             match find_need(&self.knowledge, &need.need) {
                 Ok(id) => served.push((id, need)),
                 Err(refusal) => {
-                    self.refuse(None, format!("what served {} is forgotten: {refusal}", need.need), now);
+                    self.refuse(Reason::ServedForgotten { need: need.need.clone() }, refusal, now);
                 }
             }
         }
@@ -123,7 +124,7 @@ impl Engine {
             Ok(Component::Cause(_)) => {}
             Err(_) if record.verdict.is_none() => {}
             Err(refusal) => {
-                self.refuse(None, format!("the accusation of {subject} is forgotten: {refusal}"), now);
+                self.refuse(Reason::AccusationForgotten { subject: subject.clone() }, refusal, now);
             }
         }
     }

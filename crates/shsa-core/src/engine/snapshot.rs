@@ -1,9 +1,10 @@
 //! What must outlast the process: names, so that a changed knowledge base can go on with what is still the same.
 
-use super::operator::{Order, Subject};
 use crate::diagnosis::Record;
 use crate::interval::Interval;
 use crate::monitor::{Absence, Symptom, TrendRecord};
+use crate::order::{Order, Subject};
+use crate::reason::Reasons;
 use crate::time::{Time, Validity};
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -49,8 +50,8 @@ pub struct Accusation {
     pub cause: Option<String>,
     /// How probable it is, where that could be computed.
     pub probability: Option<f64>,
-    /// The evidence in words.
-    pub because: String,
+    /// The evidence.
+    pub because: Reasons,
 }
 
 /// A signal that gives no usable value, or did not until shortly before.

@@ -10,6 +10,7 @@ use shsa_core::knowledge::{
 };
 use shsa_core::monitor::Symptom;
 use shsa_core::observation::{Observation, RawValue};
+use shsa_core::reason::{Amount, Joint, Range, Reason, Reasons};
 use shsa_core::time::{Span, Time};
 
 /// 5 Hz, hence 2 of 4 readings; -50..50 within +-0.1, 2 a second; stamps within 10 ms, 300 ms late at most.
@@ -170,6 +171,11 @@ fn first_fault(readings: &[Reading]) -> Option<(Time, Symptom)> {
     None
 }
 
+/// Whether the readings of a signal themselves have shown the fault.
+fn shows_readings(event: &Event) -> bool {
+    event.because.iter().any(|reason| matches!(reason, Reason::Readings { .. }))
+}
+
 proptest! {
     #[test]
     fn the_first_fault_is_that_of_the_definition(readings in readings()) {
@@ -185,9 +191,9 @@ proptest! {
         // A timeout of the same signal may speak first, or drop what comes after it.
         let expected = first_fault(&readings);
         let failed = run.events(EventKind::Failed);
-        let found = failed.iter().find(|event| event.because.contains(" values)"));
+        let found = failed.iter().find(|event| shows_readings(event));
         let found = found.map(|event| (event.time, event.symptom.unwrap()));
-        let is_told_before = |(time, _): &(Time, Symptom)| failed.iter().any(|event| event.time <= *time && !event.because.contains(" values)"));
+        let is_told_before = |(time, _): &(Time, Symptom)| failed.iter().any(|event| event.time <= *time && !shows_readings(event));
         if !expected.as_ref().is_some_and(is_told_before) {
             prop_assert_eq!(found, expected);
         }
@@ -305,7 +311,7 @@ fn outliers_that_come_again_and_again_are_a_fault() {
     assert_eq!(failed.len(), 1, "{failed:?}");
     assert_eq!(failed[0].symptom, Some(Symptom::TooFast));
     assert!(failed[0].time > Time(40 * PERIOD) && failed[0].time < Time(90 * PERIOD), "{:?}", failed[0]);
-    assert!(failed[0].because.ends_with("(5 of 64 values)"), "{}", failed[0].because);
+    assert_eq!(failed[0].because.iter().last(), Some(&Reason::Readings { bad: 5, of: 64 }));
     let restored = run.events(EventKind::Restored);
     assert_eq!(restored.len(), 1);
     assert!(restored[0].time > Time(300 * PERIOD), "{:?}", restored[0]);
@@ -313,17 +319,22 @@ fn outliers_that_come_again_and_again_are_a_fault() {
 }
 
 #[test]
-fn words_have_numbers() {
+fn reasons_have_numbers() {
     let late: Vec<Reading> = (5..12).map(|step| (step * PERIOD - 620_000_000, step * PERIOD, 0.0)).collect();
     let run = Run::of(&late);
-    assert_eq!(
-        run.events(EventKind::Failed)[0].because,
-        "arrived 620 ms after its time stamp, 300 ms is allowed (3 of 3 values)"
-    );
+    let late = Reason::ArrivedLate { after: Span::from_millis(620), allowed: Span::from_millis(300) };
+    let expected = Reasons::from(late).then(Joint::With, Reason::Readings { bad: 3, of: 3 });
+    assert_eq!(run.events(EventKind::Failed)[0].because, expected);
     let jump = (0..8).map(|step| if step < 4 { 0.001 * f64::from(step) } else { 20.0 });
     let run = Run::of(&regular(jump));
-    assert_eq!(
-        run.events(EventKind::Failed)[0].because,
-        "from -0.09700..0.1030 to 19.90..20.10 within 420 ms, at most 2.000 a second is possible (2 of 4 values)"
-    );
+    let range = |value: f64| Range { lo: value - 0.1, hi: value + 0.1, unit: None };
+    let failed = run.events(EventKind::Failed);
+    let told: Vec<&Reason> = failed[0].because.iter().collect();
+    let [Reason::TooFast { from, to, within, most }, readings] = told[..] else { panic!("{told:?}") };
+    for (found, expected) in [(from, range(0.003)), (to, range(20.0))] {
+        let (lo, hi) = (found.lo - expected.lo, found.hi - expected.hi);
+        assert!(lo.abs() < 1e-9 && hi.abs() < 1e-9 && found.unit.is_none(), "{found:?}");
+    }
+    assert_eq!((*within, most), (Span::from_millis(420), &Amount { value: 2.0, unit: None }));
+    assert_eq!(*readings, Reason::Readings { bad: 2, of: 4 });
 }

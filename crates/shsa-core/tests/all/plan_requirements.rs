@@ -8,6 +8,7 @@ use shsa_core::plan::{
     BestFirst, Contingency, Graph, Limits, Options, Preparation, Requirements, Shortfall, StopReason,
     best_meeting, exhaustive,
 };
+use shsa_core::reason::Reason;
 use shsa_core::time::Span;
 
 const LIMITS: Limits = Limits { expansions: 10_000_000, states: 3_000_000 };
@@ -133,7 +134,7 @@ fn what_is_pruned_is_what_the_exact_check_refuses() {
         }
         for (substitution, _) in &all.substitutions {
             for shortfall in met(&requirements, substitution) {
-                assert!(!shortfall.describe(&knowledge).is_empty());
+                assert_eq!(shortfall.reason(&knowledge).code(), CODES[kind(&shortfall)]);
                 kinds[kind(&shortfall)] += 1;
             }
         }
@@ -185,6 +186,19 @@ fn a_table_meets_the_requirements_after_each_loss() {
     assert!(known > 1_000 && changed > 1_000, "{known} {changed}");
 }
 
+/// The codes of what falls short, by [`kind`].
+const CODES: [&str; 9] = [
+    "no-signal-of",
+    "relation-barred",
+    "rate-too-low",
+    "signals-integrity",
+    "relation-integrity",
+    "not-independent",
+    "rests-on-old",
+    "too-wide",
+    "comes-rarely",
+];
+
 fn kind(shortfall: &Shortfall) -> usize {
     match shortfall {
         Shortfall::Signal(_) => 0,
@@ -219,25 +233,28 @@ fn a_pruned_candidate_tells_why() {
     let (knowledge, _) = build(&draft);
     let graph = Graph::new(&knowledge);
     let root = knowledge.variable("speed").unwrap();
-    let why = |requirements: &Requirements| -> Vec<String> {
+    let why = |requirements: &Requirements| -> Vec<Reason> {
         let options = Options::default();
         let all = exhaustive(&knowledge, root, &options, LIMITS).substitutions;
         let found: Vec<_> =
             BestFirst::meeting(&knowledge, &graph, root, &options, requirements, LIMITS).collect();
         let told = all.iter().flat_map(|(s, _)| requirements.shortfalls(&knowledge, &options, s));
-        let told: Vec<String> = told.map(|shortfall| shortfall.describe(&knowledge)).collect();
+        let told: Vec<Reason> = told.map(|shortfall| shortfall.reason(&knowledge)).collect();
         assert_eq!(found.len() + told.len(), 2);
         told
     };
     let latency = Requirements { max_latency: Some(Span::from_millis(300)), ..Requirements::default() };
-    assert_eq!(why(&latency), ["it rests on values 0.54 s old, more than 0.3 s"]);
+    assert_eq!(why(&latency), [Reason::RestsOnOld { age_s: 0.54, most_s: 0.3 }]);
     let width = Requirements { max_width: Some(0.5), ..Requirements::default() };
-    assert_eq!(why(&width), ["its values are at least 0.8 wide, more than 0.5"]);
+    assert_eq!(why(&width), [Reason::TooWide { width: 0.8, most: 0.5 }]);
     let rate = Requirements { min_rate_hz: Some(20.0), ..Requirements::default() };
-    assert_eq!(why(&rate)[0], "signals of position come 10 times a second, not 20");
+    let expected = Reason::RateTooLow { variable: "position".to_owned(), rate_hz: 10.0, least_hz: 20.0 };
+    assert_eq!(why(&rate)[0], expected);
     let level = Requirements { integrity: Some(2.0), ..Requirements::default() };
-    assert_eq!(why(&level)[1], "signals of pace have integrity none, not B");
+    let (variable, least) = ("pace".to_owned(), "B".to_owned());
+    let expected = Reason::SignalsIntegrity { variable: variable.clone(), level: "none".to_owned(), least };
+    assert_eq!(why(&level)[1], expected);
     let suspects = vec![knowledge.signal("/pace").unwrap()];
     let shared = Requirements { independent_of: suspects, ..Requirements::default() };
-    assert_eq!(why(&shared), ["pace is known only by /pace, which is not independent of the suspects"]);
+    assert_eq!(why(&shared), [Reason::NotIndependent { variable, signal: "/pace".to_owned() }]);
 }

@@ -187,7 +187,7 @@ proptest! {
         let is_told = told(liar) || members[liar].1.iter().any(|&origin| told(origin));
         prop_assert!(is_told, "the liar is not told: {:?}", accused);
         for event in run.events(EventKind::Failed) {
-            prop_assert_eq!(event.signal, Some(SignalId::from_index(liar)), "{}", event.because);
+            prop_assert_eq!(event.signal, Some(SignalId::from_index(liar)), "{:?}", event.because);
         }
         for number in 0..members.len() {
             let verdict = run.engine.verdict(SignalId::from_index(number));
@@ -247,7 +247,7 @@ fn is_told(run: &Run, between: std::ops::Range<i64>, restored: bool) {
     let told: Vec<_> = failed.iter().map(|it| (it.signal.map(Id::index), it.symptom)).collect();
     assert_eq!(told, [(Some(0), Some(Symptom::WrongClock))], "{failed:?}");
     let after = (failed[0].time.0 - start) / SECOND;
-    assert!(between.contains(&after), "told after {after} s: {}", failed[0].because);
+    assert!(between.contains(&after), "told after {after} s: {:?}", failed[0].because);
     assert_eq!(run.events(EventKind::Restored).len(), usize::from(restored));
 }
 

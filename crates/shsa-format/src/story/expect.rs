@@ -3,6 +3,7 @@
 use super::change;
 use super::curve::Curve;
 use crate::drive::Run;
+use crate::words;
 use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, Event, EventKind, Publication, PublishedValue, Quality};
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, Variable, VariableId};
@@ -98,7 +99,10 @@ impl Expectation {
                 let verdict = signal.map(|signal| verdict_name(engine.verdict(signal)));
                 Some(verdict.unwrap_or("no such signal").to_owned())
             }
-            Expectation::Source { need, .. } => engine.need_status(change::need(own, *need, known)?).source,
+            Expectation::Source { need, .. } => {
+                let status = engine.need_status(change::need(own, *need, known)?);
+                status.source.as_ref().map(words::served_by)
+            }
             Expectation::Events { .. } | Expectation::Values { .. } => None,
         }
     }
@@ -114,7 +118,7 @@ impl Expectation {
             }
             Expectation::Source { source, .. } => {
                 let met = match (source, &seen) {
-                    (Some(texts), Some(found)) => holds_all(found, texts),
+                    (Some(texts), Some(found)) => holds_all(|| found.clone(), texts),
                     (None, None) => true,
                     _ => false,
                 };
@@ -147,12 +151,20 @@ impl Expectation {
             && variable.is_none_or(|variable| event.variable == Some(variable) && event.signal.is_none())
             && need.is_none_or(|need| event.need == Some(need))
             && symptom.is_none_or(|symptom| event.symptom == Some(symptom))
-            && holds_all(&event.because, because)
-            && holds_all(event.substitution.as_deref().unwrap_or_default(), substitution)
+            && holds_all(|| words::reasons(&event.because), because)
+            && holds_all(
+                || event.substitution.as_ref().map(words::served_by).unwrap_or_default(),
+                substitution,
+            )
     }
 }
 
-fn holds_all(text: &str, parts: &[String]) -> bool {
+/// Whether a text, which is made only where something is asked of it, holds all of these.
+fn holds_all(text: impl FnOnce() -> String, parts: &[String]) -> bool {
+    if parts.is_empty() {
+        return true;
+    }
+    let text = text();
     parts.iter().all(|part| text.contains(part.as_str()))
 }
 

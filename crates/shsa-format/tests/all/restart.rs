@@ -8,12 +8,14 @@ use shsa_core::engine::{
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
+use shsa_core::reason::{Clause, Reason, Reasons};
 use shsa_core::time::{Span, Time, Validity};
 use shsa_format::drive::Given;
 use shsa_format::journal::{JournalWriter, read_journal};
 use shsa_format::model::live::{Live, Written};
 use shsa_format::state::{read_state, write_state};
 use shsa_format::story;
+use shsa_format::words;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -77,7 +79,8 @@ impl Stage {
         let knowledge = self.engine.knowledge();
         for need in knowledge.needs().ids() {
             let status = self.engine.need_status(need);
-            let source = status.source.filter(|_| status.forced.is_none()).unwrap_or_default();
+            let source = status.source.filter(|_| status.forced.is_none());
+            let source = source.as_ref().map(words::served_by).unwrap_or_default();
             let signals = source.split(" by ").next().unwrap_or_default().split(", ");
             for signal in signals.filter_map(|name| knowledge.signal(name)) {
                 assert!(
@@ -167,11 +170,46 @@ fn check_error(from: &str, to: &str, expected: &str) {
 
 #[test]
 fn a_state_that_is_wrong_says_where() {
-    check_error("shsa-state-1", "shsa-state-9", "this says it is `shsa-state-9`, and only `shsa-state-1`");
+    check_error("shsa-state-2", "shsa-state-9", "this says it is `shsa-state-9`, and only `shsa-state-2`");
+    let unknown = "`because`: reason `moon`: there is no such reason";
+    check_error("\"code\": \"probability\"", "\"code\": \"moon\"", unknown);
+    check_error("\"own\"", "\"of\"", "reason `probability`: `own`: ");
+    check_error("\"own\"", "\"also\": 1, \"own\"", "reason `probability`: it has no argument `also`");
+    let joint = "\"joint\": \"moon\", \"code\": \"probability\"";
+    check_error("\"code\": \"probability\"", joint, "`joint` cannot be `moon`: known are `next`, `namely`");
     check_error("\"failed\"", "\"broken\"", "`verdict` cannot be `broken`: known are `suspect`, `failed`");
     check_error("\"alone\"", "\"lonely\"", "unknown field `lonely`");
     check_error("\"relapses\": ", "\"relapses\": -", "at line");
     check_error("\"signal\"", "\"relation\": \"r\", \"signal\"", "here it is about both");
+}
+
+/// Earlier versions wrote the reasons of an accusation as a sentence: it is told as it was written, and kept.
+#[test]
+fn reasons_that_an_earlier_version_wrote_in_words_are_read() {
+    let (knowledge, inputs) = story("01-dead-but-looks-alive");
+    let mut stage = Stage::new(Engine::new(knowledge.clone(), Options::default()), BTreeSet::new());
+    inputs.iter().for_each(|input| stage.give(input));
+    let snapshot = stage.engine.snapshot();
+    let accusations = || snapshot.verdicts.iter().filter_map(|it| it.accusation.as_ref());
+    let told: Vec<String> = accusations().map(|it| words::reasons(&it.because)).collect();
+    assert!(!told.is_empty() && told.iter().all(|text| !text.is_empty()), "{told:?}");
+
+    let mut state: serde_json::Value = serde_json::from_str(&write_state(&snapshot)).unwrap();
+    state["state"] = "shsa-state-1".into();
+    let verdicts = state["verdicts"].as_array_mut().unwrap();
+    let charges = verdicts.iter_mut().filter_map(|verdict| verdict.get_mut("charge"));
+    for (charge, text) in charges.zip(&told) {
+        charge["because"] = text.as_str().into();
+    }
+    let read = read_state(&state.to_string()).unwrap();
+    let engine = restored(&knowledge, &read, snapshot.time);
+    let again = engine.snapshot();
+    let again: Vec<_> = again.verdicts.iter().filter_map(|it| it.accusation.as_ref()).collect();
+    assert_eq!(again.iter().map(|it| words::reasons(&it.because)).collect::<Vec<_>>(), told);
+    let is_told =
+        |because: &Reasons| matches!(because.clauses(), [Clause { reason: Reason::Told { .. }, .. }]);
+    assert!(again.iter().all(|it| is_told(&it.because)), "{again:?}");
+    assert!(!accusations().any(|it| is_told(&it.because)), "the engine tells no words of its own");
 }
 
 #[test]
@@ -187,7 +225,8 @@ fn what_a_changed_model_does_not_have_is_told_and_dropped() {
     let mut stage = Stage::new(engine, BTreeSet::new());
     stage.listen();
     let refused = stage.events.iter().find(|event| event.kind == EventKind::Refused).expect("a refusal");
-    assert!(refused.because.contains("is forgotten: there is no signal"), "{}", refused.because);
+    let told = words::reasons(&refused.because);
+    assert!(told.contains("is forgotten: there is no signal"), "{told}");
 }
 
 #[test]

@@ -9,6 +9,7 @@ use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::Time;
 use shsa_format::drive::Run;
 use shsa_format::model;
+use shsa_format::words;
 use std::fmt::Write;
 use std::ops::Range;
 
@@ -255,7 +256,7 @@ fn wrong(kind: Kind, seed: u64, with_fault: bool) -> Vec<String> {
                 event.kind,
                 name(event.signal),
                 event.time.seconds() - 1000.0,
-                event.because
+                words::reasons(&event.because)
             )
         })
         .collect();

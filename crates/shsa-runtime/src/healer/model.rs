@@ -33,8 +33,10 @@ impl Healer {
         bridge: &mut dyn Bridge,
     ) -> Result<Vec<(Arc<str>, BridgeError)>, RuntimeError> {
         let knowledge = self.engine.knowledge();
-        let serving =
-            |need| self.engine.need_status(need).source.and_then(|source| knowledge.signal(&source));
+        let serving = |need| {
+            let source = self.engine.need_status(need).source?;
+            knowledge.signal(source.way()?)
+        };
         let bindings = self.bindings(knowledge, serving).or_else(|_| self.bindings(knowledge, |_| None))?;
         let Bindings { inputs, outlets, takeovers, carriers } = bindings;
         let subscribed = inputs.topics().map(|topic| (topic.clone(), bridge.subscribe(topic, None)));

@@ -44,7 +44,8 @@ impl Healer {
         };
         let outlet = &mut self.outlets[publication.need];
         if !outlet.has_source() {
-            outlet.follow(EventKind::Restored, self.engine.need_status(publication.need).source);
+            let source = self.engine.need_status(publication.need).source;
+            outlet.follow(EventKind::Restored, source.as_ref());
         }
         let is_isolated = self.workers.as_ref().is_some_and(|workers| workers.is_isolated(publication));
         outlet.place(match (publication.delegated, is_isolated) {

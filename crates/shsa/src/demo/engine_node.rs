@@ -8,6 +8,7 @@ use shsa_core::knowledge::SignalId;
 use shsa_core::monitor::{self, Debounce};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time, Validity};
+use shsa_format::words;
 use shsa_message::source::split_topic;
 use std::collections::BTreeMap;
 
@@ -46,8 +47,8 @@ impl EngineNode {
             kind: event.kind,
             signal: event.signal.map(|signal| knowledge.signals()[signal].name.clone()),
             variable: event.variable.map(|variable| knowledge.variables()[variable].name.clone()),
-            because: event.because,
-            substitution: event.substitution,
+            because: words::reasons(&event.because),
+            substitution: event.substitution.as_ref().map(words::served_by),
         }
     }
 }
@@ -59,7 +60,8 @@ impl Healer for EngineNode {
 
     fn source(&self) -> String {
         let need = self.engine.knowledge().needs().ids().next();
-        need.and_then(|need| self.engine.need_status(need).source).unwrap_or_else(|| "nothing".to_string())
+        let source = need.and_then(|need| self.engine.need_status(need).source);
+        source.as_ref().map_or_else(|| "nothing".to_string(), words::served_by)
     }
 
     fn observe(&mut self, message: &Message) {

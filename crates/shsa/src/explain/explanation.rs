@@ -14,6 +14,7 @@ use shsa_core::monitor::{ResidualState, Symptom};
 use shsa_core::time::Time;
 use shsa_format::event;
 use shsa_format::text::counted;
+use shsa_format::words;
 
 /// So many comparisons are listed in a section, and events in what came later.
 const MOST_LISTED: usize = 12;
@@ -127,7 +128,7 @@ impl<'a> Explanation<'a> {
         let mut items = vec![item(parts)];
         items.extend(self.reason().map(item));
         if let Some(event) = self.event {
-            items.push(item(format!("The engine said: {}.", event.because)));
+            items.push(item(format!("The engine said: {}.", words::reasons(&event.because))));
         }
         items
     }

@@ -11,6 +11,7 @@ use shsa_core::monitor::Symptom;
 use shsa_core::time::Time;
 use shsa_format::drive::Run;
 use shsa_format::event;
+use shsa_format::words;
 
 /// All decisions of a run.
 pub(super) fn list(run: &Run) -> Value {
@@ -29,8 +30,8 @@ fn decision(number: usize, known: &KnowledgeBase, event: &Event, first: Time) ->
         "kind": event.kind.name(),
         "of": subject(known, event),
         "symptom": event.symptom.map(Symptom::name),
-        "because": event.because,
-        "substitution": event.substitution,
+        "because": words::reasons(&event.because),
+        "substitution": event.substitution.as_ref().map(words::served_by),
     })
 }
 
@@ -58,7 +59,7 @@ pub(super) fn object(explanation: &Explanation<'_>) -> Value {
         "number": explanation.inquiry.focus.event.map(|number| number + 1),
         "symptom": explanation.event.and_then(|event| event.symptom).map(Symptom::name),
         "verdict": event::verdict(evidence.absence, evidence.verdict),
-        "because": explanation.event.map(|event| &event.because),
+        "because": explanation.event.map(|event| words::reasons(&event.because)),
         "against": told(Speaks::Against),
         "for": told(Speaks::For),
         "silent": told(Speaks::Not),

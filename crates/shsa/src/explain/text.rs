@@ -5,6 +5,7 @@ use crate::show::{self, Paint, paint};
 use shsa_core::engine::{Event, EventKind};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_format::drive::Run;
+use shsa_format::words;
 
 pub(super) fn text(explanation: &Explanation<'_>) -> String {
     let mut parts = vec![paint(Paint::Bold, &explanation.headline())];
@@ -32,7 +33,7 @@ pub(super) fn list(run: &Run) -> String {
             format!("{time:>9.3} s"),
             paint_kind(event.kind),
             subject(known, event).to_owned(),
-            event.substitution.as_ref().map_or(symptom, |source| format!("<- {source}")),
+            event.substitution.as_ref().map_or(symptom, |source| format!("<- {}", words::served_by(source))),
         ]
     };
     let rows = run.told_events().enumerate().map(row).collect();

@@ -1,10 +1,11 @@
 //! Comparisons and ways in words.
 
-use shsa_core::engine::{Comparison, Mute, Side, difference_text, interval_text, span_text};
+use shsa_core::engine::{Comparison, Mute, Side};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, SignalId, SignalSet};
 use shsa_core::monitor::{Absence, ResidualState, Tendency};
 use shsa_core::time::{Span, Time};
+use shsa_format::words;
 
 /// So many names are listed; of more, the number.
 const MOST_NAMED: usize = 6;
@@ -52,7 +53,7 @@ impl<'a> Words<'a> {
     }
 
     fn interval(&self, comparison: &Comparison, value: Interval) -> String {
-        interval_text(self.knowledge, comparison.variable, value)
+        words::interval(self.knowledge, comparison.variable, value)
     }
 
     /// How many of the recent comparisons say so, and since when.
@@ -82,7 +83,7 @@ impl<'a> Words<'a> {
 
     /// What many comparisons say together.
     fn together(&self, comparison: &Comparison, tendency: Tendency, ahead: f64) -> String {
-        let by = difference_text(self.knowledge, comparison.variable, ahead.abs());
+        let by = words::difference(self.knowledge, comparison.variable, ahead.abs());
         match tendency {
             Tendency::Drift if ahead < 0.0 => format!("the first has said {by} less on average"),
             Tendency::Drift => format!("the first has said {by} more on average"),
@@ -130,7 +131,7 @@ impl<'a> Words<'a> {
                 "{way} had given no value: its inputs were not there together, or the condition of a relation did not hold"
             ),
             Some((time, _)) if at - time > Span::from_millis(100) => {
-                format!("{way} had last given a value {} before", span_text(at - time))
+                format!("{way} had last given a value {} before", words::span(at - time))
             }
             Some(_) => "the two had not been compared of late".to_owned(),
         }

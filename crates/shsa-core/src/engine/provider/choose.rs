@@ -1,8 +1,6 @@
 //! Which source serves a need: the best one, another one when it is lost, the better one again, or the one that is ordered.
 
 use super::super::message::{Event, EventKind};
-use super::super::operator::Subject;
-use super::super::reason;
 use super::settings::{Given, width};
 use super::situation::{Situation, Succession};
 use super::unsure::{Unsure, independent};
@@ -10,10 +8,11 @@ use super::{Better, Forced, Provider};
 use crate::alignment::{Port, Sample};
 use crate::knowledge::{IdVec, KnowledgeBase, SignalId, WhenUnsure};
 use crate::monitor::Monitor;
+use crate::order::Subject;
+use crate::reason::{Amount, Joint, Reason, Reasons};
 use crate::service::Service;
 use crate::substitution::Way;
 use crate::time::Time;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -91,22 +90,25 @@ impl Provider {
         if self.state.way().is_some_and(|way| self.sources.contain(way)) {
             return None;
         }
-        let lost = self.source_words(knowledge);
-        let order = situation.order.as_deref();
+        let lost = self.source_name(knowledge);
+        let by_order = |order: &Reason, source| {
+            Reasons::from(order.clone()).then(Joint::Namely, Reason::Left { source })
+        };
+        let order = situation.order.as_ref();
         if !self.replace_by_best(knowledge, monitor, now) {
-            let because = lost.map(|lost| match order {
-                Some(order) => format!("{order}: {lost} is left, and nothing else is trusted"),
-                None => format!("{lost} was lost and nothing else is trusted"),
+            let because = lost.map(|source| match order {
+                Some(order) => by_order(order, source).then(Joint::And, Reason::NothingElseTrusted),
+                None => Reason::LostAlone { source }.into(),
             });
             return self.do_without(situation, because);
         }
         self.switched = Some(now);
         // Where nothing was lost, the need was not served: the first value tells that it is again.
         let why = match order {
-            Some(order) => format!("{order}: {} is left", lost?),
-            None => format!("{} is not trusted any more", lost?),
+            Some(order) => by_order(order, lost?),
+            None => Reason::NotTrusted { source: lost? }.into(),
         };
-        let because = format!("{why}; {}", self.alternatives(knowledge));
+        let because = why.then(Joint::Next, self.alternatives(knowledge));
         Some(self.event(knowledge, EventKind::Substituted, because, now))
     }
 
@@ -114,18 +116,18 @@ impl Provider {
     pub(super) fn start_anew(&mut self, lost: Option<&Way>, change: &Succession<'_>) -> Option<Event> {
         let Situation { knowledge, now, .. } = change.situation;
         let is_served = self.start_heard(&change.situation);
-        let reason = lost.map(|way| change.lost_by(way));
+        let reason = lost.map(|way| Reasons::from(change.lost_by(way)));
         if !is_served {
-            let because = reason.map(|reason| format!("{reason}, and nothing else is trusted"));
+            let because = reason.map(|reason| reason.then(Joint::And, Reason::NothingElseTrusted));
             return self.do_without(&change.situation, because);
         }
         self.switched = Some(now);
-        let because = format!("{}; {}", reason?, self.alternatives(knowledge));
+        let because = reason?.then(Joint::Next, self.alternatives(knowledge));
         Some(self.event(knowledge, EventKind::Substituted, because, now))
     }
 
     /// The chosen source and the next ones, with their utilities.
-    pub(super) fn alternatives(&self, knowledge: &KnowledgeBase) -> String {
+    pub(super) fn alternatives(&self, knowledge: &KnowledgeBase) -> Reasons {
         self.sources.alternatives(knowledge, self.settings.variable, self.state.way())
     }
 
@@ -158,11 +160,12 @@ impl Provider {
         self.start(knowledge, Some(better), monitor.ports());
         self.switched = Some(now);
         let why = match better_by {
-            Better::Changed => "the changed model has a better source",
-            Better::Ordered => "its better source may serve it again by order of the operator",
-            Better::Trusted => "its better source is trusted again",
+            Better::Changed => Reason::ModelHasBetter,
+            Better::Ordered => Reason::BetterAllowed,
+            Better::Trusted => Reason::BetterTrusted,
         };
-        Some(self.event(knowledge, EventKind::Restored, format!("{why}; before: {left}"), now))
+        let because = Reasons::from(why).then(Joint::Next, Reason::Before { source: left });
+        Some(self.event(knowledge, EventKind::Restored, because, now))
     }
 
     /// Whether the newest value of a way is fit, as far as the way is watched.
@@ -204,13 +207,13 @@ impl Provider {
         let service = Service::start(knowledge, next, monitor.ports(), owed)?;
         self.take_over(knowledge, Some(service));
         self.switched = Some(now);
-        let amount = |amount: f64| reason::difference(knowledge, self.settings.variable, amount);
+        let amount = |amount: f64| Amount::of(knowledge, self.settings.variable, amount);
+        let source = current.describe(knowledge);
         let shortfall = match width > max_width {
-            true => format!("{} wide, more than {}", amount(width), amount(max_width)),
-            false => format!("{} old, more than {}", reason::span(age), reason::span(self.settings.max_age)),
+            true => Reason::SourceTooWide { source, width: amount(width), most: amount(max_width) },
+            false => Reason::SourceTooOld { source, age, most: self.settings.max_age },
         };
-        let left = current.describe(knowledge);
-        let because = format!("values of {left} are {shortfall}; {}", self.alternatives(knowledge));
+        let because = Reasons::from(shortfall).then(Joint::Next, self.alternatives(knowledge));
         Some(self.event(knowledge, EventKind::Substituted, because, now))
     }
 
@@ -242,35 +245,38 @@ impl Provider {
         let forced = self.forced.as_mut()?;
         forced.is_doubted = !self.sources.contain(&forced.way);
         let way = forced.way.clone();
-        let only = format!("{} alone may serve it by order of the operator", way.describe(knowledge));
+        let only = Reasons::from(Reason::OnlyByOrder { source: way.describe(knowledge) });
         let forbidden = judge.forbidden_in(knowledge, &way);
         if !forbidden.is_empty() {
             self.take_over(knowledge, None);
-            let names =
-                forbidden.into_iter().map(|component| format!("{}", Subject::of(knowledge, component)));
-            let names: Vec<String> = names.collect();
-            let because = format!("{only}, and by another order {} must not be used", names.join(", "));
+            let subjects = forbidden.into_iter().map(|component| Subject::of(knowledge, component));
+            let by_another = Reason::ForbiddenByAnother { subjects: subjects.collect() };
+            let because = only.then(Joint::And, by_another);
             return self.tell_unserved(knowledge, Some(because), now);
         }
         let Some(serving) = self.state.serving().filter(|serving| *serving.service.way() == way) else {
-            let left = self.source_words(knowledge);
+            let left = self.source_name(knowledge);
             self.start(knowledge, Some(way), monitor.ports());
             self.switched = Some(now);
             let is_back = self.state.way() == self.sources.preferred.as_ref();
             let kind = if is_back { EventKind::Restored } else { EventKind::Substituted };
-            let because = format!("{only}; before: {}", left.as_deref().unwrap_or("nothing"));
+            let before = left.map_or(Reason::BeforeNothing, |source| Reason::Before { source });
+            let because = only.then(Joint::Next, before);
             return Some(self.event(knowledge, kind, because, now));
         };
         let is_absent = |signal: &SignalId| monitor.timeouts().absence(*signal).is_some();
         let absent = serving.rests_on.iter().filter(is_absent);
-        let absent: Vec<&str> = absent.map(|signal| knowledge.signals()[signal].name.as_str()).collect();
-        let because = (!absent.is_empty())
-            .then(|| format!("{only}, and {} gives no usable value", reason::listed(&absent)));
+        let signals: Vec<String> = absent.map(|signal| knowledge.signals()[signal].name.clone()).collect();
+        let because = (!signals.is_empty()).then(|| only.then(Joint::And, Reason::InputsAbsent { signals }));
         self.tell_unserved(knowledge, because, now)
     }
 
     /// Nothing trusted can serve the need: goes on with what may be right, or tells that it is not served.
-    pub(super) fn do_without(&mut self, situation: &Situation<'_>, because: Option<String>) -> Option<Event> {
+    pub(super) fn do_without(
+        &mut self,
+        situation: &Situation<'_>,
+        because: Option<Reasons>,
+    ) -> Option<Event> {
         let Situation { knowledge, monitor, now, .. } = *situation;
         let before = self.state.take_unsure();
         let Some(ways) = self.candidates(situation) else {
@@ -311,7 +317,8 @@ impl Provider {
         let ways = independent(knowledge, self.sources.all());
         self.sources.is_alone = ways.len() < 2;
         if !self.sources.is_alone {
-            let because = self.source_words(knowledge).map(|source| format!("{source} is contradicted"));
+            let source = self.source_name(knowledge);
+            let because = source.map(|source| Reason::Contradicted { source }.into());
             let unsure = self.unsure((knowledge, ports), ways, because, now);
             self.state.go_on_unsure(unsure);
         }
@@ -322,7 +329,7 @@ impl Provider {
         &self,
         there: (&KnowledgeBase, &IdVec<SignalId, Port>),
         ways: Vec<Way>,
-        because: Option<String>,
+        because: Option<Reasons>,
         now: Time,
     ) -> Unsure {
         let kind = self.settings.when_unsure;

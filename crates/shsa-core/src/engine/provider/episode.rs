@@ -6,7 +6,9 @@
 
 use super::settings::Settings;
 use crate::monitor::{Inheritance, WayIndex};
+use crate::reason::Reason;
 use crate::time::{Span, Time};
+use alloc::string::String;
 
 /// Another way gives values in the place of the source.
 #[derive(Clone, Copy, Debug)]
@@ -69,11 +71,12 @@ pub(super) enum Fault {
 }
 
 impl Fault {
-    pub(super) fn words(self) -> &'static str {
+    /// Said of a source.
+    pub(super) fn reason(self, source: String) -> Reason {
         match self {
-            Fault::Late => "gives no value in time",
-            Fault::Contradicted => "is contradicted by more ways than support it",
-            Fault::Unfit => "gives values that are too wide or too old",
+            Fault::Late => Reason::NotInTime { source },
+            Fault::Contradicted => Reason::Outvoted { source },
+            Fault::Unfit => Reason::Unfit { source },
         }
     }
 }

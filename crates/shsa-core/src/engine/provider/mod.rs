@@ -31,10 +31,10 @@ use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use crate::monitor::{Monitor, WayIndex};
 use crate::observation::Observation;
 use crate::plan::Graph;
+use crate::reason::{Joint, Reason, Reasons, ServedBy};
 use crate::service::Service;
 use crate::substitution::Way;
 use crate::time::{Span, Time};
-use alloc::format;
 use alloc::string::String;
 use blend::Blend;
 use delegate::Delegate;
@@ -48,8 +48,8 @@ use told::Told;
 /// How a need is served.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NeedStatus {
-    /// Signals and relations that serve it; `None` while nothing can.
-    pub source: Option<String>,
+    /// What serves it; `None` while nothing can.
+    pub source: Option<ServedBy>,
     /// The only source that may serve it, where an operator has ordered that.
     pub forced: Option<String>,
     /// Values published.
@@ -149,7 +149,7 @@ impl Provider {
     pub(super) fn status(&self, knowledge: &KnowledgeBase) -> NeedStatus {
         let Statistics { published, longest_gap, widest } = self.statistics;
         NeedStatus {
-            source: self.words(knowledge),
+            source: self.served_by(knowledge),
             forced: self.forced().map(|way| way.describe(knowledge)),
             published,
             longest_gap,
@@ -177,20 +177,27 @@ impl Provider {
         self.last.map(|(time, _)| time).or(self.started)
     }
 
-    /// What serves it, in words.
-    fn words(&self, knowledge: &KnowledgeBase) -> Option<String> {
+    /// What serves it.
+    fn served_by(&self, knowledge: &KnowledgeBase) -> Option<ServedBy> {
         let unsure = self.state.unsure().filter(|unsure| unsure.is_told());
-        unsure.map(|unsure| unsure.describe(knowledge)).or_else(|| self.source_words(knowledge))
+        let unsure = unsure.map(|unsure| unsure.served_by(knowledge));
+        unsure.or_else(|| self.source_name(knowledge).map(ServedBy::Way))
     }
 
-    /// The source, in words.
-    fn source_words(&self, knowledge: &KnowledgeBase) -> Option<String> {
+    /// The name of the source.
+    fn source_name(&self, knowledge: &KnowledgeBase) -> Option<String> {
         self.state.way().map(|way| way.describe(knowledge))
     }
 
-    fn event(&self, knowledge: &KnowledgeBase, kind: EventKind, because: String, time: Time) -> Event {
-        let substitution = if kind == EventKind::Unhealable { None } else { self.words(knowledge) };
-        let about = Event::new(time, kind, Some(self.settings.variable), because);
+    fn event(
+        &self,
+        knowledge: &KnowledgeBase,
+        kind: EventKind,
+        because: impl Into<Reasons>,
+        time: Time,
+    ) -> Event {
+        let substitution = if kind == EventKind::Unhealable { None } else { self.served_by(knowledge) };
+        let about = Event::new(time, kind, Some(self.settings.variable), because.into());
         Event { substitution, need: Some(self.settings.need), ..about }
     }
 
@@ -198,7 +205,7 @@ impl Provider {
     fn tell_unserved(
         &mut self,
         knowledge: &KnowledgeBase,
-        because: Option<String>,
+        because: Option<Reasons>,
         now: Time,
     ) -> Option<Event> {
         let because = because.filter(|_| !self.told.is_unserved())?;
@@ -338,13 +345,12 @@ impl Provider {
             return None;
         }
         let is_served = self.start_best(knowledge, monitor.ports());
-        let left = format!("{} served it before the restart and must not be used now", before.source?);
+        let left = Reasons::from(Reason::ServedBefore { source: before.source?.into() });
         if !is_served {
-            let because = format!("{left}, and nothing else is trusted");
-            return self.do_without(situation, Some(because));
+            return self.do_without(situation, Some(left.then(Joint::And, Reason::NothingElseTrusted)));
         }
         self.switched = Some(now);
-        let because = format!("{left}; {}", self.alternatives(knowledge));
+        let because = left.then(Joint::Next, self.alternatives(knowledge));
         Some(self.event(knowledge, EventKind::Substituted, because, now))
     }
 }

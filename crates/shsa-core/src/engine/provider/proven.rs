@@ -1,10 +1,8 @@
 //! How well a source is proven among others of the same utility.
 
-use super::super::reason;
 use crate::knowledge::{KnowledgeBase, VariableId};
 use crate::monitor::Figures;
-use alloc::format;
-use alloc::string::String;
+use crate::reason::{Amount, Proof};
 use core::cmp::{Ordering, Reverse};
 
 /// What a share of comparisons counts as while nothing is known of it: better than what was wrong more often than right.
@@ -37,23 +35,10 @@ impl Ranked {
         by_utility.then(self.standing.cmp(&other.standing)).then(self.at.cmp(&other.at))
     }
 
-    /// What is known of it from how it ran, in words.
-    pub(super) fn proof(&self, knowledge: &KnowledgeBase, variable: VariableId) -> String {
+    /// What is known of it from how it ran.
+    pub(super) fn proof(&self, knowledge: &KnowledgeBase, variable: VariableId) -> Proof {
         let Figures { agreement, error, availability, .. } = self.figures;
-        let percent = |share: Option<f64>| {
-            share.map_or(String::from("an unknown share"), |share| format!("{:.1} %", 100.0 * share))
-        };
-        let distance = error.map_or(String::new(), |error| {
-            format!(", {} off", reason::difference(knowledge, variable, error))
-        });
-        match (agreement, availability) {
-            (None, None) => String::from(", not proven"),
-            _ => format!(
-                ", agreed in {}{distance}, there {} of the time",
-                percent(agreement),
-                percent(availability)
-            ),
-        }
+        Proof { agreement, error: error.map(|error| Amount::of(knowledge, variable, error)), availability }
     }
 }
 

@@ -1,7 +1,6 @@
 //! What goes out for a need at a moment: the value of its source, of another way, or what may be right; and what is told of it.
 
 use super::super::message::{Event, EventKind, Output, Publication, PublishedValue, Quality};
-use super::super::reason;
 use super::episode::{Episode, Fault};
 use super::settings::Given;
 use super::told::News;
@@ -11,10 +10,9 @@ use crate::diagnosis::Judge;
 use crate::interval::Interval;
 use crate::knowledge::KnowledgeBase;
 use crate::monitor::{Monitor, WatchedWay, WayIndex};
+use crate::reason::{Joint, Reason, Reasons, ServedBy};
 use crate::time::{Time, Validity};
 use alloc::collections::VecDeque;
-use alloc::format;
-use alloc::string::{String, ToString};
 
 /// Tells an event where there is one. Most often there is none, and a list that is extended by nothing costs more.
 #[inline]
@@ -201,13 +199,10 @@ impl Provider {
         let lasted = episode.note_stand_in(way, self.settings.max_age, now)?;
         let source = serving.service.way().describe(knowledge);
         let stands_in = monitor.way(way)?.computation.way().describe(knowledge);
-        let because = format!(
-            "{source} {}; {stands_in} has stood in for it for {}",
-            fault.words(),
-            reason::span(lasted)
-        );
+        let because = Reasons::from(fault.reason(source))
+            .then(Joint::Next, Reason::StoodIn { way: stands_in.clone(), lasted });
         let event = self.event(knowledge, EventKind::Substituted, because, now);
-        Some(Event { substitution: Some(stands_in), ..event })
+        Some(Event { substitution: Some(ServedBy::Way(stands_in)), ..event })
     }
 
     /// The source has given the value of this moment itself: tells when it does again.
@@ -220,7 +215,8 @@ impl Provider {
         let told = episode.told();
         serving.episode = None;
         let before = monitor.way(told?).map(|way| way.computation.way().describe(knowledge));
-        let because = format!("its source gives values again; before: {}", before.unwrap_or_default());
+        let before = before.map_or(Reason::BeforeNothing, |source| Reason::Before { source });
+        let because = Reasons::from(Reason::GivesAgain).then(Joint::Next, before);
         Some(self.event(knowledge, EventKind::Restored, because, now))
     }
 
@@ -303,9 +299,9 @@ impl Provider {
         let is_certain = self.blend.server() != Some(Server::Unsure) && !self.sources.is_unproven();
         let is_break = self.last.is_none_or(|(last, _)| now - last > self.settings.max_age);
         let because = match self.told.serve(is_certain, is_break, self.settings.switching.probation, now)? {
-            News::TrustedAgain => "what serves it is trusted again".to_string(),
-            News::ServedAgain if is_certain => "it is served again".to_string(),
-            News::ServedAgain => "it is served again, as uncertain".to_string(),
+            News::TrustedAgain => Reason::TrustedAgain,
+            News::ServedAgain if is_certain => Reason::ServedAgain,
+            News::ServedAgain => Reason::ServedAgainUncertain,
         };
         Some(self.event(knowledge, EventKind::Restored, because, now))
     }
@@ -334,14 +330,13 @@ impl Provider {
     fn tell_uncertain(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let is_decided = matches!(self.state, State::Unsure(_));
         let unsure = self.state.unsure_mut()?;
-        let (words, reason) = unsure.tell(knowledge, is_decided, self.settings.max_age, now)?;
+        let (served_by, reason) = unsure.tell(knowledge, is_decided, self.settings.max_age, now)?;
         self.told.doubt();
         if self.told.is_unserved() {
             // The event that it is served again tells it.
             return None;
         }
-        let reason = reason.map_or_else(String::new, |reason| format!("{reason}; "));
-        let because = format!("{reason}it cannot be told which is right: {words} goes out as uncertain");
+        let because = reason.unwrap_or_default().then(Joint::Next, Reason::Uncertain { served_by });
         Some(self.event(knowledge, EventKind::Substituted, because, now))
     }
 
@@ -359,23 +354,16 @@ impl Provider {
         if age <= self.settings.max_age || self.told.is_unserved() {
             return None;
         }
-        let limits =
-            format!("limits: age {}, width {}", reason::span(self.settings.max_age), self.settings.max_width);
-        let age = reason::span(age);
+        let limits = Reason::Limits { age: self.settings.max_age, width: self.settings.max_width };
+        let unfit = |what| Reasons::from(what).then(Joint::With, limits);
         let because = match self.forced() {
-            Some(way) => format!(
-                "no value for {age} from {}, which alone may serve it by order of the operator: what it gives is too \
-                 wide or too old ({limits})",
-                way.describe(knowledge)
-            ),
-            None => match self.state.unsure().map(|unsure| unsure.why_not(knowledge, &self.settings)) {
-                Some(why) => format!("no value for {age}: {why}"),
-                None => {
-                    format!(
-                        "no value for {age}: what is there is contradicted, too wide or too old ({limits})"
-                    )
-                }
-            },
+            Some(way) => Reasons::from(Reason::NoValueFrom { age, source: way.describe(knowledge) })
+                .then(Joint::Namely, unfit(Reason::GivesUnfit)),
+            None => {
+                let why = self.state.unsure().map(|unsure| unsure.why_not(knowledge, &self.settings).into());
+                let why = why.unwrap_or_else(|| unfit(Reason::AllUnfit));
+                Reasons::from(Reason::NoValue { age }).then(Joint::Namely, why)
+            }
         };
         self.tell_unserved(knowledge, Some(because), now)
     }

@@ -8,10 +8,9 @@ use super::sources::MOST_NAMED;
 use crate::knowledge::{KnowledgeBase, NeedId};
 use crate::monitor::{Monitor, WayIndex};
 use crate::plan::Graph;
+use crate::reason::{Joint, Reason, Reasons};
 use crate::substitution::Way;
 use crate::time::{Span, Time};
-use alloc::format;
-use alloc::string::String;
 use alloc::vec::Vec;
 
 /// So many refusals are remembered, so that each is told once.
@@ -20,13 +19,16 @@ const MOST_TOLD: usize = 256;
 /// How often the wait before a source that fell short is used again doubles at most.
 const MOST_DOUBLINGS: u32 = 6;
 
-/// Sources that were refused, each with the reason in words, and those whose values fell short.
+/// Sources that were refused, each with how it falls short, and those whose values fell short.
 #[derive(Debug, Default)]
 pub(super) struct Refusals {
-    told: Vec<(Way, String)>,
-    open: Vec<(Way, String)>,
+    told: Vec<Refused>,
+    open: Vec<Refused>,
     short: Vec<Short>,
 }
+
+/// A source that was refused, and how it falls short.
+type Refused = (Way, Vec<Reason>);
 
 /// A source whose values fell short.
 #[derive(Clone, Debug)]
@@ -52,7 +54,7 @@ impl Short {
 impl Refusals {
     /// What was told before a change of the model need not be told again where it is the same; what fell short still has.
     pub(super) fn inherit(&mut self, old: &Refusals, change: &Succession<'_>) {
-        let same = |(way, reason): &(Way, String)| Some((way.succeeded(change.lineage)?, reason.clone()));
+        let same = |(way, reasons): &Refused| Some((way.succeeded(change.lineage)?, reasons.clone()));
         self.told = old.told.iter().filter_map(same).collect();
         self.short = old.short.iter().filter_map(|short| short.inherit(change)).collect();
     }
@@ -71,8 +73,8 @@ impl Refusals {
     ) {
         let Refusals { told, open, .. } = self;
         for (way, shortfalls) in ready_sources.refused(knowledge, graph, need, lost) {
-            let reasons = shortfalls.iter().map(|shortfall| shortfall.describe(knowledge));
-            let refused = (way, reasons.collect::<Vec<_>>().join(", "));
+            let reasons = shortfalls.iter().map(|shortfall| shortfall.reason(knowledge));
+            let refused = (way, reasons.collect());
             if told.len() + open.len() < MOST_TOLD && !told.contains(&refused) && !open.contains(&refused) {
                 open.push(refused);
             }
@@ -85,16 +87,21 @@ impl Refusals {
         !self.open.is_empty()
     }
 
-    /// What was refused since the last time, in words.
-    pub(super) fn tell(&mut self, knowledge: &KnowledgeBase) -> String {
+    /// What was refused since the last time.
+    pub(super) fn tell(&mut self, knowledge: &KnowledgeBase) -> Reasons {
         let open = core::mem::take(&mut self.open);
-        let named = |(way, reason): &(Way, String)| format!("{}: {reason}", way.describe(knowledge));
-        let mut named: Vec<String> = open.iter().take(MOST_NAMED).map(named).collect();
+        let mut because = Reasons::from(Reason::DemandsMore);
+        let mut joint = Joint::Namely;
+        for (way, reasons) in open.iter().take(MOST_NAMED) {
+            because = because.then(joint, short(knowledge, way, reasons));
+            joint = Joint::Next;
+        }
         if open.len() > MOST_NAMED {
-            named.push(format!("and {} more", open.len() - MOST_NAMED));
+            let count = (open.len() - MOST_NAMED) as u64;
+            because = because.then(Joint::Next, Reason::MoreSources { count });
         }
         self.told.extend(open);
-        format!("the need demands more than these give: {}", named.join("; "))
+        because
     }
 
     /// Whether the values of a source fell short of late.
@@ -131,4 +138,15 @@ impl Refusals {
         let index = monitor.find(way);
         self.short.push(Short { way: way.clone(), index, last: now, wait: usual, doublings: 0 });
     }
+}
+
+/// A source with how it falls short.
+fn short(knowledge: &KnowledgeBase, way: &Way, reasons: &[Reason]) -> Reasons {
+    let mut short = Reasons::from(Reason::ShortSource { source: way.describe(knowledge) });
+    let mut joint = Joint::Namely;
+    for reason in reasons {
+        short = short.then(joint, reason.clone());
+        joint = Joint::Also;
+    }
+    short
 }

@@ -1,16 +1,15 @@
 //! What needs choose their sources by: at a moment, over a change of the model, and after a restart.
 
 use super::super::ready_sources::ReadySources;
-use super::super::reason;
 use super::super::ways::Lost;
 use crate::alignment::Sample;
 use crate::diagnosis::Judge;
 use crate::knowledge::{KnowledgeBase, Lineage, SignalId};
 use crate::monitor::{Inheritance, Monitor};
 use crate::plan::Graph;
+use crate::reason::Reason;
 use crate::substitution::Way;
 use crate::time::Time;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -27,8 +26,8 @@ pub(in super::super) struct Situation<'a> {
     /// What may not be used even where it is not known what is right: what has failed, is forbidden or absent.
     pub(in super::super) doubted: Lost,
     pub(in super::super) now: Time,
-    /// The order that has brought it about, in words; `None` when the trust in something has changed.
-    pub(in super::super) order: Option<String>,
+    /// The order that has brought it about; `None` when the trust in something has changed.
+    pub(in super::super) order: Option<Reason>,
 }
 
 /// A change of the knowledge base, as the needs see it.
@@ -42,23 +41,23 @@ pub(in super::super) struct Succession<'a> {
 
 impl Succession<'_> {
     /// Why the change takes a source away: what is gone, described anew or withdrawn, or that it does not serve any more.
-    pub(super) fn lost_by(&self, way: &Way) -> String {
+    pub(super) fn lost_by(&self, way: &Way) -> Reason {
         let Succession { old, lineage, .. } = *self;
         let new = self.situation.knowledge;
-        let name = |signal: SignalId| old.signals()[signal].name.as_str();
+        let name = |signal: SignalId| old.signals()[signal].name.clone();
         let signals =
             |is: &dyn Fn(SignalId) -> bool| way.inputs().filter(|&id| is(id)).map(name).collect::<Vec<_>>();
         let steps = way.substitution.steps.iter().filter(|step| lineage.relation(step.relation).is_none());
-        let relations = steps.map(|step| old.relations()[step.relation].name.as_str());
-        let gone: Vec<&str> =
-            signals(&|id| lineage.namesake(id).is_none()).into_iter().chain(relations).collect();
+        let relations = steps.map(|step| old.relations()[step.relation].name.clone());
+        let gone = signals(&|id| lineage.namesake(id).is_none());
+        let names: Vec<String> = gone.into_iter().chain(relations).collect();
         let anew = signals(&|id| lineage.signal(id).is_none());
         let withdrawn = signals(&|id| lineage.signal(id).is_some_and(|signal| !new.is_available(signal)));
-        match (gone.is_empty(), anew.is_empty(), withdrawn.is_empty()) {
-            (false, ..) => format!("the changed model has no {} any more", reason::listed(&gone)),
-            (_, false, _) => format!("the changed model describes {} anew", reason::listed(&anew)),
-            (.., false) => format!("the changed model withdraws {}", reason::listed(&withdrawn)),
-            _ => format!("the changed model does not serve this from {} any more", way.describe(old)),
+        match (names.is_empty(), anew.is_empty(), withdrawn.is_empty()) {
+            (false, ..) => Reason::Gone { names },
+            (_, false, _) => Reason::SignalsDescribedAnew { signals: anew },
+            (.., false) => Reason::SignalsWithdrawn { signals: withdrawn },
+            _ => Reason::ServesNoMore { source: way.describe(old) },
         }
     }
 }

@@ -9,10 +9,9 @@ use super::situation::Situation;
 use crate::knowledge::{KnowledgeBase, NeedId, VariableId};
 use crate::monitor::Monitor;
 use crate::plan::Graph;
+use crate::reason::{Candidate, Joint, Reason, Reasons};
 use crate::substitution::Way;
 use crate::time::Time;
-use alloc::format;
-use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
@@ -149,28 +148,30 @@ impl Sources {
         self.ranked().find(is_better).map(|(source, _)| &source.way)
     }
 
-    /// The chosen source and the next ones in words, with their utilities.
+    /// The chosen source and the next ones, with their utilities.
     pub(super) fn alternatives(
         &self,
         knowledge: &KnowledgeBase,
         variable: VariableId,
         active: Option<&Way>,
-    ) -> String {
+    ) -> Reasons {
         // What is known from how they ran is told where it has made the choice.
         let in_order = self.ranked.iter().map(|ranked| ranked.at).is_sorted();
         let is_proven = !in_order || knowledge.utility().rates_ways();
-        let named = |(source, ranked): (&Source, &Ranked)| {
-            let proof = if is_proven { ranked.proof(knowledge, variable) } else { String::new() };
-            format!("{} (utility {:.3}{proof})", source.way.describe(knowledge), ranked.utility)
+        let candidate = |(source, ranked): (&Source, &Ranked)| Candidate {
+            source: source.way.describe(knowledge),
+            utility: ranked.utility,
+            proof: is_proven.then(|| ranked.proof(knowledge, variable)),
         };
         let is_chosen = |(source, _): &(&Source, &Ranked)| active == Some(&source.way);
-        let chosen = self.ranked().find(is_chosen).map(named);
-        let others: Vec<String> =
-            self.ranked().filter(|source| !is_chosen(source)).take(MOST_NAMED).map(named).collect();
-        let others = match others.is_empty() {
-            true => "nothing else is left".to_string(),
-            false => format!("next would be {}", others.join(", then ")),
+        let chosen = self.ranked().find(is_chosen).map(candidate);
+        let chosen = chosen.map(|source| Reasons::from(Reason::TakesOver { source }));
+        let sources: Vec<Candidate> =
+            self.ranked().filter(|source| !is_chosen(source)).take(MOST_NAMED).map(candidate).collect();
+        let others = match sources.is_empty() {
+            true => Reason::NothingLeft,
+            false => Reason::NextBest { sources },
         };
-        format!("{} takes over; {others}", chosen.unwrap_or_default())
+        chosen.unwrap_or_default().then(Joint::Next, others)
     }
 }

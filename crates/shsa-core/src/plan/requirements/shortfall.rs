@@ -1,9 +1,9 @@
-//! Why a substitution is no answer, in numbers and in words.
+//! Why a substitution is no answer, in numbers.
 
 use crate::knowledge::{INTEGRITY_LEVELS, KnowledgeBase, RelationId, SignalId, VariableId};
+use crate::reason::Reason;
 use crate::time::Span;
-use alloc::format;
-use alloc::string::String;
+use alloc::string::{String, ToString};
 
 /// Why a substitution is no answer.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,41 +29,39 @@ pub enum Shortfall {
 }
 
 impl Shortfall {
-    /// In words, with names, SI units.
+    /// With names, SI units.
     #[must_use]
-    pub fn describe(&self, knowledge: &KnowledgeBase) -> String {
-        let variable = |id: &VariableId| knowledge.variables()[*id].name.as_str();
-        let relation = |id: &RelationId| knowledge.relations()[*id].name.as_str();
-        match self {
-            Shortfall::Signal(id) => format!("no signal of {} may be used", variable(id)),
-            Shortfall::Relation(id) => format!("{} may not be used", relation(id)),
-            Shortfall::Rate(id, rate, least) => {
-                format!("signals of {} come {rate} times a second, not {least}", variable(id))
+    pub fn reason(&self, knowledge: &KnowledgeBase) -> Reason {
+        let variable = |id: VariableId| knowledge.variables()[id].name.clone();
+        let relation = |id: RelationId| knowledge.relations()[id].name.clone();
+        match *self {
+            Shortfall::Signal(id) => Reason::NoSignalOf { variable: variable(id) },
+            Shortfall::Relation(id) => Reason::RelationBarred { relation: relation(id) },
+            Shortfall::Rate(id, rate_hz, least_hz) => {
+                Reason::RateTooLow { variable: variable(id), rate_hz, least_hz }
             }
             Shortfall::SignalIntegrity(id, own, least) => {
-                format!("signals of {} have integrity {}, not {}", variable(id), letter(*own), letter(*least))
+                Reason::SignalsIntegrity { variable: variable(id), level: letter(own), least: letter(least) }
             }
             Shortfall::RelationIntegrity(id, own, least) => {
-                format!("{} has integrity {}, not {}", relation(id), letter(*own), letter(*least))
+                Reason::RelationIntegrity { relation: relation(id), level: letter(own), least: letter(least) }
             }
             Shortfall::Shared(id, signal) => {
-                let signal = &knowledge.signals()[*signal].name;
-                format!(
-                    "{} is known only by {signal}, which is not independent of the suspects",
-                    variable(id)
-                )
+                let signal = knowledge.signals()[signal].name.clone();
+                Reason::NotIndependent { variable: variable(id), signal }
             }
             Shortfall::Latency(own, most) => {
-                format!("it rests on values {} s old, more than {} s", own.seconds(), most.seconds())
+                Reason::RestsOnOld { age_s: own.seconds(), most_s: most.seconds() }
             }
             Shortfall::Period(own, most) => {
-                format!("its values come every {} s, and may be {} s old", own.seconds(), most.seconds())
+                Reason::ComesRarely { period_s: own.seconds(), most_s: most.seconds() }
             }
-            Shortfall::Width(own, most) => format!("its values are at least {own} wide, more than {most}"),
+            Shortfall::Width(width, most) => Reason::TooWide { width, most },
         }
     }
 }
 
-fn letter(level: f64) -> &'static str {
-    INTEGRITY_LEVELS.iter().rev().find(|(_, least)| level >= *least).map_or("none", |(name, _)| *name)
+fn letter(level: f64) -> String {
+    let held = INTEGRITY_LEVELS.iter().rev().find(|(_, least)| level >= *least);
+    held.map_or("none", |(name, _)| *name).to_string()
 }

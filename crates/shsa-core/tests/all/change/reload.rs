@@ -7,6 +7,7 @@ use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Order, Output,
 use shsa_core::knowledge::{Bounds, Draft, Edit, KnowledgeBase, Model, Section, SignalDraft};
 use shsa_core::monitor::{WatchedWay, WayIndex};
 use shsa_core::observation::{Observation, RawValue};
+use shsa_core::reason::{Joint, Reason, Reasons, ServedBy};
 use shsa_core::time::Time;
 
 /// A value on the bus: who says it, when, what.
@@ -115,7 +116,7 @@ impl Stage {
                     let signal = event.signal.map(|id| known.signals()[id].name.clone());
                     self.events.push(event.clone());
                     let Event { time, kind, because, substitution, .. } = event;
-                    let text = format!("{time:?} {kind:?} {because} {substitution:?}");
+                    let text = format!("{time:?} {kind:?} {because:?} {substitution:?}");
                     (signal.or(variable).unwrap_or_default(), text)
                 }
                 Output::Publication(it) => {
@@ -134,7 +135,7 @@ impl Stage {
 
     fn source(&self, need: usize) -> Option<String> {
         let need = self.engine.knowledge().needs().ids().nth(need)?;
-        self.engine.need_status(need).source
+        self.engine.need_status(need).source.and_then(|it| it.way().map(str::to_owned))
     }
 
     fn verdict(&self, signal: &str) -> Verdict {
@@ -261,12 +262,8 @@ fn a_source_that_the_change_takes_away_is_replaced_at_once() {
     stage.change(5.0, &[remove(Section::Signals, &lost)]);
     let event = stage.last_event(EventKind::Substituted);
     assert_eq!(event.time, Time::from_seconds(5.0));
-    assert!(
-        event.because.starts_with(&format!("the changed model has no {lost} any more; ")),
-        "{}",
-        event.because
-    );
-    assert_eq!(stage.source(0), event.substitution);
+    assert_eq!(event.because.iter().next(), Some(&Reason::Gone { names: vec![lost] }));
+    assert_eq!(stage.source(0).map(ServedBy::Way), event.substitution);
     stage.run(&after);
     let need = stage.engine.knowledge().needs().ids().next().unwrap();
     assert!(stage.engine.need_status(need).longest_gap.seconds() < 0.1);
@@ -283,16 +280,15 @@ fn a_need_without_a_source_is_told_and_goes_on_when_there_is_one_again() {
     assert!(computed.ends_with(" by climbing"), "{computed}");
     let structure = super::drafts::structure("climbing", &["climb"], &["height"]);
     stage.change(5.0, &[Edit::Relation(structure)]);
-    let because = format!(
-        "the changed model does not serve this from {computed} any more, and nothing else is trusted"
-    );
+    let gone = Reasons::from(Reason::ServesNoMore { source: computed });
+    let because = gone.then(Joint::And, Reason::NothingElseTrusted);
     let mut unhealable = stage.events.iter().filter(|event| event.kind == EventKind::Unhealable);
     assert!(unhealable.any(|event| event.because == because), "{:?}", stage.events);
     assert_eq!(stage.source(2), None);
     stage.change(5.0, &[Edit::Signal(signal("vario", "climb", "25 Hz", "0.4"))]);
     stage.run(&after);
     assert_eq!(stage.source(2).as_deref(), Some("vario"));
-    assert_eq!(stage.last_event(EventKind::Restored).because, "it is served again");
+    assert_eq!(stage.last_event(EventKind::Restored).because, Reason::ServedAgain.into());
 }
 
 #[test]
@@ -341,7 +337,7 @@ fn verdicts_stay_with_their_evidence_and_go_with_it() {
     let witnesses = [remove(Section::Signals, "wheel_1"), remove(Section::Signals, "wheel_2")];
     alone.change(5.0, &witnesses);
     assert_eq!(alone.verdict("gnss"), Verdict::Unknown);
-    assert!(alone.last_event(EventKind::Restored).because.contains("are gone with the changed model"));
+    assert_eq!(alone.last_event(EventKind::Restored).because, Reason::ComparisonsGone.into());
     // What its own readings have shown stays; where the comparisons that spoke against it are gone, nobody knows.
     let mut jumped = Stage::new(two_systems());
     jumped.run(&before);
@@ -349,14 +345,16 @@ fn verdicts_stay_with_their_evidence_and_go_with_it() {
     assert_eq!((jumped.verdict("gnss"), failures(&jumped)), (Verdict::Failed, 1));
     jumped.run(&after);
     assert_eq!(jumped.verdict("gnss"), Verdict::Unknown);
-    let is_unproven =
-        |event: &Event| event.kind == EventKind::Suspected && event.because.contains("nothing for it");
+    let is_unproven = |event: &Event| {
+        let is_it = |reason: &Reason| matches!(reason, Reason::NothingEitherWay { .. });
+        event.kind == EventKind::Suspected && event.because.iter().any(is_it)
+    };
     assert!(jumped.events.iter().any(is_unproven), "{:?}", jumped.events);
     let is_cleared = |event: &Event| event.kind == EventKind::Restored && event.signal.is_some();
     assert!(!jumped.events.iter().any(is_cleared), "{:?}", jumped.events);
     // Described anew, it is judged anew, and found again.
     stage.change(5.0, &[Edit::Signal(signal("gnss", "speed", "10 Hz", "0.4"))]);
-    assert!(stage.last_event(EventKind::Restored).because.contains("describes it anew"));
+    assert_eq!(stage.last_event(EventKind::Restored).because, Reason::DescribedAnew.into());
     stage.run(&after);
     assert_ne!(stage.verdict("gnss"), Verdict::Healthy);
 }
@@ -376,7 +374,8 @@ fn silence_is_remembered_and_what_is_new_has_time_to_speak() {
     stage.run(&after);
     assert_eq!(silences(&stage), 2, "the new signal that never speaks");
     let event = stage.last_event(EventKind::Silent);
-    assert!(event.time > Time::from_seconds(5.2) && event.because.contains("none ever"), "{event:?}");
+    assert!(event.time > Time::from_seconds(5.2), "{event:?}");
+    assert_eq!(event.because.iter().last(), Some(&Reason::NoValueEver));
 }
 
 #[test]
@@ -390,7 +389,7 @@ fn orders_outlast_a_change_as_long_as_what_they_name_does() {
         stage.engine.order(order, Time::from_seconds(5.0)).unwrap();
     }
     stage.listen();
-    let refusals = |stage: &Stage| -> Vec<String> {
+    let refusals = |stage: &Stage| -> Vec<Reasons> {
         let refused = stage.events.iter().filter(|event| event.kind == EventKind::Refused);
         refused.map(|event| event.because.clone()).collect()
     };
@@ -410,11 +409,12 @@ fn orders_outlast_a_change_as_long_as_what_they_name_does() {
     assert_eq!(stage.engine.standing_orders(), []);
     assert_eq!(stage.source(2).as_deref(), Some("vario"));
     let [signal, source] = &refusals(&stage)[..] else { panic!("{:?}", refusals(&stage)) };
-    assert!(
-        signal.starts_with("`forbid gnss` is not in force any more: there is no signal `gnss`"),
-        "{signal}"
-    );
-    assert!(source.contains("there is no source of /healed/climb that could run now"), "{source}");
+    let refused = |reasons: &Reasons| reasons.iter().take(2).cloned().collect::<Vec<_>>();
+    let no_signal = Reason::NoSignal { name: "gnss".to_owned() };
+    assert_eq!(refused(signal), [Reason::NoMoreInForce { order: forbid }, no_signal]);
+    let (need, name) = ("/healed/climb".to_owned(), "barometer by climbing".to_owned());
+    let order = Order::Force { need: need.clone(), source: name.clone() };
+    assert_eq!(refused(source), [Reason::NoMoreInForce { order }, Reason::NoSource { need, name }]);
 }
 
 #[test]

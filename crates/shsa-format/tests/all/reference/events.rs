@@ -4,7 +4,8 @@ use super::document::{Document, code};
 use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Event, EventKind, Quality};
 use shsa_core::monitor::{Absence, Symptom};
-use shsa_format::{event, story};
+use shsa_core::reason::{Joint, Kind, Reason};
+use shsa_format::{event, story, words};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -66,4 +67,29 @@ fn verdicts() {
     let believed = [Verdict::Unknown, Verdict::Healthy, Verdict::Suspect, Verdict::Failed];
     let all = absences.iter().flat_map(|absence| believed.map(|it| event::verdict(*absence, it)));
     page().section("Verdicts").names_exactly("verdict", all.collect::<BTreeSet<_>>());
+}
+
+#[test]
+fn every_reason_is_described_with_its_words_and_arguments() {
+    let section = page().section("Reasons");
+    section.names_exactly("code", Reason::ALL.iter().map(|described| described.code));
+    for row in section.rows("code") {
+        let code = code(&row[0]).remove(0);
+        let described = Reason::ALL.iter().find(|described| described.code == code).unwrap();
+        let argument = |(name, kind): &(&str, Kind)| format!("`{name}` ({})", kind.name());
+        let arguments = described.arguments.iter().map(argument).collect::<Vec<_>>().join(", ");
+        assert_eq!(row[1..], [words::sentence(&code).unwrap().to_owned(), arguments], "`{code}`");
+    }
+}
+
+#[test]
+fn every_joint_and_every_kind_of_argument_is_described() {
+    let section = page().section("Reasons");
+    section.names_exactly("joint", Joint::ALL.map(Joint::name));
+    section.names_exactly("argument", Kind::ALL.iter().map(|kind| kind.name()));
+    for row in section.rows("joint") {
+        let name = code(&row[0]).remove(0);
+        let joint = Joint::ALL.into_iter().find(|joint| joint.name() == name).unwrap();
+        assert_eq!(code(&row[2]), [words::between(joint)], "`{name}`");
+    }
 }

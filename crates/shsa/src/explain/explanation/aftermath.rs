@@ -3,12 +3,13 @@
 use super::super::inquiry::{is_about, is_accusation};
 use super::{Explanation, Item, MOST_LISTED, item};
 use shsa_core::diagnosis::Verdict;
-use shsa_core::engine::{Event, EventKind, span_text};
+use shsa_core::engine::{Event, EventKind};
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::monitor::ResidualState;
 use shsa_core::time::Time;
 use shsa_format::event;
 use shsa_format::text::counted;
+use shsa_format::words;
 use std::collections::BTreeSet;
 
 impl<'a> Explanation<'a> {
@@ -25,7 +26,7 @@ impl<'a> Explanation<'a> {
         let next: Vec<&Event> = self.later_events().map(|(_, event)| event).collect();
         for event in next.iter().take(MOST_LISTED) {
             let (time, kind) = (self.words.time(event.time), event.kind.name());
-            items.push(Item { text: format!("{time} {kind}"), notes: vec![event.because.clone()] });
+            items.push(Item { text: format!("{time} {kind}"), notes: vec![words::reasons(&event.because)] });
         }
         if next.len() > MOST_LISTED {
             items.push(item(format!("and {} more", counted(next.len() - MOST_LISTED, "decision"))));
@@ -63,7 +64,7 @@ impl<'a> Explanation<'a> {
             (0, Some(since)) => format!(
                 "all agree since {}, and {} of that are asked",
                 self.words.time(since),
-                span_text(end.probation)
+                words::span(end.probation)
             ),
             (0, None) if end.stands_still => "it still says what it said when it was accused".to_owned(),
             (0, None) => "no independent witness speaks for it".to_owned(),
@@ -81,10 +82,13 @@ impl<'a> Explanation<'a> {
         let shown = |(_, known, event): &(usize, &KnowledgeBase, &Event)| {
             let variable = event.variable.map_or("", |variable| &known.variables()[variable].name);
             let variable = event.need.map_or(variable, |need| known.need_name(need));
-            let source =
-                event.substitution.as_ref().map_or(String::new(), |source| format!(", now from {source}"));
+            let source = event.substitution.as_ref().map(words::served_by);
+            let source = source.map_or(String::new(), |source| format!(", now from {source}"));
             let (time, kind) = (self.words.time(event.time), event.kind.name());
-            Item { text: format!("{time} {variable} {kind}{source}"), notes: vec![event.because.clone()] }
+            Item {
+                text: format!("{time} {variable} {kind}{source}"),
+                notes: vec![words::reasons(&event.because)],
+            }
         };
         told.iter().take(MOST_LISTED).map(shown).collect()
     }
@@ -130,7 +134,7 @@ impl<'a> Explanation<'a> {
         let told = needs.iter().take(MOST_LISTED).map(|(need, status)| {
             let name = &self.words.knowledge.needs()[*need].signal;
             match &status.source {
-                Some(source) => format!("{name} went on from {source}."),
+                Some(source) => format!("{name} went on from {}.", words::served_by(source)),
                 None => format!("{name} was served by nothing."),
             }
         });

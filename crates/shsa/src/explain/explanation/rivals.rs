@@ -5,10 +5,11 @@ use super::{Explanation, Item, MOST_LISTED, item};
 use shsa_core::diagnosis::Component;
 use shsa_core::diagnosis::Verdict;
 use shsa_core::diagnosis::candidates as diagnosis;
-use shsa_core::engine::{Comparison, Rival, span_text};
+use shsa_core::engine::{Comparison, Rival};
 use shsa_core::knowledge::SignalSet;
 use shsa_core::monitor::{ResidualState, Symptom};
 use shsa_format::text::counted;
+use shsa_format::words;
 use std::collections::BTreeSet;
 
 /// No rival is likelier than another when only their number matters.
@@ -107,7 +108,7 @@ impl<'a> Explanation<'a> {
         lines.push(format!(
             "To be trusted again it must {}agree in every comparison for {}.",
             if evidence.stands_still { "move and " } else { "" },
-            span_text(evidence.probation)
+            words::span(evidence.probation)
         ));
         lines
     }

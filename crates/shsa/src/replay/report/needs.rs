@@ -5,6 +5,7 @@ use shsa_core::engine::{Publication, PublishedValue, Quality};
 use shsa_core::knowledge::{KnowledgeBase, Need, NeedId};
 use shsa_core::time::{Span, Time};
 use shsa_format::drive::Run;
+use shsa_format::words;
 
 /// How a need was served.
 #[derive(Clone)]
@@ -60,7 +61,7 @@ pub(super) fn need_report(part: &Part<'_>, id: NeedId, need: &Need, is_one_of_se
         published: status.published,
         longest_gap,
         met: is_over || status.published > 0 && longest_gap <= need.max_age,
-        source: status.source,
+        source: status.source.as_ref().map(words::served_by),
         widest: status.widest,
         error: part
             .clean

@@ -5,7 +5,6 @@
 
 mod tolerant;
 
-use super::super::reason;
 use super::super::ways::Source;
 use super::settings::Settings;
 use crate::alignment::{Port, Sample};
@@ -17,11 +16,11 @@ use crate::knowledge::{
 };
 use crate::monitor::rests_on;
 use crate::observation::Observation;
+use crate::reason::{Amount, Joint, Reason, Reasons, ServedBy};
 use crate::service::Service;
 use crate::substitution::Way;
 use crate::time::{Span, Time};
 use alloc::collections::BTreeSet;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use tolerant::{holding, tolerant};
@@ -38,7 +37,7 @@ pub(super) struct Unsure {
     /// A candidate has said something since the last value.
     is_heard: bool,
     /// Why nothing trusted is left; until it is told how it goes on.
-    reason: Option<String>,
+    reason: Option<Reasons>,
     /// Since when; nobody is suspect yet while there still is a source.
     since: Time,
     /// Whether it was told that values go out as uncertain.
@@ -63,7 +62,7 @@ impl Unsure {
         (knowledge, ports): (&KnowledgeBase, &IdVec<SignalId, Port>),
         kind: WhenUnsure,
         ways: Vec<Way>,
-        because: Option<String>,
+        because: Option<Reasons>,
         since: Time,
     ) -> Unsure {
         let candidates = candidates(knowledge, ports, ways);
@@ -92,7 +91,7 @@ impl Unsure {
         self,
         (knowledge, ports): (&KnowledgeBase, &IdVec<SignalId, Port>),
         ways: Vec<Way>,
-        because: Option<String>,
+        because: Option<Reasons>,
     ) -> Unsure {
         if self.candidates.iter().map(|it| it.service.way()).eq(ways.iter()) {
             let reason = because.or_else(|| self.reason.clone());
@@ -121,15 +120,15 @@ impl Unsure {
         self.is_told
     }
 
-    /// What goes out, in words.
-    pub(super) fn describe(&self, knowledge: &KnowledgeBase) -> String {
-        let names = self.candidates.iter().map(|it| it.service.way().describe(knowledge));
-        let names = names.collect::<Vec<_>>().join("; ");
+    /// What goes out.
+    pub(super) fn served_by(&self, knowledge: &KnowledgeBase) -> ServedBy {
+        let name = |it: &Candidate| it.service.way().describe(knowledge);
+        let ways = || -> Vec<String> { self.candidates.iter().map(name).collect() };
         match (self.kind, self.candidates.len(), self.faults) {
-            (WhenUnsure::Last, ..) => String::from("the last trusted value"),
-            (_, 2, _) => format!("hull of {names}"),
+            (WhenUnsure::Last, ..) => ServedBy::LastTrusted,
+            (_, 2, _) => ServedBy::Hull(ways()),
             (_, count, faults) => {
-                format!("what {} of {count} hold possible: {names}", count.saturating_sub(faults))
+                ServedBy::Agreeing { count: count.saturating_sub(faults) as u64, ways: ways() }
             }
         }
     }
@@ -170,49 +169,49 @@ impl Unsure {
     }
 
     /// That values go out as uncertain is to be told, once: at once where it is `decided` that nothing is trusted, else when it
-    /// lasts. What goes out, and why, in words.
+    /// lasts. What goes out, and why.
     pub(super) fn tell(
         &mut self,
         knowledge: &KnowledgeBase,
         is_decided: bool,
         max_age: Span,
         now: Time,
-    ) -> Option<(String, Option<String>)> {
+    ) -> Option<(ServedBy, Option<Reasons>)> {
         if self.is_told || (!is_decided && now - self.since <= max_age) {
             return None;
         }
         self.is_told = true;
-        Some((self.describe(knowledge), self.reason.take()))
+        Some((self.served_by(knowledge), self.reason.take()))
     }
 
-    /// That nothing can go out is to be told: from the beginning, or as the last trusted value has become too old. Why, in words.
+    /// That nothing can go out is to be told: from the beginning, or as the last trusted value has become too old; and why.
     pub(super) fn tell_nothing(
         &mut self,
         knowledge: &KnowledgeBase,
         settings: &Settings,
         now: Time,
-    ) -> Option<String> {
+    ) -> Option<Reasons> {
         let is_over = self.ends(settings.max_age).is_some_and(|ends| now > ends);
         let is_too_wide = self.too_wide.is_some() && !self.is_told;
         if !is_over && !is_too_wide {
             return None;
         }
         self.is_told &= !is_over;
-        let reason = self.reason.take().map_or_else(String::new, |reason| format!("{reason}, and "));
-        Some(format!("{reason}{}", self.why_not(knowledge, settings)))
+        let reason = self.reason.take().unwrap_or_default();
+        Some(reason.then(Joint::And, self.why_not(knowledge, settings)))
     }
 
     /// Why no uncertain value goes out, in numbers.
-    pub(super) fn why_not(&self, knowledge: &KnowledgeBase, settings: &Settings) -> String {
+    pub(super) fn why_not(&self, knowledge: &KnowledgeBase, settings: &Settings) -> Reason {
         let &Settings { variable, max_width, max_age, .. } = settings;
-        let words = self.describe(knowledge);
-        let amount = |amount: f64| reason::difference(knowledge, variable, amount);
+        let served_by = self.served_by(knowledge);
+        let amount = |amount: f64| Amount::of(knowledge, variable, amount);
         match (self.kind, self.too_wide) {
             (_, Some(width)) if width > max_width => {
-                format!("{words} is {} wide, more than {}", amount(width), amount(max_width))
+                Reason::UncertainTooWide { served_by, width: amount(width), most: amount(max_width) }
             }
-            (WhenUnsure::Last, _) => format!("{words} is more than {} old", reason::span(max_age)),
-            _ => format!("too few candidates give values: {words}"),
+            (WhenUnsure::Last, _) => Reason::UncertainTooOld { served_by, most: max_age },
+            _ => Reason::TooFewSpeak { served_by },
         }
     }
 

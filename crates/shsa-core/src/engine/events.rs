@@ -1,0 +1,365 @@
+//! Decisions as events, with their reasons: which values disagreed, which alternatives there were, which limit was reached.
+
+use super::message::{Event, EventKind};
+use super::snapshot::Accusation;
+use crate::alignment::{Defect, Misdated};
+use crate::diagnosis::{Blame, Component, Decision, Judge, Proof, rests_on};
+use crate::interval::Interval;
+use crate::knowledge::{Cause, CauseId, KnowledgeBase, SignalId, SignalSet, VariableId};
+use crate::monitor::{Absence, Change, Evidence, Fault, Monitor, Residual, ResidualState, Symptom, Tendency};
+use crate::order::Subject;
+use crate::reason::{Amount, Joint, Probability, Range, Reason, Reasons};
+use crate::time::{Span, Time};
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// How many disagreements a reason names.
+const MOST_NAMED: usize = 3;
+
+fn event(
+    knowledge: &KnowledgeBase,
+    kind: EventKind,
+    component: Component,
+    because: impl Into<Reasons>,
+    time: Time,
+) -> Event {
+    let (signal, relation, variable) = match component {
+        Component::Signal(signal) => (Some(signal), None, Some(knowledge.signals()[signal].variable)),
+        Component::Relation(relation) => {
+            (None, Some(relation), knowledge.relations()[relation].outputs.first().copied())
+        }
+        Component::Cause(_) => (None, None, None),
+    };
+    Event { signal, relation, ..Event::new(time, kind, variable, because.into()) }
+}
+
+/// A signal that says nothing usable any more; what all who share it are absent with is named.
+pub(super) fn absence(
+    knowledge: &KnowledgeBase,
+    monitor: &Monitor,
+    change: &Change,
+    absence: Absence,
+    now: Time,
+) -> Event {
+    let within = knowledge.signals()[change.signal].timeout.unwrap_or(Span::ZERO);
+    let last = match change.last_valid {
+        Some(last) => Reason::LastValue { ago: now - last },
+        None => Reason::NoValueEver,
+    };
+    let (kind, symptom, what) = match absence {
+        Absence::Silent => (EventKind::Silent, Symptom::Silent, Reason::NothingReceived { within }),
+        Absence::Invalid => (EventKind::Failed, Symptom::Invalid, Reason::NothingPossible { within }),
+        Absence::OutOfRange => {
+            let range = range_of(knowledge, change.signal);
+            (EventKind::Failed, Symptom::OutOfRange, Reason::OnlyOutOfRange { range, within })
+        }
+    };
+    let mut because = Reasons::from(what).then(Joint::Namely, last);
+    let is_absent = |signal: &SignalId| monitor.timeouts().absence(*signal).is_some();
+    let has_failed = |cause: &Cause| {
+        cause.signals.len() > 1
+            && cause.signals.contains(&change.signal)
+            && cause.signals.iter().all(is_absent)
+    };
+    let cause = knowledge.causes().enumerate().find(|(_, cause)| has_failed(cause)).map(|(id, _)| id);
+    if let Some(cause) = cause {
+        let cause = knowledge.causes()[cause].name.clone();
+        because = because.then(Joint::Next, Reason::AbsentTogether { cause });
+    }
+    let about = Component::Signal(change.signal);
+    Event { symptom: Some(symptom), cause, ..event(knowledge, kind, about, because, now) }
+}
+
+/// The range of a signal's values; everything where it has none.
+fn range_of(knowledge: &KnowledgeBase, signal: SignalId) -> Range {
+    let description = &knowledge.signals()[signal];
+    Range::of(knowledge, description.variable, description.limits.range.unwrap_or(Interval::ENTIRE))
+}
+
+/// A signal whose own readings show that it is faulty.
+pub(super) fn fault(knowledge: &KnowledgeBase, signal: SignalId, fault: &Fault, now: Time) -> Event {
+    let (bad, of) = fault.count;
+    let figures = Reason::Readings { bad: bad.into(), of: of.into() };
+    let because = Reasons::from(shown(knowledge, signal, fault.evidence)).then(Joint::With, figures);
+    let about = Component::Signal(signal);
+    Event { symptom: Some(fault.symptom), ..event(knowledge, EventKind::Failed, about, because, now) }
+}
+
+/// What a signal's own readings show.
+fn shown(knowledge: &KnowledgeBase, signal: SignalId, evidence: Evidence) -> Reason {
+    let description = &knowledge.signals()[signal];
+    let variable = description.variable;
+    let range = |value| Range::of(knowledge, variable, value);
+    let limits = &description.limits;
+    match evidence {
+        Evidence::Invalid(Defect::Shape) => Reason::WrongShape,
+        Evidence::Invalid(Defect::NotANumber) => Reason::NotANumber,
+        Evidence::Invalid(Defect::Infinite) => Reason::Infinite,
+        Evidence::Invalid(Defect::Bounds) => Reason::BoundsCrossed,
+        Evidence::OutOfRange(value) => {
+            Reason::OutOfRange { value: range(value), range: range_of(knowledge, signal) }
+        }
+        Evidence::TooFast(jump) => Reason::TooFast {
+            from: range(jump.from),
+            to: range(jump.to),
+            within: jump.within,
+            most: Amount::of(knowledge, variable, jump.max_rate),
+        },
+        Evidence::OutOfOrder(by) => Reason::StampWentBack { by },
+        Evidence::Late(after) => {
+            Reason::ArrivedLate { after, allowed: limits.max_delay.unwrap_or(Span::ZERO) }
+        }
+        Evidence::Frozen(lasted) => {
+            Reason::StoodStill { lasted, allowed: limits.frozen_after.unwrap_or(Span::ZERO) }
+        }
+        Evidence::WrongClock(Misdated::Off(off)) => {
+            let by = Span(off.0.saturating_abs());
+            if off.0 < 0 { Reason::StampsAhead { by } } else { Reason::StampsBehind { by } }
+        }
+        Evidence::WrongClock(Misdated::Standing(lasted)) => Reason::StampStands { lasted },
+    }
+}
+
+/// A signal that speaks again and has done so for its probation.
+pub(super) fn returned(knowledge: &KnowledgeBase, signal: SignalId, probation: Span, now: Time) -> Event {
+    let because = Reason::SpokenAgain { lasted: probation };
+    event(knowledge, EventKind::Restored, Component::Signal(signal), because, now)
+}
+
+/// What decisions are told from.
+pub(super) struct Scene<'a> {
+    pub(super) knowledge: &'a KnowledgeBase,
+    pub(super) monitor: &'a Monitor,
+    pub(super) judge: &'a Judge,
+    pub(super) now: Time,
+}
+
+impl Scene<'_> {
+    /// Whether a pair is in conflict, and speaks against something.
+    fn is_against(&self, pair: &Residual, about: Component) -> bool {
+        pair.relationship(self.now) == ResidualState::Conflict
+            && self.judge.speaks_against(self.monitor, pair, about)
+    }
+
+    /// The pairs that speak against something; where all are explained otherwise, those that disagree.
+    fn against(&self, about: Component) -> Vec<&Residual> {
+        let is_conflict = |pair: &&Residual| {
+            rests_on(self.monitor, pair, about) && pair.relationship(self.now) == ResidualState::Conflict
+        };
+        let all: Vec<&Residual> = self.monitor.residuals().iter().filter(is_conflict).collect();
+        let open: Vec<&Residual> = all.iter().copied().filter(|pair| self.is_against(pair, about)).collect();
+        if open.is_empty() { all } else { open }
+    }
+
+    fn symptom(&self, signal: SignalId) -> Symptom {
+        let against = self.against(Component::Signal(signal));
+        let counts = |pair: &Residual| against.iter().any(|it| core::ptr::eq(*it, pair));
+        self.monitor.symptom(signal, self.now, counts)
+    }
+}
+
+/// A change of verdict.
+pub(super) fn decision(scene: &Scene<'_>, decision: &Decision) -> Event {
+    let &Scene { knowledge, now, .. } = scene;
+    match decision {
+        Decision::Failed(blame) => {
+            let why = match (blame.cause, blame.component) {
+                (Some(cause), _) => {
+                    let (cause, signals) = shared(knowledge, cause);
+                    Reason::SharedExplainsBest { cause, signals }
+                }
+                (None, Component::Relation(relation)) => {
+                    Reason::RelationBroken { relation: knowledge.relations()[relation].name.clone() }
+                }
+                _ => Reason::MostProbable,
+            };
+            accused(scene, EventKind::Failed, blame, why.into())
+        }
+        Decision::Suspected(blame, choice) => {
+            let subject = |component: &Component| Subject::of(knowledge, *component);
+            let mut why = Reasons::from(match choice.len() {
+                1 => Reason::Undecided,
+                _ => Reason::AnyOf { choices: choice.iter().map(subject).collect() },
+            });
+            if let Some(cause) = blame.cause {
+                let (cause, signals) = shared(knowledge, cause);
+                why = why.then(Joint::Next, Reason::ByShared { cause, signals });
+            }
+            accused(scene, EventKind::Suspected, blame, why)
+        }
+        Decision::Cleared(component) => {
+            event(knowledge, EventKind::Restored, *component, Reason::AllAgree, now)
+        }
+        Decision::Recovered(signal, probation, proof) => {
+            let lasted = *probation;
+            let because = match proof {
+                Proof::Witness => Reason::WitnessesAgree { lasted },
+                Proof::Return => Reason::CameBack { lasted },
+            };
+            event(knowledge, EventKind::Restored, Component::Signal(*signal), because, now)
+        }
+        Decision::Unproven(component, probation) => {
+            let because = Reason::NothingEitherWay { lasted: *probation };
+            event(knowledge, EventKind::Suspected, *component, because, now)
+        }
+        Decision::Contradicted(component) => {
+            let because = disagreements(scene, *component).then(Joint::Next, Reason::ContradictedAgain);
+            event(knowledge, EventKind::Suspected, *component, because, now)
+        }
+    }
+}
+
+fn accused(scene: &Scene<'_>, kind: EventKind, blame: &Blame, why: Reasons) -> Event {
+    let &Scene { knowledge, monitor, now, .. } = scene;
+    let symptom = match blame.component {
+        Component::Signal(signal) => Some((signal, scene.symptom(signal))),
+        Component::Relation(_) | Component::Cause(_) => None,
+    };
+    let mut because = disagreements(scene, blame.component);
+    if because.is_empty() {
+        because = Reason::NoDisagreement.into();
+    }
+    if let Some(traits) = symptom.and_then(|(signal, symptom)| traits(monitor, signal, symptom, now)) {
+        because = because.then(Joint::Next, traits);
+    }
+    because = because.then(Joint::Next, why).then(Joint::Next, probability(knowledge, blame));
+    if blame.relapses > 0 {
+        because = because.then(Joint::Next, Reason::Intermittent { times: blame.relapses.into() });
+    }
+    let about = event(knowledge, kind, blame.component, because, now);
+    let symptom = symptom.map(|(_, symptom)| symptom);
+    Event { symptom, cause: blame.cause, probability: blame.probability, ..about }
+}
+
+/// Probabilities below this are not told.
+const LEAST_TOLD: f64 = 0.0005;
+
+fn probability(knowledge: &KnowledgeBase, blame: &Blame) -> Reason {
+    match (blame.probability.map(Probability), &blame.next) {
+        (Some(own), Some((next, other))) if *other >= LEAST_TOLD => Reason::ProbabilityAndNext {
+            own,
+            next: Subject::of(knowledge, *next),
+            other: Probability(*other),
+        },
+        (Some(own), _) => Reason::Probability { own },
+        (None, _) => Reason::TooManyPossibilities,
+    }
+}
+
+/// The name of a common cause, and those of the signals that share it, in file order.
+fn shared(knowledge: &KnowledgeBase, cause: CauseId) -> (String, Vec<String>) {
+    let cause = &knowledge.causes()[cause];
+    let signals: SignalSet = cause.signals.iter().copied().collect();
+    let names = signals.iter().map(|signal| knowledge.signals()[signal].name.clone());
+    (cause.name.clone(), names.collect())
+}
+
+/// What makes a symptom, where the disagreements do not tell.
+fn traits(monitor: &Monitor, signal: SignalId, symptom: Symptom, now: Time) -> Option<Reason> {
+    match symptom {
+        Symptom::Frozen => Some(Reason::SaidTheSame { lasted: now - monitor.frozen(signal).since() }),
+        Symptom::Skewed => {
+            let late = monitor.skew(signal, now)?;
+            let by = Span(late.0.abs());
+            Some(if late.0 < 0 { Reason::SeemsEarly { by } } else { Reason::SeemsLate { by } })
+        }
+        Symptom::Noisy => Some(Reason::Scatters),
+        Symptom::Drifting => Some(Reason::BuiltUp),
+        _ => None,
+    }
+}
+
+/// Something that the operator vouches for; for a signal, perhaps because of what it shares.
+pub(super) fn cleared_by_operator(
+    knowledge: &KnowledgeBase,
+    component: Component,
+    cause: Option<CauseId>,
+    now: Time,
+) -> Event {
+    let because = match cause {
+        Some(cause) => Reason::ClearedWith { cause: knowledge.causes()[cause].name.clone() },
+        None => Reason::Cleared,
+    };
+    Event { cause, ..event(knowledge, EventKind::Restored, component, because, now) }
+}
+
+/// An accusation, as an event has told it.
+pub(super) fn accusation(knowledge: &KnowledgeBase, event: &Event) -> Accusation {
+    Accusation {
+        since: event.time,
+        symptom: event.symptom,
+        cause: event.cause.map(|cause| knowledge.causes()[cause].name.clone()),
+        probability: event.probability,
+        because: event.because.clone(),
+    }
+}
+
+/// What cannot be done, or no more.
+pub(super) fn refused(because: Reasons, now: Time) -> Event {
+    Event::new(now, EventKind::Refused, None, because)
+}
+
+/// A signal that was accused before the knowledge base changed, and is not any more.
+pub(super) fn judged_anew(
+    knowledge: &KnowledgeBase,
+    component: Component,
+    is_described_anew: bool,
+    now: Time,
+) -> Event {
+    let because = match is_described_anew {
+        true => Reason::DescribedAnew,
+        false => Reason::ComparisonsGone,
+    };
+    event(knowledge, EventKind::Restored, component, because, now)
+}
+
+/// The disagreements that speak against a signal or relation.
+fn disagreements(scene: &Scene<'_>, about: Component) -> Reasons {
+    let against = scene.against(about);
+    let named = against.iter().take(MOST_NAMED);
+    let named = named.filter_map(|pair| disagreement(scene.knowledge, scene.monitor, pair, scene.now));
+    let named = named.fold(Reasons::default(), |all, reason| all.then(Joint::Next, reason));
+    match against.len().saturating_sub(MOST_NAMED) {
+        0 => named,
+        more => named.then(Joint::Next, Reason::MoreDisagreements { count: more as u64 }),
+    }
+}
+
+fn disagreement(knowledge: &KnowledgeBase, monitor: &Monitor, pair: &Residual, now: Time) -> Option<Reason> {
+    let (way, other) = (monitor.way(pair.way)?, monitor.way(pair.other)?);
+    let variable = way.variable();
+    let named = [way, other].map(|way| way.computation.way().describe(knowledge));
+    if pair.window.relationship(now) != ResidualState::Conflict {
+        return Some(together(knowledge, variable, pair, named));
+    }
+    let last = pair.disagreement?;
+    let (bad, of) = pair.window.counts();
+    let [one, other] = named;
+    Some(Reason::Disagree {
+        one,
+        value: Range::of(knowledge, variable, last.value),
+        other,
+        expected: Range::of(knowledge, variable, last.other),
+        bad: bad.into(),
+        of: of.into(),
+    })
+}
+
+/// What comparisons that agree one by one say together.
+fn together(
+    knowledge: &KnowledgeBase,
+    variable: VariableId,
+    pair: &Residual,
+    [one, other]: [String; 2],
+) -> Reason {
+    match pair.trend.tendency() {
+        Tendency::Drift => {
+            let mean = pair.trend.mean();
+            let (more, less) = if mean < 0.0 { (other, one) } else { (one, other) };
+            Reason::SaysMore { more, by: Amount::of(knowledge, variable, mean.abs()), less }
+        }
+        Tendency::Noise => Reason::Scatter { one, other },
+        Tendency::Skew => Reason::OtherTimes { one, other },
+        Tendency::Calm | Tendency::Building => Reason::Disagreed { one, other },
+    }
+}

@@ -1,0 +1,195 @@
+//! What the arguments of a reason are: names, numbers with their unit, times, and the little that is made of them.
+
+use crate::interval::Interval;
+use crate::knowledge::{KnowledgeBase, VariableId};
+use crate::order::{Order, Subject};
+use crate::time::Span;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+/// A Rust type that an argument can have.
+pub(super) trait Value: Sized {
+    const KIND: Kind;
+
+    fn argument(&self) -> Argument;
+
+    fn read(argument: Argument) -> Option<Self>;
+}
+
+/// Kinds of arguments, each for one Rust type.
+macro_rules! arguments {
+    ($($(#[doc = $doc:literal])+ $name:ident($type:ty) $word:literal;)+) => {
+        /// What an argument is.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Kind {
+            $($(#[doc = $doc])+ $name,)+
+        }
+
+        impl Kind {
+            /// Every kind.
+            pub const ALL: &'static [Kind] = &[$(Kind::$name),+];
+
+            /// What it is called in the reference.
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Kind::$name => $word,)+
+                }
+            }
+        }
+
+        /// An argument of any kind.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Argument {
+            $($(#[doc = $doc])+ $name($type),)+
+        }
+
+        $(impl Value for $type {
+            const KIND: Kind = Kind::$name;
+
+            fn argument(&self) -> Argument {
+                Argument::$name(self.clone())
+            }
+
+            fn read(argument: Argument) -> Option<Self> {
+                match argument {
+                    Argument::$name(value) => Some(value),
+                    _ => None,
+                }
+            }
+        })+
+    };
+}
+
+arguments! {
+    /// The name of a signal, relation, common cause, variable or need, or of a way of knowing as
+    /// [`Way::describe`](crate::substitution::Way::describe) gives it.
+    Name(String) "name";
+    /// Several of these.
+    Names(Vec<String>) "names";
+    /// A length of time.
+    Span(Span) "span";
+    /// How many.
+    Count(u64) "count";
+    /// A number in SI, or in the unit that ends the argument's name.
+    Number(f64) "number";
+    /// How probable something is.
+    Probability(Probability) "probability";
+    /// What a value was within.
+    Range(Range) "range";
+    /// A width, or a difference of values.
+    Amount(Amount) "amount";
+    /// A signal, a relation or a common cause.
+    Subject(Subject) "subject";
+    /// Several of these.
+    Subjects(Vec<Subject>) "subjects";
+    /// An operator's order.
+    Order(Order) "order";
+    /// Several of these.
+    Orders(Vec<Order>) "orders";
+    /// What serves a need.
+    ServedBy(ServedBy) "served by";
+    /// A source that may serve a need.
+    Candidate(Candidate) "candidate";
+    /// Several of these, the best first.
+    Candidates(Vec<Candidate>) "candidates";
+}
+
+/// From 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Probability(pub f64);
+
+/// What a value was within, in the unit of its variable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Range {
+    /// The lower bound.
+    pub lo: f64,
+    /// The upper bound.
+    pub hi: f64,
+    /// The unit; `None` where the variable has none.
+    pub unit: Option<String>,
+}
+
+impl Range {
+    /// Of an interval in SI; what wraps is brought back into one turn.
+    #[must_use]
+    pub fn of(knowledge: &KnowledgeBase, variable: VariableId, value: Interval) -> Range {
+        let variable = &knowledge.variables()[variable];
+        let value = variable.brought_back(value);
+        let shown = |number: f64| variable.unit.as_ref().map_or(number, |unit| unit.from_si(number));
+        let unit = variable.unit.as_ref().map(ToString::to_string);
+        Range { lo: shown(value.lo()), hi: shown(value.hi()), unit }
+    }
+}
+
+/// A width or a difference, in the unit of its variable; of temperatures, in kelvin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Amount {
+    /// How much.
+    pub value: f64,
+    /// The unit; `None` where the variable has none.
+    pub unit: Option<String>,
+}
+
+impl Amount {
+    /// Of a difference in SI.
+    #[must_use]
+    pub fn of(knowledge: &KnowledgeBase, variable: VariableId, difference: f64) -> Amount {
+        match &knowledge.variables()[variable].unit {
+            Some(unit) if unit.offset != 0.0 => Amount { value: difference, unit: Some("K".to_string()) },
+            Some(unit) => Amount { value: difference / unit.scale, unit: Some(unit.to_string()) },
+            None => Amount { value: difference, unit: None },
+        }
+    }
+}
+
+/// What serves a need; ways by their names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ServedBy {
+    /// A way of knowing its variable.
+    Way(String),
+    /// Nothing that is trusted: the hull of two ways that may be right.
+    Hull(Vec<String>),
+    /// Nothing that is trusted: what enough of several ways hold possible.
+    Agreeing {
+        /// How many ways.
+        count: u64,
+        /// The ways.
+        ways: Vec<String>,
+    },
+    /// Nothing that is trusted: the last value that was.
+    LastTrusted,
+}
+
+impl ServedBy {
+    /// The way, where it is one that is trusted.
+    #[must_use]
+    pub fn way(&self) -> Option<&str> {
+        match self {
+            ServedBy::Way(name) => Some(name),
+            ServedBy::Hull(_) | ServedBy::Agreeing { .. } | ServedBy::LastTrusted => None,
+        }
+    }
+}
+
+/// A source that may serve a need.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// The way of knowing the need's variable.
+    pub source: String,
+    /// Its utility.
+    pub utility: f64,
+    /// How it has run, where that has decided.
+    pub proof: Option<Proof>,
+}
+
+/// How a source has run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Proof {
+    /// The share of comparisons in which it agreed with others.
+    pub agreement: Option<f64>,
+    /// How far it was from the others.
+    pub error: Option<Amount>,
+    /// The share of the time in which it was there.
+    pub availability: Option<f64>,
+}

@@ -1,0 +1,394 @@
+//! All reasons there are: a stable code, what it means, and its arguments. Codes and names of arguments stand in files: they
+//! are not changed, only added to.
+
+use super::Described;
+use super::argument::{Amount, Argument, Candidate, Kind, Probability, Range, ServedBy, Value};
+use crate::order::{Order, Subject};
+use crate::time::Span;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// The enum, and what is read and written by its codes, from one table.
+macro_rules! reasons {
+    ($(#[doc = $doc:literal] $code:literal $name:ident $({
+        $($field:ident: $type:ty = $about:literal),+
+    })?;)+) => {
+        /// Why something was decided: one reason of a closed list.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Reason {
+            $(#[doc = $doc] $name $({ $(#[doc = $about] $field: $type),+ })?,)+
+        }
+
+        impl Reason {
+            /// What all of them are called, in the order of the reference.
+            pub const ALL: &'static [Described] = &[$(Described {
+                code: $code,
+                arguments: &[$($((stringify!($field), <$type as Value>::KIND)),+)?],
+            }),+];
+
+            /// What it is called in files.
+            #[must_use]
+            pub fn code(&self) -> &'static str {
+                match self {
+                    $(Reason::$name $({ $($field: _),+ })? => $code,)+
+                }
+            }
+
+            /// Its arguments with their names.
+            #[must_use]
+            pub fn arguments(&self) -> Vec<(&'static str, Argument)> {
+                match self {
+                    $(Reason::$name $({ $($field),+ })? => {
+                        Vec::from([$($((stringify!($field), $field.argument())),+)?])
+                    })+
+                }
+            }
+
+            /// The reason of a code, with the arguments that `argument` gives; `None` where there is no such code, or where an
+            /// argument is missing or of another kind.
+            pub fn read(
+                code: &str,
+                mut argument: impl FnMut(&'static str, Kind) -> Option<Argument>,
+            ) -> Option<Reason> {
+                match code {
+                    $($code => Some(Reason::$name $({
+                        $($field: Value::read(argument(stringify!($field), <$type as Value>::KIND)?)?),+
+                    })?),)+
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+reasons! {
+    // What a signal itself shows.
+    /// Nothing was received from a signal within its timeout.
+    "nothing-received" NothingReceived { within: Span = "The timeout." };
+    /// Within the timeout of a signal, no value came that can be one: not a number, infinite, or of a wrong shape.
+    "nothing-possible" NothingPossible { within: Span = "The timeout." };
+    /// Within the timeout of a signal, only values came that lie out of its range.
+    "only-out-of-range" OnlyOutOfRange { range: Range = "The range.", within: Span = "The timeout." };
+    /// When the last value came.
+    "last-value" LastValue { ago: Span = "How long before." };
+    /// No value ever came.
+    "no-value-ever" NoValueEver;
+    /// All signals that share a common cause are absent together.
+    "absent-together" AbsentTogether { cause: String = "The common cause." };
+    /// A value had a wrong shape.
+    "wrong-shape" WrongShape;
+    /// A value was not a number.
+    "not-a-number" NotANumber;
+    /// A value was infinite.
+    "infinite" Infinite;
+    /// The lower bound of a value was above the upper one.
+    "bounds-crossed" BoundsCrossed;
+    /// A value was out of the range of its signal.
+    "out-of-range" OutOfRange { value: Range = "The value.", range: Range = "The range." };
+    /// Two values changed faster than their variable can.
+    "too-fast" TooFast {
+        from: Range = "The value before.", to: Range = "The value after.",
+        within: Span = "The time between them.", most: Amount = "What is possible in a second."
+    };
+    /// A time stamp was before the one that came before it.
+    "stamp-went-back" StampWentBack { by: Span = "By how much." };
+    /// A value arrived too long after its time stamp.
+    "arrived-late" ArrivedLate { after: Span = "After how long.", allowed: Span = "What is allowed." };
+    /// A signal has said exactly the same for too long.
+    "stood-still" StoodStill { lasted: Span = "For how long.", allowed: Span = "What is allowed." };
+    /// Time stamps are further ahead of the reception than clocks of one system differ.
+    "stamps-ahead" StampsAhead { by: Span = "By how much." };
+    /// Time stamps are further behind the reception than clocks of one system differ.
+    "stamps-behind" StampsBehind { by: Span = "By how much." };
+    /// The time stamp stands still while the values change.
+    "stamp-stands" StampStands { lasted: Span = "For how long." };
+    /// How many of the recent values show the fault.
+    "readings" Readings { bad: u64 = "How many do.", of: u64 = "Of how many." };
+    /// A signal that was absent has spoken for its probation.
+    "spoken-again" SpokenAgain { lasted: Span = "The probation." };
+    // What comparisons show.
+    /// Two ways of knowing a variable give values that contradict each other.
+    "disagree" Disagree {
+        one: String = "The way that was compared.", value: Range = "What it said.",
+        other: String = "The way that it was compared with.", expected: Range = "What that said.",
+        bad: u64 = "How many of the recent comparisons disagree.", of: u64 = "Of how many."
+    };
+    /// Over many comparisons, one way has said more than another.
+    "says-more" SaysMore {
+        more: String = "The way that has said more.", by: Amount = "By how much on average.",
+        less: String = "The way that has said less."
+    };
+    /// Two ways scatter against each other more than they should.
+    "scatter" Scatter { one: String = "The one way.", other: String = "The other way." };
+    /// Two ways tell the same at different times.
+    "other-times" OtherTimes { one: String = "The one way.", other: String = "The other way." };
+    /// Two ways disagreed, and do not any more.
+    "disagreed" Disagreed { one: String = "The one way.", other: String = "The other way." };
+    /// There are more disagreements than are told.
+    "more-disagreements" MoreDisagreements { count: u64 = "How many more." };
+    /// No comparison of the accused itself disagrees.
+    "no-disagreement" NoDisagreement;
+    /// A signal has said the same while others moved.
+    "said-the-same" SaidTheSame { lasted: Span = "For how long." };
+    /// A signal seems to tell of later moments than its stamps say.
+    "seems-early" SeemsEarly { by: Span = "By how much." };
+    /// A signal seems to tell of earlier moments than its stamps say.
+    "seems-late" SeemsLate { by: Span = "By how much." };
+    /// The values of a signal scatter around what others say.
+    "scatters" Scatters;
+    /// The difference from what others say has built up slowly.
+    "built-up" BuiltUp;
+
+    // How the blame was found.
+    /// A common cause explains the conflicts best.
+    "shared-explains-best" SharedExplainsBest {
+        cause: String = "The common cause.", signals: Vec<String> = "The signals that share it."
+    };
+    /// A relation does not hold any more.
+    "relation-broken" RelationBroken { relation: String = "The relation." };
+    /// No other explanation is as probable.
+    "most-probable" MostProbable;
+    /// Something explains most, but some comparisons are undecided.
+    "undecided" Undecided;
+    /// Several explain the conflicts as well.
+    "any-of" AnyOf { choices: Vec<Subject> = "Those that do." };
+    /// A common cause would be behind it.
+    "by-shared" ByShared {
+        cause: String = "The common cause.", signals: Vec<String> = "The signals that share it."
+    };
+    /// How probable it is, and what is the next best explanation.
+    "probability-and-next" ProbabilityAndNext {
+        own: Probability = "That of the accused.", next: Subject = "The next one.",
+        other: Probability = "That of the next one."
+    };
+    /// How probable it is.
+    "probability" Probability { own: Probability = "That of the accused." };
+    /// There are too many possibilities for an exact number.
+    "too-many-possibilities" TooManyPossibilities;
+    /// It was accused again soon after it was trusted.
+    "intermittent" Intermittent { times: u64 = "How often." };
+
+    // How an accusation ends, or goes on.
+    /// Every comparison agrees again.
+    "all-agree" AllAgree;
+    /// The values are sound and others agree with them.
+    "witnesses-agree" WitnessesAgree { lasted: Span = "For how long." };
+    /// The values are sound and where they could have got to, and nothing has contradicted them.
+    "came-back" CameBack { lasted: Span = "For how long." };
+    /// Nothing speaks against it any more, and nothing for it.
+    "nothing-either-way" NothingEitherWay { lasted: Span = "For how long." };
+    /// It is contradicted again after nothing spoke against it any more.
+    "contradicted-again" ContradictedAgain;
+    /// The operator has cleared it.
+    "cleared" Cleared;
+    /// The operator has cleared it with all that share a common cause.
+    "cleared-with" ClearedWith { cause: String = "The common cause." };
+    /// The changed model describes the accused anew.
+    "described-anew" DescribedAnew;
+    /// The comparisons that spoke about the accused are gone with the changed model.
+    "comparisons-gone" ComparisonsGone;
+
+    // Why a source of a need is left.
+    /// The source served the need before the restart and must not be used now.
+    "served-before" ServedBefore { source: String = "The source." };
+    /// The source is left by an order.
+    "left" Left { source: String = "The source." };
+    /// The source was lost, and nothing else is trusted.
+    "lost-alone" LostAlone { source: String = "The source." };
+    /// Nothing else is trusted.
+    "nothing-else-trusted" NothingElseTrusted;
+    /// The source is not trusted any more.
+    "not-trusted" NotTrusted { source: String = "The source." };
+    /// The source is contradicted.
+    "contradicted" Contradicted { source: String = "The source." };
+    /// The values of the source are wider than the need allows.
+    "source-too-wide" SourceTooWide {
+        source: String = "The source.", width: Amount = "How wide they are.",
+        most: Amount = "What the need allows."
+    };
+    /// The values of the source are older than the need allows.
+    "source-too-old" SourceTooOld {
+        source: String = "The source.", age: Span = "How old they are.",
+        most: Span = "What the need allows."
+    };
+    /// What the source rests on is gone with the changed model.
+    "gone" Gone { names: Vec<String> = "The signals and relations." };
+    /// The changed model describes anew what the source rests on.
+    "signals-described-anew" SignalsDescribedAnew { signals: Vec<String> = "The signals." };
+    /// The changed model withdraws what the source rests on.
+    "signals-withdrawn" SignalsWithdrawn { signals: Vec<String> = "The signals." };
+    /// The changed model does not serve the need from the source any more.
+    "serves-no-more" ServesNoMore { source: String = "The source." };
+
+    // What serves a need instead, or again.
+    /// A source takes over.
+    "takes-over" TakesOver { source: Candidate = "The source." };
+    /// The sources that would be next.
+    "next-best" NextBest { sources: Vec<Candidate> = "The best of them." };
+    /// No other source is left.
+    "nothing-left" NothingLeft;
+    /// The changed model has a better source.
+    "model-has-better" ModelHasBetter;
+    /// The operator lets a better source serve again.
+    "better-allowed" BetterAllowed;
+    /// A better source is trusted again.
+    "better-trusted" BetterTrusted;
+    /// What served the need before.
+    "before" Before { source: String = "The source." };
+    /// Nothing served the need before.
+    "before-nothing" BeforeNothing;
+    /// The source gives no value in time.
+    "not-in-time" NotInTime { source: String = "The source." };
+    /// More ways contradict the source than support it.
+    "outvoted" Outvoted { source: String = "The source." };
+    /// The source gives values that are too wide or too old.
+    "unfit" Unfit { source: String = "The source." };
+    /// Another way has stood in for the source.
+    "stood-in" StoodIn { way: String = "The way.", lasted: Span = "For how long." };
+    /// The source gives values again.
+    "gives-again" GivesAgain;
+    /// What serves the need is trusted again.
+    "trusted-again" TrustedAgain;
+    /// The need is served again.
+    "served-again" ServedAgain;
+    /// The need is served again, as uncertain.
+    "served-again-uncertain" ServedAgainUncertain;
+    /// It cannot be told which of several is right.
+    "uncertain" Uncertain { served_by: ServedBy = "What goes out as uncertain." };
+
+    // Why a need is not served.
+    /// No value went out.
+    "no-value" NoValue { age: Span = "For how long." };
+    /// No value came from the only source that may serve the need by order.
+    "no-value-from" NoValueFrom { age: Span = "For how long.", source: String = "The source." };
+    /// What the source gives is too wide or too old.
+    "gives-unfit" GivesUnfit;
+    /// What is there is contradicted, too wide or too old.
+    "all-unfit" AllUnfit;
+    /// What the need allows.
+    "limits" Limits { age: Span = "The age.", width: f64 = "The width, SI." };
+    /// What would go out as uncertain is wider than the need allows.
+    "uncertain-too-wide" UncertainTooWide {
+        served_by: ServedBy = "What would go out.", width: Amount = "How wide it is.",
+        most: Amount = "What the need allows."
+    };
+    /// What would go out as uncertain is older than the need allows.
+    "uncertain-too-old" UncertainTooOld {
+        served_by: ServedBy = "What would go out.", most: Span = "What the need allows."
+    };
+    /// Too few of those that may be right give values.
+    "too-few-speak" TooFewSpeak { served_by: ServedBy = "What would go out." };
+    /// By order, only one source may serve the need.
+    "only-by-order" OnlyByOrder { source: String = "The source." };
+    /// Another order forbids what the source rests on.
+    "forbidden-by-another" ForbiddenByAnother { subjects: Vec<Subject> = "What is forbidden." };
+    /// What the source rests on gives no usable value.
+    "inputs-absent" InputsAbsent { signals: Vec<String> = "The signals." };
+
+    // What falls short of a need's demands.
+    /// The need demands more than some sources give.
+    "demands-more" DemandsMore;
+    /// A source that falls short.
+    "short-source" ShortSource { source: String = "The source." };
+    /// There are more sources that fall short than are told.
+    "more-sources" MoreSources { count: u64 = "How many more." };
+    /// No signal of a variable may be used.
+    "no-signal-of" NoSignalOf { variable: String = "The variable." };
+    /// A relation may not be used.
+    "relation-barred" RelationBarred { relation: String = "The relation." };
+    /// No usable signal of a variable is as fast.
+    "rate-too-low" RateTooLow {
+        variable: String = "The variable.", rate_hz: f64 = "The rate of the fastest.",
+        least_hz: f64 = "What was asked."
+    };
+    /// No usable signal of a variable has the level.
+    "signals-integrity" SignalsIntegrity {
+        variable: String = "The variable.", level: String = "The highest level.",
+        least: String = "What was asked."
+    };
+    /// A relation does not have the level.
+    "relation-integrity" RelationIntegrity {
+        relation: String = "The relation.", level: String = "Its level.",
+        least: String = "What was asked."
+    };
+    /// The only signal of a variable shares something with a suspect.
+    "not-independent" NotIndependent { variable: String = "The variable.", signal: String = "The signal." };
+    /// It rests on values that are too old.
+    "rests-on-old" RestsOnOld { age_s: f64 = "Their age.", most_s: f64 = "What was asked." };
+    /// Its values come too rarely.
+    "comes-rarely" ComesRarely { period_s: f64 = "The time between two.", most_s: f64 = "What was asked." };
+    /// Its values are too wide.
+    "too-wide" TooWide { width: f64 = "The least width, SI.", most: f64 = "What was asked, SI." };
+
+    // What an operator has ordered.
+    /// Something must not be used, by order.
+    "must-not-be-used" MustNotBeUsed { subject: Subject = "What." };
+    /// Something may be used again, by order.
+    "may-be-used" MayBeUsed { subject: Subject = "What." };
+    /// Something was cleared by order.
+    "was-cleared" WasCleared { subject: Subject = "What." };
+    /// The need chooses its source itself again, by order.
+    "chooses-itself" ChoosesItself;
+    /// An order cannot be obeyed.
+    "cannot-obey" CannotObey { order: Order = "The order." };
+    /// An order is not in force any more.
+    "no-more-in-force" NoMoreInForce { order: Order = "The order." };
+    /// What served a need before the restart is forgotten.
+    "served-forgotten" ServedForgotten { need: String = "The need." };
+    /// An accusation from before the restart is forgotten.
+    "accusation-forgotten" AccusationForgotten { subject: Subject = "Who was accused." };
+
+    // Why an order cannot be obeyed, and what would help.
+    /// There is no such signal.
+    "no-signal" NoSignal { name: String = "What was named." };
+    /// There is no such relation.
+    "no-relation" NoRelation { name: String = "What was named." };
+    /// There is no such common cause.
+    "no-cause" NoCause { name: String = "What was named." };
+    /// There is no such need.
+    "no-need" NoNeed { name: String = "What was named." };
+    /// A need has no such source that could run.
+    "no-source" NoSource { need: String = "The need.", name: String = "What was named." };
+    /// Several needs have this variable.
+    "several-needs" SeveralNeeds { count: u64 = "How many.", variable: String = "The variable." };
+    /// It is no signal or relation.
+    "neither-signal-nor-relation" NeitherSignalNorRelation { subject: Subject = "What was named." };
+    /// It is not forbidden.
+    "not-forbidden" NotForbidden { subject: Subject = "What was named." };
+    /// A need chooses its source itself already.
+    "chooses-already" ChoosesAlready { need: String = "The need." };
+    /// The order is in force already.
+    "already-in-force" AlreadyInForce { order: Order = "The order." };
+    /// A source does not meet what the need demands.
+    "does-not-meet" DoesNotMeet { source: String = "The source." };
+    /// It gives no usable value.
+    "gives-nothing" GivesNothing { subject: Subject = "What was named." };
+    /// It is not accused.
+    "not-accused" NotAccused { subject: Subject = "What was named." };
+    /// A name that is known is nearly the same.
+    "did-you-mean" DidYouMean { name: String = "The name." };
+    /// All names that are known.
+    "known-here" KnownHere { names: Vec<String> = "The names." };
+    /// Some of the names that are known.
+    "known-among-others" KnownAmongOthers { names: Vec<String> = "The names." };
+    /// One of several needs is to be named.
+    "name-one" NameOne { needs: Vec<String> = "The needs." };
+    /// The signals that share a common cause are to be named.
+    "name-sharers" NameSharers { signals: Vec<String> = "The signals." };
+    /// The orders in force.
+    "in-force" InForce { orders: Vec<Order> = "The orders." };
+    /// No order is in force.
+    "none-in-force" NoneInForce;
+    /// Nothing has to be done.
+    "nothing-to-do" NothingToDo;
+    /// The need is to be changed, or another source named.
+    "change-the-need" ChangeTheNeed;
+    /// It can be cleared when it speaks again.
+    "clear-later" ClearLater;
+    /// There is nothing to clear.
+    "nothing-to-clear" NothingToClear;
+
+    // Words of somebody else.
+    /// Words that were read from a state or a journal of an earlier version.
+    "told" Told { words: String = "The words." };
+}
