@@ -178,6 +178,7 @@ pub(super) fn decision(scene: &Scene<'_>, decision: &Decision) -> Event {
         Decision::Suspected(blame, choice) => {
             let subject = |component: &Component| Subject::of(knowledge, *component);
             let mut why = Reasons::from(match choice.len() {
+                0 => Reason::MayBeChance,
                 1 => Reason::Undecided,
                 _ => Reason::AnyOf { choices: choice.iter().map(subject).collect() },
             });

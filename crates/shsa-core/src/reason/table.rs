@@ -150,6 +150,8 @@ reasons! {
     "most-probable" MostProbable;
     /// Something explains most, but some comparisons are undecided.
     "undecided" Undecided;
+    /// No other explanation is as probable, but so few disagreements of noise may be chance.
+    "may-be-chance" MayBeChance;
     /// Several explain the conflicts as well.
     "any-of" AnyOf { choices: Vec<Subject> = "Those that do." };
     /// A common cause would be behind it.

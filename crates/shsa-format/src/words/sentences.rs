@@ -49,6 +49,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("relation-broken", "relation {relation} no longer holds"),
     ("most-probable", "no other explanation is as probable"),
     ("undecided", "it explains most, but some comparisons are undecided"),
+    ("may-be-chance", "no other explanation is as probable, but so few outliers of noise may be chance"),
     ("any-of", "it may be any of {choices}"),
     ("by-shared", "by {cause}, which {signals} share"),
     ("probability-and-next", "probability {own}, next {next} {other}"),

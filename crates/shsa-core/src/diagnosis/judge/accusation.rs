@@ -47,8 +47,7 @@ impl Judge {
         for case in &cases {
             for &component in &case.certain {
                 if !self.is_spared(evidence, component, case, now) {
-                    let alone = [component];
-                    let choice = (!is_sure(evidence, component, case)).then_some(&alone[..]);
+                    let choice = (!is_sure(evidence, component, case)).then_some(&[][..]);
                     self.set((evidence, now), component, case, choice, decisions);
                 }
             }
@@ -131,7 +130,7 @@ impl Judge {
         false
     }
 
-    /// Accuses: as failed, or as one of a choice.
+    /// Accuses: as failed, or as one of a choice; an empty one, where it may be chance.
     fn set(
         &mut self,
         (evidence, now): (&impl Testimony, Time),
@@ -148,7 +147,7 @@ impl Judge {
         let relapses = self.relapses(component, now);
         let state_of = ComponentState {
             verdict: Some(verdict),
-            alone: choice.is_none_or(|choice| choice.len() == 1),
+            alone: choice.is_none_or(|choice| choice.len() <= 1),
             clean_since: None,
             said: said(evidence, component).filter(|_| has_moved(evidence, component)),
             relapses,

@@ -39,7 +39,8 @@ pub struct Blame {
 pub enum Decision {
     /// It is faulty: it belongs to every probable explanation.
     Failed(Blame),
-    /// It is one of several that explain the conflicts; the list is the whole choice, ascending.
+    /// It is one of several that explain the conflicts; the list is the whole choice, ascending. An empty one: it belongs to every
+    /// probable explanation, but so few disagreements of noise may be chance.
     Suspected(Blame, Vec<Component>),
     /// It is trusted again.
     Cleared(Component),
