@@ -172,11 +172,11 @@ fn check_error(from: &str, to: &str, expected: &str) {
 fn a_state_that_is_wrong_says_where() {
     check_error("shsa-state-2", "shsa-state-9", "this says it is `shsa-state-9`, and only `shsa-state-2`");
     let unknown = "`because`: reason `moon`: there is no such reason";
-    check_error("\"code\": \"probability\"", "\"code\": \"moon\"", unknown);
-    check_error("\"own\"", "\"of\"", "reason `probability`: `own`: ");
-    check_error("\"own\"", "\"also\": 1, \"own\"", "reason `probability`: it has no argument `also`");
-    let joint = "\"joint\": \"moon\", \"code\": \"probability\"";
-    check_error("\"code\": \"probability\"", joint, "`joint` cannot be `moon`: known are `next`, `namely`");
+    check_error("\"code\": \"most-probable\"", "\"code\": \"moon\"", unknown);
+    check_error("\"own\"", "\"of\"", "reason `probability-and-next`: `own`: ");
+    check_error("\"own\"", "\"also\": 1, \"own\"", "reason `probability-and-next`: it has no argument `also`");
+    let joint = "\"joint\": \"moon\", \"code\": \"most-probable\"";
+    check_error("\"code\": \"most-probable\"", joint, "`joint` cannot be `moon`: known are `next`, `namely`");
     check_error("\"failed\"", "\"broken\"", "`verdict` cannot be `broken`: known are `suspect`, `failed`");
     check_error("\"alone\"", "\"lonely\"", "unknown field `lonely`");
     check_error("\"relapses\": ", "\"relapses\": -", "at line");
