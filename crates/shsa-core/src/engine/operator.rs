@@ -16,12 +16,12 @@ pub struct Refusal {
     /// What is wrong.
     pub reason: Reasons,
     /// What would be possible.
-    pub help: Reason,
+    pub help: Reasons,
 }
 
 impl Refusal {
-    pub(super) fn new(reason: impl Into<Reasons>, help: Reason) -> Refusal {
-        Refusal { reason: reason.into(), help }
+    pub(super) fn new(reason: impl Into<Reasons>, help: impl Into<Reasons>) -> Refusal {
+        Refusal { reason: reason.into(), help: help.into() }
     }
 
     /// There is nothing of a name: `reason` says what is missing.
@@ -54,10 +54,12 @@ impl Refusal {
 impl fmt::Display for Refusal {
     /// The codes; words are not for the core.
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for reason in self.reason.iter() {
-            write!(out, "{}; ", reason.code())?;
+        let mut between = "";
+        for reason in self.reason.iter().chain(self.help.iter()) {
+            write!(out, "{between}{}", reason.code())?;
+            between = "; ";
         }
-        write!(out, "{}", self.help.code())
+        Ok(())
     }
 }
 

@@ -91,7 +91,7 @@ impl Stage<'_> {
         if let Err(refusal) = done {
             let told = refused.expect("a refusal");
             let told: Vec<&Reason> = told.iter().collect();
-            let why: Vec<&Reason> = refusal.reason.iter().chain([&refusal.help]).collect();
+            let why: Vec<&Reason> = refusal.reason.iter().chain(refusal.help.iter()).collect();
             assert_eq!(told.split_first(), Some((&&Reason::CannotObey { order: order.clone() }, &why[..])));
             assert_eq!(
                 self.engine.standing_orders(),

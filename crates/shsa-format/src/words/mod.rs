@@ -57,7 +57,7 @@ pub fn sentence(code: &str) -> Option<&'static str> {
 /// Why an order cannot be obeyed, and what would be possible.
 #[must_use]
 pub fn refusal(refusal: &Refusal) -> String {
-    format!("{}{}{}", reasons(&refusal.reason), between(Joint::Next), reason(&refusal.help))
+    format!("{}{}{}", reasons(&refusal.reason), between(Joint::Next), reasons(&refusal.help))
 }
 
 /// What serves a need: the name of a way, or what goes out while nothing is trusted.

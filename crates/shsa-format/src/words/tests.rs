@@ -97,7 +97,7 @@ fn a_reason_is_its_code_and_its_arguments() {
         let given = |name: &'static str, kind: Kind| {
             let found =
                 arguments.iter().find(|(known, _)| *known == name).map(|(_, argument)| argument.clone());
-            assert_eq!(found.as_ref().map(|it| std::mem::discriminant(it)), {
+            assert_eq!(found.as_ref().map(std::mem::discriminant), {
                 Some(std::mem::discriminant(&sample(kind, 0)))
             });
             found

@@ -174,7 +174,11 @@ fn a_state_that_is_wrong_says_where() {
     let unknown = "`because`: reason `moon`: there is no such reason";
     check_error("\"code\": \"most-probable\"", "\"code\": \"moon\"", unknown);
     check_error("\"own\"", "\"of\"", "reason `probability-and-next`: `own`: ");
-    check_error("\"own\"", "\"also\": 1, \"own\"", "reason `probability-and-next`: it has no argument `also`");
+    check_error(
+        "\"own\"",
+        "\"also\": 1, \"own\"",
+        "reason `probability-and-next`: it has no argument `also`",
+    );
     let joint = "\"joint\": \"moon\", \"code\": \"most-probable\"";
     check_error("\"code\": \"most-probable\"", joint, "`joint` cannot be `moon`: known are `next`, `namely`");
     check_error("\"failed\"", "\"broken\"", "`verdict` cannot be `broken`: known are `suspect`, `failed`");
