@@ -36,6 +36,7 @@ mod many;
 
 mod needs;
 mod switch;
+mod told;
 mod delegate;
 mod orders;
 mod change;

@@ -131,7 +131,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("comes-rarely", "its values come every {period_s} s, and may be {most_s} s old"),
     ("too-wide", "its values are at least {width} wide, more than {most}"),
     // What an operator has ordered.
-    ("must-not-be-used", "{subject} must not be used, by order of the operator"),
+    ("must-not-be-used", "{subject} must not be used, by order"),
     ("may-be-used", "{subject} may be used again, by order of the operator"),
     ("was-cleared", "{subject} was cleared by order of the operator"),
     ("chooses-itself", "the need chooses its source itself again, by order of the operator"),

@@ -81,11 +81,12 @@ impl Provider {
         let Situation { knowledge, monitor, now, .. } = *situation;
         let was_outdone = self.better().is_some();
         self.find_sources(situation);
+        let is_ordered = situation.order.is_some() && self.better().is_some();
         if self.forced.is_some() {
             return self.stay_forced(situation);
         }
         if let Some(serving) = self.state.serving_mut().filter(|_| !was_outdone) {
-            serving.better_by = if situation.order.is_some() { Better::Ordered } else { Better::Trusted };
+            serving.better_by = if is_ordered { Better::Ordered } else { Better::Trusted };
         }
         if self.state.way().is_some_and(|way| self.sources.contain(way)) {
             return None;
@@ -233,7 +234,8 @@ impl Provider {
     pub(in super::super) fn release(&mut self, situation: &Situation<'_>) -> Option<Event> {
         self.forced = None;
         let event = self.replan(situation);
-        if let Some(serving) = self.state.serving_mut() {
+        let is_outdone = self.better().is_some();
+        if let Some(serving) = self.state.serving_mut().filter(|_| is_outdone) {
             serving.better_by = Better::Ordered;
         }
         event
@@ -254,21 +256,31 @@ impl Provider {
             let because = only.then(Joint::And, by_another);
             return self.tell_unserved(knowledge, Some(because), now);
         }
-        let Some(serving) = self.state.serving().filter(|serving| *serving.service.way() == way) else {
+        if self.state.way() != Some(&way) {
             let left = self.source_name(knowledge);
             self.start(knowledge, Some(way), monitor.ports());
             self.switched = Some(now);
-            let is_back = self.state.way() == self.sources.preferred.as_ref();
-            let kind = if is_back { EventKind::Restored } else { EventKind::Substituted };
             let before = left.map_or(Reason::BeforeNothing, |source| Reason::Before { source });
             let because = only.then(Joint::Next, before);
-            return Some(self.event(knowledge, kind, because, now));
-        };
-        let is_absent = |signal: &SignalId| monitor.timeouts().absence(*signal).is_some();
-        let absent = serving.rests_on.iter().filter(is_absent);
-        let signals: Vec<String> = absent.map(|signal| knowledge.signals()[signal].name.clone()).collect();
-        let because = (!signals.is_empty()).then(|| only.then(Joint::And, Reason::InputsAbsent { signals }));
+            let Some(absent) = self.absent(knowledge, monitor) else {
+                let is_back = self.state.way() == self.sources.preferred.as_ref();
+                let kind = if is_back { EventKind::Restored } else { EventKind::Substituted };
+                return Some(self.event(knowledge, kind, because, now));
+            };
+            // The switch is told, though it may have been told before that nothing serves the need.
+            self.told.lose(self.settings.switching.probation, now);
+            return Some(self.event(knowledge, EventKind::Unhealable, because.then(Joint::And, absent), now));
+        }
+        let because = self.absent(knowledge, monitor).map(|absent| only.then(Joint::And, absent));
         self.tell_unserved(knowledge, because, now)
+    }
+
+    /// What the source rests on and gives no usable value.
+    fn absent(&self, knowledge: &KnowledgeBase, monitor: &Monitor) -> Option<Reason> {
+        let is_absent = |signal: &SignalId| monitor.timeouts().absence(*signal).is_some();
+        let absent = self.state.serving()?.rests_on.iter().filter(is_absent);
+        let signals: Vec<String> = absent.map(|signal| knowledge.signals()[signal].name.clone()).collect();
+        (!signals.is_empty()).then_some(Reason::InputsAbsent { signals })
     }
 
     /// Nothing trusted can serve the need: goes on with what may be right, or tells that it is not served.
