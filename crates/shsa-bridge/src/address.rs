@@ -185,7 +185,7 @@ impl BusOptions {
         }
     }
 
-    /// `shsa/NAME/status` says whether it is there.
+    /// `shsa/NAME/status` says whether it is there, `shsa/NAME/claims` what it claims.
     #[cfg(feature = "mqtt")]
     fn mqtt(&self, address: &str, guest: Guest<'_>) -> Result<mqtt::Options, BridgeError> {
         let name = match guest {
@@ -199,6 +199,7 @@ impl BusOptions {
             options.name = name.to_owned();
         } else {
             let (here, gone) = ("online".into(), "offline".into());
+            options.claims = Some(name.to_owned());
             options.presence = Some(mqtt::Presence { topic: format!("shsa/{name}/status"), here, gone });
         }
         let files = [&self.ca, &self.certificate, &self.key];

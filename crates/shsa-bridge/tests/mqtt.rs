@@ -4,6 +4,8 @@
 mod contract;
 mod broker;
 mod real;
+#[path = "mqtt/claims.rs"]
+mod claims;
 
 use broker::{Broker, Cut};
 use contract::{Asking, Middleware, until};

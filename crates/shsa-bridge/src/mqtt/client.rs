@@ -7,10 +7,10 @@ use super::options::{Delivery, Options, Presence, Version};
 use super::outbox::Publication;
 use crate::{BridgeError, PublisherId};
 use bytes::Bytes;
+use rumqttc::v5::mqttbytes::v5::RetainForwardRule::{OnEverySubscribe, OnNewSubscribe};
 use rumqttc::{NetworkOptions, QoS, Transport, v5};
-use std::error::Error;
-use std::io;
 use std::time::{Duration, Instant};
+use std::{error::Error, io};
 
 /// Requests that may wait for the connection's turn: a flood of one topic delays another by no more.
 const REQUESTS_MAX: usize = 128;
@@ -171,9 +171,9 @@ impl Sender {
             Sender::V5(client, qos, _) => {
                 let qos = if kept { *qos } else { v5::mqttbytes::QoS::AtMostOnce };
                 let mut filter = v5::mqttbytes::v5::Filter::new(topic, qos);
-                filter.nolocal = true;
-                // Who subscribes again after a break does not want the kept message again.
-                filter.retain_forward_rule = v5::mqttbytes::v5::RetainForwardRule::OnNewSubscribe;
+                // After a break nobody wants a kept message again, but what all clients claim now, oneself among them.
+                filter.nolocal = !topic.contains('+');
+                filter.retain_forward_rule = if filter.nolocal { OnNewSubscribe } else { OnEverySubscribe };
                 client.try_subscribe_many([filter]).is_ok()
             }
         }

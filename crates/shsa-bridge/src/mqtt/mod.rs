@@ -10,6 +10,7 @@
 //!
 //! Topics are taken as they are: `/scan` and `scan` are two.
 
+mod claims;
 mod client;
 mod echo;
 mod options;
@@ -19,13 +20,15 @@ mod session;
 mod shared;
 mod tls;
 mod turns;
+mod unasked;
 
 pub use options::{Credentials, Delivery, Options, Presence, Version};
 pub use tls::Tls;
 
 use crate::inbox::Driver;
 use crate::{
-    Answer, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, Provenance, PublisherId, Server, payload,
+    Answer, Attendance, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, Provenance, PublisherId, Server,
+    payload,
 };
 use bytes::Bytes;
 use outbox::Publication;
@@ -168,6 +171,17 @@ impl Bridge for MqttBridge {
 
     fn link(&self) -> Link {
         self.shared.link()
+    }
+
+    /// A retained message that expires holds what is claimed ([`Options::claims`]).
+    fn attend(&self, name: &str) -> Result<Option<Box<dyn Send>>, BridgeError> {
+        self.shared.claims.attend(name)
+    }
+
+    fn attendance(&self, pattern: &str) -> Result<Option<Attendance>, BridgeError> {
+        let attendance = self.shared.claims.attendance(pattern);
+        self.shared.watch_claims();
+        Ok(attendance)
     }
 
     fn request(&mut self, to: &str, payload: Bytes, within: Duration) -> Result<Answer, BridgeError> {

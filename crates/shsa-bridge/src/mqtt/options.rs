@@ -80,6 +80,9 @@ pub struct Options {
     pub keep_alive: Duration,
     /// How others learn whether this client is there; `None`: not at all.
     pub presence: Option<Presence>,
+    /// `shsa/NAME/claims` says under this name what the client claims ([`Bridge::attend`](crate::Bridge::attend)), where its
+    /// [`presence`](Options::presence) is told on `shsa/NAME/status` by `online` and `offline`; `None`: it claims nothing.
+    pub claims: Option<String>,
     /// Larger payloads are dropped and told of, bytes.
     pub size_limit: usize,
     /// How long [`MqttBridge::open`](super::MqttBridge::open) waits for the first answer.
@@ -125,6 +128,7 @@ impl Options {
             retry: Duration::from_secs(2),
             keep_alive: Duration::from_secs(5),
             presence: None,
+            claims: None,
             size_limit: crate::payload::SIZE_LIMIT,
             first_attempt: Duration::from_secs(5),
         };

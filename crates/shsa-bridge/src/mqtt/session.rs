@@ -1,18 +1,19 @@
 //! The connection: connects, subscribes, sends what waits, and starts again when it breaks.
 
+use super::claims::RENEWED;
 use super::client::{self, Client, Failure, Happening, Sender};
 use super::options::Options;
 use super::shared::Shared;
 use super::turns::Turns;
-use std::future::poll_fn;
+use std::future::{pending, poll_fn};
 use std::hash::{BuildHasher, RandomState};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::pin::pin;
+use std::pin::{Pin, pin};
 use std::sync::Arc;
 use std::task::Poll;
 use std::time::{Duration, Instant};
 use tokio::task::yield_now;
-use tokio::time::timeout;
+use tokio::time::{Sleep, sleep, timeout};
 
 /// The shortest pause before a connection is tried again, after a first attempt at once; it doubles up to [`Options::retry`], which it
 /// is after a refusal.
@@ -88,15 +89,15 @@ async fn serve(
 ) -> Option<Failure> {
     // So many messages may still come before whoever drives looks at them.
     let mut left = 0;
+    let mut renewal = pin!(sleep(RENEWED));
     loop {
-        let polled = tokio::select! {
-            polled = next(client, turns, &mut left) => polled,
-            () = shared.stop.notified() => {
-                if since.is_some() {
-                    say_goodbye(shared, sender, client).await;
-                }
-                return None;
+        let is_connected = since.is_some();
+        let coming = next(client, turns, &mut left);
+        let Some(polled) = or_stop(shared, coming, is_connected.then_some(renewal.as_mut())).await else {
+            if is_connected {
+                say_goodbye(shared, sender, client).await;
             }
+            return None;
         };
         match polled {
             Err(failure) => {
@@ -117,6 +118,33 @@ async fn serve(
                 left = left.saturating_sub(u32::from(is_message));
                 shared.pump();
             }
+        }
+    }
+}
+
+/// What is coming; what this client claims is said meanwhile, and again when a renewal is due. `None`: it is stopped.
+async fn or_stop<T>(
+    shared: &Shared,
+    coming: impl Future<Output = T>,
+    mut renewal: Option<Pin<&mut Sleep>>,
+) -> Option<T> {
+    let mut coming = pin!(coming);
+    loop {
+        let is_connected = renewal.is_some();
+        let due = async {
+            match &mut renewal {
+                Some(renewal) => renewal.as_mut().await,
+                None => pending().await,
+            }
+        };
+        tokio::select! {
+            come = &mut coming => return Some(come),
+            () = shared.stop.notified() => return None,
+            () = shared.claims.changed(), if is_connected => shared.claim(),
+            () = due => shared.renew_claims(),
+        }
+        if let Some(renewal) = renewal.as_mut().filter(|renewal| renewal.is_elapsed()) {
+            renewal.as_mut().reset(tokio::time::Instant::now() + RENEWED);
         }
     }
 }

@@ -1,10 +1,14 @@
 //! What the bridge and the connection share: what is wanted, what waits, and what has come of it.
 
+mod presence;
+
+use super::claims::Claims;
 use super::client::{Arrived, Client, Failure, Happening, Sender};
 use super::echo::Echo;
 use super::options::{Options, Presence};
 use super::outbox::{Outbox, Publication};
 use super::served::Served;
+use super::unasked::Unasked;
 use crate::{BridgeError, Inbox, Link, Message, Payload, PublisherId, Quality};
 use bytes::Bytes;
 use shsa_core::time::{Span, Time};
@@ -17,10 +21,6 @@ use tokio::sync::Notify;
 const TOPICS_MAX: usize = 4096;
 /// Messages of one topic that may wait for the connection's turn.
 const WAITING_MAX: usize = 1024;
-/// Messages that may wait for somebody to subscribe to their topics.
-const UNCLAIMED_MAX: usize = 16_384;
-/// As long do they wait, from the first connection on: a kept session delivers before anybody can say what is wanted.
-const CLAIM: Duration = Duration::from_secs(30);
 /// Troubles that are kept for who asks.
 const TROUBLES_MAX: usize = 64;
 /// A message that breaks the connection so often is not sent again.
@@ -37,6 +37,8 @@ pub(super) struct Shared {
     pub(super) publisher: PublisherId,
     size_limit: usize,
     presence: Option<Presence>,
+    /// What this client claims, and what others do.
+    pub(super) claims: Arc<Claims>,
     /// For how long the broker keeps messages for us.
     session: Duration,
 }
@@ -56,8 +58,6 @@ struct State {
     wants_everything: bool,
     /// The names under which questions are answered.
     served: BTreeMap<String, Served>,
-    /// Names that come though nobody wants them, and that the broker has been told so.
-    unwanted: BTreeSet<String>,
     /// Requests to the broker that have to wait for their turn: topics, and whether to subscribe.
     requests: VecDeque<(String, bool)>,
     /// Subscriptions on their way to the connection, then by their number.
@@ -66,9 +66,7 @@ struct State {
     /// The topics of publications on their way to the connection, then by their number until it is used again.
     leaving: VecDeque<Arc<str>>,
     unacknowledged: BTreeMap<u16, Arc<str>>,
-    /// What a kept session has delivered and nobody has asked for yet.
-    unclaimed: VecDeque<Message>,
-    connected_first: Option<Instant>,
+    unasked: Unasked,
     echo: Echo,
     /// Who waits for answers, the first one first, by the topic under which they come.
     asking: BTreeMap<String, VecDeque<mpsc::Sender<Bytes>>>,
@@ -92,20 +90,19 @@ impl Shared {
             wanted: BTreeSet::new(),
             wants_everything: false,
             served: BTreeMap::new(),
-            unwanted: BTreeSet::new(),
             requests: VecDeque::new(),
             asked: VecDeque::new(),
             numbered: BTreeMap::new(),
             leaving: VecDeque::new(),
             unacknowledged: BTreeMap::new(),
-            unclaimed: VecDeque::new(),
-            connected_first: None,
+            unasked: Unasked::default(),
             echo: Echo::default(),
             asking: BTreeMap::new(),
             attempts: BTreeMap::new(),
             troubles: VecDeque::new(),
         };
         let (size_limit, presence) = (options.size_limit, options.presence.clone());
+        let claims = Claims::new(options.claims.clone(), inbox.clone());
         Shared {
             state: Mutex::new(state),
             attempted: Condvar::new(),
@@ -115,6 +112,7 @@ impl Shared {
             size_limit,
             session: options.session,
             presence,
+            claims,
         }
     }
 
@@ -142,7 +140,7 @@ impl Shared {
         if !state.wanted.insert(topic.into()) {
             return;
         }
-        state.claim(&self.inbox);
+        state.deliver_unasked(&self.inbox);
         if state.sender.is_some() && !state.wants_everything {
             state.requests.push_back((topic.to_owned(), true));
             state.pump();
@@ -152,7 +150,7 @@ impl Shared {
     pub(super) fn subscribe_all(&self) {
         let mut state = self.lock();
         let wanted_already = std::mem::replace(&mut state.wants_everything, true);
-        state.claim(&self.inbox);
+        state.deliver_unasked(&self.inbox);
         if !wanted_already && state.sender.is_some() {
             // Of two subscriptions that overlap some brokers send a message twice.
             let single: Vec<String> = state.wanted.iter().map(|topic| topic.to_string()).collect();
@@ -199,8 +197,7 @@ impl Shared {
     pub(super) fn stop(&self) {
         let mut state = self.lock();
         state.stopping = true;
-        let gone = self.presence.as_ref().map(|presence| (&presence.topic, &presence.gone));
-        state.say(gone, self.inbox.clock().now());
+        self.say_gone(&mut state);
         self.stop.notify_one();
     }
 
@@ -221,20 +218,19 @@ impl Shared {
         state.numbered.clear();
         state.leaving.clear();
         state.unacknowledged.clear();
-        state.connected_first.get_or_insert_with(Instant::now);
+        state.unasked.connected();
         state.requests.clear();
-        state.unwanted.clear();
         let all: Vec<String> = match state.wants_everything {
             true => vec![EVERYTHING.to_owned()],
             false => {
+                // Who else is there is known before the first value comes.
                 let wanted = state.wanted.iter().map(|topic| topic.to_string());
-                wanted.chain(state.served.keys().cloned()).collect()
+                self.claims.topics().chain(wanted).chain(state.served.keys().cloned()).collect()
             }
         };
         state.requests.extend(all.into_iter().map(|topic| (topic, true)));
         self.attempt_ended(&mut state, Ok(()));
-        let here = self.presence.as_ref().map(|presence| (&presence.topic, &presence.here));
-        state.say(here, self.inbox.clock().now());
+        self.say_here(&mut state);
         state.pump();
     }
 
@@ -309,6 +305,7 @@ impl Shared {
                 format!("a message of {} bytes on `{topic}`, more than {}", payload.len(), self.size_limit);
             return self.lock().trouble(BridgeError::Refused(told));
         }
+        let is_claim = self.claims.hear(&topic, &payload, retained);
         let property = |name: &str| properties.iter().find(|(key, _)| key == name).map(|(_, value)| &**value);
         let publisher =
             property("publisher").and_then(|id| u128::from_str_radix(id, 16).ok()).map(PublisherId);
@@ -324,6 +321,9 @@ impl Shared {
         }
         let name = state.wanted.get(&*topic).cloned();
         let is_wanted = name.is_some() || state.wants_everything;
+        if is_claim && !is_wanted {
+            return;
+        }
         let message = Message {
             stamp: property("stamp_ns").and_then(|stamp| stamp.parse().ok()).map(Time),
             quality: property("quality").and_then(Quality::named),
@@ -335,7 +335,8 @@ impl Shared {
             drop(state);
             self.inbox.push(message);
         } else {
-            state.nobody_wants(message);
+            let unwanted = state.unasked.keep(message);
+            state.requests.extend(unwanted.map(|topic| (topic, false)));
         }
     }
 
@@ -382,15 +383,6 @@ impl State {
         std::iter::from_fn(|| asking.pop_front()).any(|asking| asking.send(payload.clone()).is_ok())
     }
 
-    /// Tells others, those of later too, whether this client is there.
-    fn say(&mut self, what: Option<(&String, &Bytes)>, stamp: Time) {
-        if let Some((topic, payload)) = what {
-            let said = Publication::new(topic.as_str().into(), payload.clone(), stamp);
-            // Alone: what was said before and may not have arrived is out of date.
-            let _older = self.outbox.keep(Publication { retain: true, ..said }, 1);
-        }
-    }
-
     /// It is on its way, and its echo is to be expected.
     fn handed_over(&mut self, publication: &Publication) {
         self.leaving.push_back(publication.topic.clone());
@@ -423,29 +415,11 @@ impl State {
         }
     }
 
-    /// The broker has kept the session of an earlier run. Perhaps this one has not yet come to subscribing; later, it does
-    /// not want the topic any more.
-    fn nobody_wants(&mut self, message: Message) {
-        if self.connected_first.is_some_and(|first| first.elapsed() < CLAIM) {
-            if self.unclaimed.len() == UNCLAIMED_MAX {
-                self.unclaimed.pop_front();
-            }
-            self.unclaimed.push_back(message);
-            return;
-        }
-        self.unclaimed = VecDeque::new();
-        if self.unwanted.insert(message.topic.to_string()) {
-            self.requests.push_back((message.topic.to_string(), false));
-        }
-    }
-
     /// Delivers what has arrived before somebody asked for it.
-    fn claim(&mut self, inbox: &Inbox) {
-        let is_wanted = |message: &Message| self.wants_everything || self.wanted.contains(&message.topic);
-        let (wanted, others) = self.unclaimed.drain(..).partition(is_wanted);
-        self.unclaimed = others;
-        let wanted: VecDeque<Message> = wanted;
-        wanted.into_iter().for_each(|message| inbox.push(message));
+    fn deliver_unasked(&mut self, inbox: &Inbox) {
+        let State { unasked, wanted, wants_everything, .. } = self;
+        let waiting = unasked.take(|message| *wants_everything || wanted.contains(&message.topic));
+        waiting.into_iter().for_each(|message| inbox.push(message));
     }
 
     /// A message of this topic may not have arrived when the connection broke.

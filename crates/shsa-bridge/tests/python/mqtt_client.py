@@ -26,10 +26,11 @@ def say(**what):
 def heard(client, userdata, message):
     properties = dict(getattr(message.properties, "UserProperty", [])) if message.properties else {}
     correlation = getattr(message.properties, "CorrelationData", b"") if message.properties else b""
+    expiry = getattr(message.properties, "MessageExpiryInterval", None) if message.properties else None
     payload = message.payload
     content = {"hex": payload.hex()} if len(payload) < 4096 else {"length": len(payload)}
     say(topic=message.topic, retain=bool(message.retain), properties=properties,
-        correlation=correlation.hex(), **content)
+        correlation=correlation.hex(), expiry=expiry, **content)
 
 
 def publish(client, order, version):

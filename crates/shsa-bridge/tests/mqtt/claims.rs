@@ -1,0 +1,87 @@
+//! What clients claim, as others hear of it.
+
+use super::{VERSIONS, client, open, versioned};
+use crate::broker::{Broker, Cut};
+use crate::contract::until;
+use crate::real::python;
+use serde_json::{Value, json};
+use shsa_bridge::mqtt::{MqttBridge, Options, Presence, Version};
+use shsa_bridge::{Attendance, Bridge, Presence as Seen};
+
+/// A client that claims things, on this port.
+fn claiming(broker: &Broker, name: &str, version: Version, port: u16) -> MqttBridge {
+    let (here, gone) = ("online".into(), "offline".into());
+    let presence = Some(Presence { topic: format!("shsa/{name}/status"), here, gone });
+    let claims = Some(name.to_owned());
+    open(&Options { presence, claims, port, ..versioned(broker, name, version) })
+}
+
+#[track_caller]
+fn next(attendance: &mut Attendance) -> Seen {
+    let mut seen = None;
+    until("a change", || {
+        seen = attendance();
+        seen.is_some()
+    });
+    seen.unwrap()
+}
+
+#[test]
+fn a_claim_is_heard_of_until_it_is_dropped_or_its_client_is_gone() {
+    for version in VERSIONS {
+        let broker = Broker::start(&[]);
+        let cut = Cut::before(broker.port());
+        let one = claiming(&broker, "one", version, cut.port);
+        let (first, _second) = (one.attend("a/first").unwrap(), one.attend("b/second").unwrap());
+        let mut own = one.attendance("a/**").unwrap().unwrap();
+        assert_eq!(next(&mut own), Seen::Alive("a/first".into()), "{version:?}");
+        // Who comes later hears of it, too.
+        let two = claiming(&broker, "two", version, broker.port());
+        let mut attendance = two.attendance("a/**").unwrap().unwrap();
+        assert_eq!(next(&mut attendance), Seen::Alive("a/first".into()));
+        let third = one.attend("a/third").unwrap();
+        assert_eq!(next(&mut attendance), Seen::Alive("a/third".into()));
+        drop(first);
+        assert_eq!(next(&mut attendance), Seen::Gone("a/first".into()));
+        // The broker tells that it is gone without a word, and it comes back.
+        cut.cut();
+        assert_eq!(next(&mut attendance), Seen::Gone("a/third".into()));
+        assert_eq!(next(&mut attendance), Seen::Alive("a/third".into()));
+        drop(one);
+        assert_eq!(next(&mut attendance), Seen::Gone("a/third".into()));
+        drop(third);
+        // Nothing was left behind: who comes now hears of nothing but what is there.
+        let three = claiming(&broker, "three", version, broker.port());
+        let mut attendance = three.attendance("a/**").unwrap().unwrap();
+        let _only = two.attend("a/only").unwrap();
+        assert_eq!(next(&mut attendance), Seen::Alive("a/only".into()), "{version:?}");
+    }
+}
+
+#[test]
+fn a_claim_is_kept_by_the_broker_for_seconds_only_and_taken_back_at_the_end() {
+    let Some(python) = python() else { return };
+    let broker = Broker::start(&[]);
+    let one = claiming(&broker, "one", Version::V5, broker.port());
+    let _held = (one.attend("a/first").unwrap(), one.attend("b/second").unwrap());
+    let claims = |name: &str, is_wanted: &dyn Fn(&Value) -> bool| {
+        let mut other = client(&python, &broker, name);
+        other.order(&json!({"subscribe": "shsa/one/claims"}));
+        let mut heard = Value::Null;
+        until("the claims", || {
+            heard = other.next_with("topic");
+            is_wanted(&heard)
+        });
+        heard
+    };
+    let both: String = "a/first\nb/second".bytes().map(|byte| format!("{byte:02x}")).collect();
+    let kept = claims("early", &|heard| heard["retain"] == true && heard["hex"] == json!(both));
+    let expiry = kept["expiry"].as_u64().unwrap();
+    assert!((1..=8).contains(&expiry), "{kept}");
+    let again = claims("renewed", &|heard| heard["retain"] == false);
+    assert_eq!((&again["hex"], &again["expiry"]), (&json!(both), &json!(8)));
+    let mut other = client(&python, &broker, "late");
+    other.order(&json!({"subscribe": "shsa/one/claims"}));
+    drop(one);
+    until("taken back", || other.next_with("topic")["hex"] == "");
+}
