@@ -151,6 +151,19 @@ pub enum Link {
     Down(String),
 }
 
+/// A time without a connection.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Outage {
+    /// Its number: 1 is the first since the bridge was opened.
+    pub number: u64,
+    /// When the connection was lost, by the inbox's [`Clock`].
+    pub lost: Time,
+    /// When it was there again; `None`: it is not yet.
+    pub found: Option<Time>,
+    /// Why it was lost.
+    pub because: String,
+}
+
 /// Somebody came, or has gone.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Presence {
@@ -210,6 +223,12 @@ pub trait Bridge: Send {
 
     /// Whether it is connected.
     fn link(&self) -> Link;
+
+    /// The last time without a connection since the first one, where the bridge notices even the shortest. `None`: there was none, or
+    /// the middleware does not tell; then [`Bridge::link`] does, for who looks at that moment.
+    fn outage(&self) -> Option<Outage> {
+        None
+    }
 
     /// Says that we are there, under a name that nobody else uses, until what is returned is dropped or we are gone.
     /// `None` where the middleware has no such tokens.

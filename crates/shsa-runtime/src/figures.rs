@@ -24,6 +24,8 @@ pub(super) struct Figures {
     pub(super) work: Histogram<u64>,
     /// How often the connection was lost.
     pub(super) disconnections: u64,
+    /// How long it was away, altogether.
+    pub(super) disconnected: Span,
 }
 
 impl Figures {
@@ -37,6 +39,7 @@ impl Figures {
             latency: histogram()?,
             work: histogram()?,
             disconnections: 0,
+            disconnected: Span::ZERO,
         })
     }
 
@@ -69,6 +72,7 @@ impl Figures {
             "publications": self.publications,
             "events": Value::Object(events.collect()),
             "disconnections": self.disconnections,
+            "disconnected_s": self.disconnected.seconds(),
             "latency_us": times(&self.latency),
             "work_us": times(&self.work),
         })

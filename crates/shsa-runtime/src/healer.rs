@@ -60,6 +60,8 @@ pub(super) struct Healer {
     outlets: IdVec<NeedId, Outlet>,
     /// Values that were lost on their way.
     backlog: Backlog,
+    /// The newest value of each need that another instance had to send.
+    withheld: IdVec<NeedId, Option<Publication>>,
     /// How long it took to compute each need's values.
     executions: IdVec<NeedId, Execution>,
     /// How long the engine took for the latest input.
@@ -105,6 +107,7 @@ impl Healer {
             has_decided: false,
             outlets: IdVec::new(),
             backlog: Backlog::default(),
+            withheld: IdVec::new(),
             executions: IdVec::new(),
             work: Duration::ZERO,
             workers: None,

@@ -83,6 +83,9 @@ fn of_run(registry: &mut Registry, figures: &Figures, bridge: &dyn Bridge) {
     count(registry, "publications", "Values published", figures.publications);
     count(registry, "dropped", "Messages that had to make room for newer ones", bridge.inbox().dropped());
     count(registry, "disconnections", "How often the connection was lost", figures.disconnections);
+    let away: Counter<f64, AtomicU64> = Counter::default();
+    away.inc_by(figures.disconnected.seconds());
+    registry.register("disconnected_seconds", "How long the connection was lost, altogether", away);
     let events = Counters::default();
     for (kind, number) in EventKind::ALL.iter().zip(figures.events) {
         events.get_or_create(&vec![("kind", kind.name().to_owned())]).inc_by(number);

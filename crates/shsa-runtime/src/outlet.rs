@@ -1,6 +1,7 @@
 //! How a need goes out: its value under its name, and beside it where the value comes from.
 
 use super::message_template::{MessageTemplate, raw};
+use super::ownership::Ability;
 use crate::error::RuntimeError;
 use serde_json::{Value, json};
 use shsa_bridge::payload::{self, SIZE_LIMIT, Writer};
@@ -31,6 +32,8 @@ pub(super) struct Outlet {
     key: String,
     unit: Option<Unit>,
     max_age: Span,
+    /// For so long there must have been sound values without a break before it is settled.
+    probation: Span,
     provenance: Provenance,
     /// What the provenance says at its end about where the value was computed.
     place: &'static str,
@@ -39,6 +42,9 @@ pub(super) struct Outlet {
     served: bool,
     /// When there was a value last, whoever has sent it.
     known: Option<Time>,
+    /// Since when there are sound values without a break, and whether there once were for the probation.
+    sound_since: Option<Time>,
+    is_settled: bool,
     /// When the last value went out.
     last: Option<Time>,
     /// Why the last value could not be written or sent.
@@ -77,11 +83,14 @@ impl Outlet {
             key,
             unit: variable.unit.clone(),
             max_age: need.max_age,
+            probation: need.switching.probation,
             provenance: Provenance { quality: Quality::Bad, source: String::new() },
             place: "",
             shape,
             served: true,
             known: None,
+            sound_since: None,
+            is_settled: false,
             last: None,
             unwritten: None,
         })
@@ -94,6 +103,8 @@ impl Outlet {
             place: before.place,
             served: before.served,
             known: before.known,
+            sound_since: before.sound_since,
+            is_settled: before.is_settled,
             last: before.last,
             ..self.clone()
         }
@@ -133,8 +144,26 @@ impl Outlet {
 
     /// There is a value of this quality, whoever sends it.
     pub(super) fn note(&mut self, publication: &Publication, quality: Quality) {
+        let now = publication.time;
+        if !self.is_able(now) {
+            self.sound_since = None;
+        }
         self.provenance.quality = quality;
-        self.known = Some(publication.time);
+        self.known = Some(now);
+        if !self.is_settled && self.is_able(now) {
+            let since = *self.sound_since.get_or_insert(now);
+            self.is_settled = now - since >= self.probation;
+        }
+    }
+
+    /// How far it can be served: once there were sound values for the probation, it is known whether the sources agree; who has
+    /// just been started has heard nobody out.
+    pub(super) fn ability(&self, now: Time) -> Ability {
+        match (self.is_able(now), self.is_settled) {
+            (false, _) => Ability::Unable,
+            (true, false) => Ability::Able,
+            (true, true) => Ability::Settled,
+        }
     }
 
     /// The value that is there goes out without us: from another instance, or from the source itself.
@@ -143,7 +172,7 @@ impl Outlet {
     }
 
     /// Whether there are values to serve it with, be they sent or not.
-    pub(super) fn is_able(&self, now: Time) -> bool {
+    fn is_able(&self, now: Time) -> bool {
         let is_sound = matches!(self.provenance.quality, Quality::Good | Quality::Substitute);
         self.served && is_sound && self.known.is_some_and(|known| self.is_fresh(known, now))
     }

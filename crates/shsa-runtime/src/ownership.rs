@@ -1,27 +1,51 @@
 //! Several instances on one network share the needs: each need is served by one of those that can.
 //!
-//! Who can serve a need holds a token of that name, which vanishes with its holder. All see the same tokens and choose by the
-//! same rule, so nobody has to be asked: the name whose hash with the need is highest. When a network that was cut is whole
-//! again, those who served the same need meanwhile see each other's tokens, and all but one stop.
+//! Who can serve a need holds a token of that name, which vanishes with its holder; who has done so for the need's probation
+//! holds another one. All see the same tokens and choose by the same rule, so nobody has to be asked: of those with both tokens,
+//! else of those with the first, the name whose hash with the need is highest. Who has just been started knows not yet who
+//! lies: it takes nothing from anybody that serves, and its first token only where nobody else holds one. When a network that
+//! was cut is whole again, those who served the same need meanwhile see each other's tokens, and all but one stop.
 
 use crate::error::{Context, RuntimeError};
 use shsa_bridge::{Attendance, Bridge, BridgeError, Presence, PublisherId};
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What all tokens begin with; then come the instance and the need's name on the bus.
-const TOKENS: &str = "shsa/healer";
+/// What the tokens of those who can serve a need begin with; then come the instance and the need's name on the bus.
+const ABLE: &str = "shsa/healer";
+/// And of those who have been able to for a while.
+const SETTLED: &str = "shsa/settled";
 
 /// Who serves what.
 pub(super) struct Ownership {
     /// What we are called, unique on the network.
     instance: String,
-    attendance: Attendance,
+    attendances: [Attendance; 2],
     /// Who can serve each need, by the need's name on the bus.
     able: BTreeMap<String, BTreeSet<String>>,
+    /// Who has been able to for a while.
+    settled: BTreeMap<String, BTreeSet<String>>,
     /// What we hold while we can serve a need.
-    tokens: BTreeMap<String, Box<dyn Send>>,
+    tokens: BTreeMap<String, Tokens>,
     /// The needs that we serve.
     ours: BTreeSet<String>,
+}
+
+/// The tokens that we hold for a need.
+struct Tokens {
+    _able: Box<dyn Send>,
+    settled: Option<Box<dyn Send>>,
+}
+
+/// How far we can serve a need.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ability {
+    /// There is no value for it.
+    Unable,
+    /// There are values, since a moment ago.
+    Able,
+    /// There have been values for a while.
+    Settled,
 }
 
 /// Somebody else serves a need now.
@@ -39,12 +63,16 @@ impl Ownership {
     /// # Errors
     /// When the name cannot be part of a token's.
     pub(super) fn new(name: &str, bridge: &dyn Bridge) -> Result<Option<Ownership>, RuntimeError> {
-        let attendance = bridge.attendance(&format!("{TOKENS}/**")).context("looking for other instances")?;
+        let look =
+            |tokens: &str| bridge.attendance(&format!("{tokens}/**")).context("looking for other instances");
+        // What tells who is settled comes first: nobody is taken for a beginner who is none.
+        let (settled, able) = (look(SETTLED)?, look(ABLE)?);
         let instance = instance(name, bridge);
-        Ok(attendance.map(|attendance| Ownership {
+        Ok(settled.zip(able).map(|(settled, able)| Ownership {
             instance,
-            attendance,
+            attendances: [settled, able],
             able: BTreeMap::new(),
+            settled: BTreeMap::new(),
             tokens: BTreeMap::new(),
             ours: BTreeSet::new(),
         }))
@@ -63,9 +91,11 @@ impl Ownership {
 
     /// The instances that can serve a need, the one that does first.
     pub(super) fn able(&self, need: &str) -> Vec<&str> {
-        let able = self.able.get(key(need)).into_iter().flatten();
-        let mut able: Vec<&str> = able.map(String::as_str).collect();
-        able.sort_by_key(|instance| std::cmp::Reverse(rank(instance, key(need))));
+        let need = key(need);
+        let settled = self.settled.get(need);
+        let is_settled = |instance: &str| settled.is_some_and(|settled| settled.contains(instance));
+        let mut able: Vec<&str> = self.able.get(need).into_iter().flatten().map(String::as_str).collect();
+        able.sort_by_key(|instance| Reverse((is_settled(instance), rank(instance, need))));
         able
     }
 
@@ -73,35 +103,40 @@ impl Ownership {
     ///
     /// # Errors
     /// When the need's name cannot be part of a token's.
-    pub(super) fn tell(&mut self, need: &str, is_able: bool, bridge: &dyn Bridge) -> Result<(), BridgeError> {
+    pub(super) fn tell(
+        &mut self,
+        need: &str,
+        ability: Ability,
+        bridge: &dyn Bridge,
+    ) -> Result<(), BridgeError> {
         let need = key(need);
-        if !is_able {
-            self.tokens.remove(need);
-        } else if !self.tokens.contains_key(need) {
-            let token = bridge.attend(&format!("{TOKENS}/{}/{need}", self.instance))?;
-            self.tokens.extend(token.map(|token| (need.to_owned(), token)));
+        let hold = |tokens: &str| bridge.attend(&format!("{tokens}/{}/{need}", self.instance));
+        let others = self.able.get(need).into_iter().flatten().filter(|able| **able != self.instance);
+        let held = self.tokens.get_mut(need);
+        match (ability, held) {
+            (Ability::Unable, _) => drop(self.tokens.remove(need)),
+            (Ability::Able, None) if others.count() > 0 => {}
+            (Ability::Settled, Some(held)) if held.settled.is_none() => held.settled = hold(SETTLED)?,
+            (Ability::Able | Ability::Settled, None) => {
+                let settled = if ability == Ability::Settled { hold(SETTLED)? } else { None };
+                let tokens = hold(ABLE)?.map(|able| Tokens { _able: able, settled });
+                self.tokens.extend(tokens.map(|tokens| (need.to_owned(), tokens)));
+            }
+            (Ability::Able | Ability::Settled, Some(_)) => {}
         }
         Ok(())
     }
 
-    /// Takes in who has come and gone, and tells what that changes.
-    pub(super) fn follow(&mut self) -> Vec<Handover> {
+    /// Takes in who has come and gone: whether anybody has, and what that changes.
+    pub(super) fn follow(&mut self) -> (bool, Vec<Handover>) {
         let mut touched = BTreeSet::new();
-        while let Some(presence) = (self.attendance)() {
-            touched.extend(self.take_in(&presence));
+        let Ownership { attendances: [settled_now, able_now], settled, able, .. } = self;
+        for (attendance, tokens, all) in [(settled_now, SETTLED, settled), (able_now, ABLE, able)] {
+            while let Some(presence) = attendance() {
+                touched.extend(take_in(&presence, tokens, all));
+            }
         }
-        touched.into_iter().filter_map(|need| self.choose(need)).collect()
-    }
-
-    fn take_in(&mut self, presence: &Presence) -> Option<String> {
-        let (Presence::Alive(token) | Presence::Gone(token)) = presence;
-        let (instance, need) = token.strip_prefix(TOKENS)?.strip_prefix('/')?.split_once('/')?;
-        let able = self.able.entry(need.to_owned()).or_default();
-        match presence {
-            Presence::Alive(_) => able.insert(instance.to_owned()),
-            Presence::Gone(_) => able.remove(instance),
-        };
-        Some(need.to_owned())
+        (!touched.is_empty(), touched.into_iter().filter_map(|need| self.choose(need)).collect())
     }
 
     fn choose(&mut self, need: String) -> Option<Handover> {
@@ -119,6 +154,22 @@ impl Ownership {
             _ => None,
         }
     }
+}
+
+/// Who holds or has held a token, among those who do; the need that it is about.
+fn take_in(
+    presence: &Presence,
+    tokens: &str,
+    all: &mut BTreeMap<String, BTreeSet<String>>,
+) -> Option<String> {
+    let (Presence::Alive(token) | Presence::Gone(token)) = presence;
+    let (instance, need) = token.strip_prefix(tokens)?.strip_prefix('/')?.split_once('/')?;
+    let holders = all.entry(need.to_owned()).or_default();
+    match presence {
+        Presence::Alive(_) => holders.insert(instance.to_owned()),
+        Presence::Gone(_) => holders.remove(instance),
+    };
+    Some(need.to_owned())
 }
 
 /// What an instance is called, unique on the network.
@@ -152,143 +203,4 @@ pub(super) fn hash(bytes: impl Iterator<Item = u8>) -> u64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use shsa_bridge::memory::MemoryBus;
-    use shsa_bridge::{Clock, Inbox, Link, Outgoing};
-    use std::sync::{Arc, Mutex};
-
-    /// A network that tells who is there.
-    #[derive(Clone, Default)]
-    struct Network(Arc<Mutex<Vec<Waiting>>>);
-
-    /// What a member has not looked at yet.
-    type Waiting = (u128, Vec<Presence>);
-
-    struct Member {
-        network: Network,
-        id: u128,
-        bus: shsa_bridge::memory::MemoryBridge,
-    }
-
-    struct Badge(Network, Arc<str>);
-
-    impl Network {
-        fn join(&self, id: u128) -> Member {
-            Member { network: self.clone(), id, bus: MemoryBus::new(Clock::manual()).join(1) }
-        }
-
-        fn tell(&self, presence: &Presence) {
-            self.0.lock().unwrap().iter_mut().for_each(|(_, waiting)| waiting.push(presence.clone()));
-        }
-    }
-
-    impl Drop for Badge {
-        fn drop(&mut self) {
-            self.0.tell(&Presence::Gone(self.1.clone()));
-        }
-    }
-
-    impl Bridge for Member {
-        fn publisher(&self) -> PublisherId {
-            PublisherId(self.id)
-        }
-        fn inbox(&self) -> &Inbox {
-            self.bus.inbox()
-        }
-        fn subscribe(&mut self, _: &str, _: Option<&str>) -> Result<(), BridgeError> {
-            Ok(())
-        }
-        fn subscribe_all(&mut self) -> Result<(), BridgeError> {
-            Ok(())
-        }
-        fn publish(&mut self, _: Outgoing<'_>) -> Result<(), BridgeError> {
-            Ok(())
-        }
-        fn link(&self) -> Link {
-            Link::Up
-        }
-        fn attend(&self, name: &str) -> Result<Option<Box<dyn Send>>, BridgeError> {
-            let name: Arc<str> = name.into();
-            self.network.tell(&Presence::Alive(name.clone()));
-            Ok(Some(Box::new(Badge(self.network.clone(), name))))
-        }
-        fn attendance(&self, _: &str) -> Result<Option<Attendance>, BridgeError> {
-            let (network, id) = (self.network.clone(), self.id);
-            network.0.lock().unwrap().push((id, Vec::new()));
-            Ok(Some(Box::new(move || {
-                let mut members = network.0.lock().unwrap();
-                let (_, waiting) = members.iter_mut().find(|(member, _)| *member == id)?;
-                (!waiting.is_empty()).then(|| waiting.remove(0))
-            })))
-        }
-    }
-
-    const NEEDS: [&str; 20] = [
-        "/n/1", "/n/2", "/n/3", "/n/4", "/n/5", "/n/6", "/n/7", "/n/8", "/n/9", "/n/10", "/n/11", "/n/12",
-        "/n/13", "/n/14", "/n/15", "/n/16", "/n/17", "/n/18", "/n/19", "/n/20",
-    ];
-
-    /// Instances that can serve every need.
-    fn able(network: &Network, names: &[&str]) -> Vec<(Member, Ownership)> {
-        let member = |(id, name): (usize, &&str)| {
-            let member = network.join(id as u128);
-            let shares = Ownership::new(name, &member).unwrap().unwrap();
-            (member, shares)
-        };
-        let mut members: Vec<_> = names.iter().enumerate().map(member).collect();
-        for (member, shares) in &mut members {
-            NEEDS.iter().for_each(|need| shares.tell(need, true, member).unwrap());
-        }
-        members.iter_mut().for_each(|(_, shares)| drop(shares.follow()));
-        members
-    }
-
-    /// How many serve each need, and how many needs each serves.
-    fn served(members: &[(Member, Ownership)]) -> (Vec<usize>, Vec<usize>) {
-        let by = |need: &&str| members.iter().filter(|(_, shares)| shares.is_ours(need)).count();
-        let of = |(_, shares): &(Member, Ownership)| NEEDS.iter().filter(|need| shares.is_ours(need)).count();
-        (NEEDS.iter().map(by).collect(), members.iter().map(of).collect())
-    }
-
-    #[test]
-    fn each_need_has_one_and_each_instance_has_some() {
-        for names in [["a", "b", "c"], ["one", "two", "three"], ["shsa", "shsa", "shsa"]] {
-            let members = able(&Network::default(), &names);
-            let (by, of) = served(&members);
-            assert!(by.iter().all(|count| *count == 1), "{names:?}: {by:?}");
-            assert_eq!(of.iter().sum::<usize>(), NEEDS.len());
-            assert!(names[0] == names[1] || of.iter().all(|count| *count > 0), "{names:?}: {of:?}");
-        }
-    }
-
-    #[test]
-    fn who_is_gone_is_replaced_and_gets_back_what_it_had() {
-        let network = Network::default();
-        let mut members = able(&network, &["a", "b", "c"]);
-        let need = *NEEDS.iter().find(|need| members[1].1.is_ours(need)).unwrap();
-        let (member, mut gone) = members.remove(1);
-        gone.tokens.clear();
-        let told: Vec<Handover> = members.iter_mut().flat_map(|(_, shares)| shares.follow()).collect();
-        assert!(told.contains(&Handover::Taken { need: key(need).into() }), "{told:?}");
-        gone.tell(need, true, &member).unwrap();
-        drop(gone.follow());
-        let told: Vec<Handover> = members.iter_mut().flat_map(|(_, shares)| shares.follow()).collect();
-        assert_eq!(told, [Handover::Given { need: key(need).into(), to: gone.instance.clone() }]);
-        assert!(gone.is_ours(need));
-    }
-
-    #[test]
-    fn nobody_serves_before_it_can() {
-        let network = Network::default();
-        let member = network.join(7);
-        let mut shares = Ownership::new("a", &member).unwrap().unwrap();
-        assert!(!shares.is_ours("/n/1"));
-        shares.tell("/n/1", true, &member).unwrap();
-        assert_eq!(shares.follow(), [Handover::Taken { need: "n/1".into() }]);
-        assert_eq!(shares.able("/n/1"), ["a.00000007"]);
-        shares.tell("/n/1", false, &member).unwrap();
-        drop(shares.follow());
-        assert!(!shares.is_ours("/n/1"));
-    }
-}
+mod tests;

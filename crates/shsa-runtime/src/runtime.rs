@@ -1,6 +1,7 @@
 //! A run: built from models, options and a bus, and run in a thread of the caller's.
 
 use crate::bindings::OutputOptions;
+use crate::connection::Connection;
 use crate::control::{Desk, Guard, Tokens, bus, http};
 use crate::error::RuntimeError;
 use crate::event_log::EventLog;
@@ -118,6 +119,7 @@ impl Runtime {
             rests_until: Time::MIN,
             ownership,
             federation,
+            connection: Connection::default(),
             reported: Reported::new(),
             tally,
             guard,

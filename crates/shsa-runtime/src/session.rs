@@ -5,6 +5,7 @@ mod requests;
 
 pub(super) use report::Reported;
 
+use crate::connection::Connection;
 use crate::control::bus::Tally;
 use crate::control::{Call, Guard};
 use crate::error::RuntimeError;
@@ -42,6 +43,8 @@ pub(super) struct Session {
     pub(super) ownership: Option<Ownership>,
     /// What other instances know; `None` where none of them is asked.
     pub(super) federation: Option<Federation>,
+    /// Whether it is connected, and when it was not.
+    pub(super) connection: Connection,
     /// What was told last about the run itself.
     pub(super) reported: Reported,
     /// How many requests came over the bus, and what became of them.
@@ -208,14 +211,25 @@ impl Session {
     /// Tells other instances which needs this one can serve, and hears which ones they can.
     fn share(&mut self, now: Time) {
         let Session { ownership: Some(ownership), healers, bridge, log, reported, .. } = self else { return };
-        if now >= reported.doubt {
+        let (is_news, handovers) = ownership.follow();
+        if is_news || now >= reported.doubt {
+            reported.doubt = Time::MIN;
             for (_, outlet) in healers.iter().flat_map(Healer::outlets) {
-                if let Err(error) = ownership.tell(outlet.topic(), outlet.is_able(now), bridge.as_ref()) {
+                if let Err(error) = ownership.tell(outlet.topic(), outlet.ability(now), bridge.as_ref()) {
                     log.undelivered(outlet.topic(), &error, bridge.as_mut());
                 }
             }
         }
-        for handover in ownership.follow() {
+        if handovers.iter().any(|handover| matches!(handover, Handover::Taken { .. })) {
+            let is_ours = |need: &str| ownership.is_ours(need);
+            for healer in healers.iter_mut() {
+                for (name, error) in healer.send_withheld(now, is_ours, bridge.as_mut()) {
+                    log.undelivered(&name, &error, bridge.as_mut());
+                }
+            }
+            bridge.flush();
+        }
+        for handover in handovers {
             let (kind, because) = match handover {
                 Handover::Taken { need } => {
                     ("responsible", format!("{need} is served by this instance from now on"))

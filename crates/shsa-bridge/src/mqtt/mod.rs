@@ -27,7 +27,7 @@ pub use tls::Tls;
 
 use crate::inbox::Driver;
 use crate::{
-    Answer, Attendance, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, Provenance, PublisherId, Server,
+    Answer, Attendance, Bridge, BridgeError, Inbox, Link, Outage, Outgoing, Payload, Provenance, PublisherId, Server,
     payload,
 };
 use bytes::Bytes;
@@ -171,6 +171,10 @@ impl Bridge for MqttBridge {
 
     fn link(&self) -> Link {
         self.shared.link()
+    }
+
+    fn outage(&self) -> Option<Outage> {
+        self.shared.outage()
     }
 
     /// A retained message that expires holds what is claimed ([`Options::claims`]).

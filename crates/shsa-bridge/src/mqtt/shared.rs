@@ -9,7 +9,7 @@ use super::options::{Options, Presence};
 use super::outbox::{Outbox, Publication};
 use super::served::Served;
 use super::unasked::Unasked;
-use crate::{BridgeError, Inbox, Link, Message, Payload, PublisherId, Quality};
+use crate::{BridgeError, Inbox, Link, Message, Outage, Payload, PublisherId, Quality};
 use bytes::Bytes;
 use shsa_core::time::{Span, Time};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -51,6 +51,8 @@ struct State {
     sender: Option<Sender>,
     /// When the connection broke; `None` while it stands, and before the first one.
     gone_since: Option<Instant>,
+    /// The last time without a connection, after the first one.
+    outage: Option<Outage>,
     stopping: bool,
     outbox: Outbox,
     /// The names that are subscribed to.
@@ -85,6 +87,7 @@ impl Shared {
             first: None,
             sender: None,
             gone_since: None,
+            outage: None,
             stopping: false,
             outbox: Outbox::new(TOPICS_MAX),
             wanted: BTreeSet::new(),
@@ -123,6 +126,10 @@ impl Shared {
 
     pub(super) fn link(&self) -> Link {
         self.lock().link.clone()
+    }
+
+    pub(super) fn outage(&self) -> Option<Outage> {
+        self.lock().outage.clone()
     }
 
     pub(super) fn troubles(&self) -> Vec<BridgeError> {
@@ -213,6 +220,9 @@ impl Shared {
             self.inbox.was_away(Span::from_seconds(away.as_secs_f64()));
         }
         state.link = Link::Up;
+        if let Some(outage) = &mut state.outage {
+            outage.found.get_or_insert(self.inbox.clock().now());
+        }
         state.sender = Some(sender.clone());
         state.asked.clear();
         state.numbered.clear();
@@ -246,6 +256,9 @@ impl Shared {
         state.sender = None;
         if state.link == Link::Up {
             state.gone_since = Some(Instant::now());
+            let number = state.outage.as_ref().map_or(1, |before| before.number + 1);
+            let (lost, because) = (self.inbox.clock().now(), failure.reason.clone());
+            state.outage = Some(Outage { number, lost, found: None, because });
         }
         state.outbox.keep_newest();
         for topic in client.unfinished() {

@@ -6,7 +6,7 @@ use crate::error::RuntimeError;
 use crate::execution::Execution;
 use crate::wiring::Takeover;
 use shsa_bridge::{Bridge, BridgeError};
-use shsa_core::knowledge::{Draft, KnowledgeBase, NeedId, SignalId};
+use shsa_core::knowledge::{Draft, IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::time::Time;
 use shsa_format::drive::{Era, Given};
 use shsa_format::model::live::Written;
@@ -56,6 +56,7 @@ impl Healer {
         }
         self.leaving.extend(taken.into_iter().filter(Takeover::is_silencing));
         self.backlog.clear();
+        self.withheld = IdVec::filled(knowledge.needs().len(), |_| None);
         self.executions.clear();
         for _ in knowledge.needs() {
             self.executions.push(Execution::new()?);

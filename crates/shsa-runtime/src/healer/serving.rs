@@ -15,7 +15,7 @@ use shsa_format::event;
 
 /// What has become of a value.
 pub(in super::super) struct Served {
-    /// Whether the quality of the need has changed with the value.
+    /// Whether the quality of the need, or who may serve it, has changed with the value.
     pub(in super::super) is_news: bool,
     /// The names under which it was not sent, and why.
     pub(in super::super) failed: Vec<(String, BridgeError)>,
@@ -54,16 +54,19 @@ impl Healer {
             (false, false) => "",
         });
         let time = publication.time;
-        let before = (outlet.quality(time), outlet.is_able(time));
+        let before = (outlet.quality(time), outlet.ability(time));
         outlet.note(publication, quality);
-        let failed = if is_ours(outlet.topic()) {
+        let is_ours = is_ours(outlet.topic());
+        self.withheld[publication.need] = (!is_ours).then(|| publication.clone());
+        let failed = if is_ours {
             self.send(publication, None, bridge)
         } else {
-            outlet.leave();
+            self.outlets[publication.need].leave();
             Vec::new()
         };
         let outlet = &self.outlets[publication.need];
-        Served { is_news: (outlet.quality(time), outlet.is_able(time)) != before, failed }
+        let after = (outlet.quality(time), outlet.ability(time));
+        Served { is_news: after != before, failed }
     }
 
     /// Sends a value under all names of its need, or only this one; what was not sent.
@@ -98,6 +101,27 @@ impl Healer {
         } else if only.is_none_or(|only| only == outlet.topic()) {
             let sent = outlet.send(publication, stamp, bridge);
             follow(outlet.topic(), sent);
+        }
+        failed
+    }
+
+    /// Sends what another instance had to send until now, for needs that are ours from now on; what was not sent.
+    pub(in super::super) fn send_withheld(
+        &mut self,
+        now: Time,
+        is_ours: impl Fn(&str) -> bool,
+        bridge: &mut dyn Bridge,
+    ) -> Vec<(String, BridgeError)> {
+        let mut failed = Vec::new();
+        for need in self.outlets.ids() {
+            let outlet = &self.outlets[need];
+            let waits = self.withheld[need].as_ref().is_some_and(|it| outlet.is_fresh(it.time, now));
+            if waits
+                && is_ours(outlet.topic())
+                && let Some(publication) = self.withheld[need].take()
+            {
+                failed.extend(self.send(&publication, None, bridge));
+            }
         }
         failed
     }

@@ -2,7 +2,7 @@
 
 use super::Session;
 use crate::healer::{Healer, Standing};
-use shsa_bridge::{Absence, Link, Losses, Outgoing, Payload};
+use shsa_bridge::{Absence, Losses, Outgoing, Payload};
 use shsa_core::time::{Span, Time};
 use shsa_format::comparisons::{compared, notes};
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,7 +18,6 @@ const COMPARED: Span = Span::from_millis(60_000);
 #[derive(Debug)]
 pub(in super::super) struct Reported {
     pub(super) next: Time,
-    link: Link,
     losses: BTreeMap<Arc<str>, u64>,
     /// Inputs that are not in the journals, and states that were not saved.
     missing: u64,
@@ -36,7 +35,6 @@ impl Reported {
         let (losses, standings) = (BTreeMap::new(), Vec::new());
         Reported {
             next,
-            link: Link::Up,
             losses,
             missing: 0,
             standings,
@@ -71,19 +69,11 @@ impl Session {
     }
 
     fn tell_link(&mut self, now: Time) {
-        let link = self.bridge.link();
-        if link == self.reported.link {
-            return;
+        let (link, outage) = (self.bridge.link(), self.bridge.outage());
+        for (kind, because) in self.connection.follow(link, outage, now) {
+            self.log.noted(now, kind, &because, self.bridge.as_mut());
         }
-        let (kind, because) = match &link {
-            Link::Up => ("connected", "the bus is there again".to_owned()),
-            Link::Down(why) => {
-                self.figures.disconnections += 1;
-                ("disconnected", format!("the bus is gone: {why}; trying again"))
-            }
-        };
-        self.reported.link = link;
-        self.log.noted(now, kind, &because, self.bridge.as_mut());
+        (self.figures.disconnections, self.figures.disconnected) = self.connection.figures(now);
     }
 
     /// What waits on its way while nobody is here may be of any age.
@@ -150,7 +140,7 @@ impl Session {
 
     /// Tells on the bus how each need is served, when that has changed, and now and then although it has not.
     fn tell_standings(&mut self, now: Time) {
-        let Session { name, bridge, healers, reported, ownership, log, .. } = self;
+        let Session { name, bridge, healers, reported, ownership, log, connection, .. } = self;
         let clock = bridge.inbox().clock().clone();
         reported.standings.resize(healers.len(), Vec::new());
         for (healer, told) in healers.iter().zip(&mut reported.standings) {
@@ -164,7 +154,9 @@ impl Session {
                     continue;
                 }
                 let topic = format!("shsa/{name}/need/{}", outlet.key().trim_matches('/'));
-                let payload = Payload::Bytes(healer.status(id, now, &clock).to_string().into());
+                let mut status = healer.status(id, now, &clock);
+                status["last_outage"] = connection.json(&clock);
+                let payload = Payload::Bytes(status.to_string().into());
                 let message = Outgoing { retain: true, ..Outgoing::new(&topic, clock.by_wall(now), payload) };
                 if let Err(error) = bridge.publish(message) {
                     // The next one is due in a second.

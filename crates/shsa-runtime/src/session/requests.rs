@@ -113,8 +113,10 @@ impl Session {
             "version": env!("CARGO_PKG_VERSION"),
             "time_ns": clock.by_wall(now).0,
             "link": match self.bridge.link() {
-                Link::Up => json!({ "up": true }),
-                Link::Down(why) => json!({ "up": false, "because": why }),
+                Link::Up => json!({ "up": true, "last_outage": self.connection.json(&clock) }),
+                Link::Down(why) => {
+                    json!({ "up": false, "because": why, "last_outage": self.connection.json(&clock) })
+                }
             },
             "models": Value::Object(models.collect()),
             "instances": self.ownership.as_ref().map(able),

@@ -27,3 +27,4 @@ mod flood;
 mod full_disk;
 mod suspended;
 mod twins;
+mod newcomer;

@@ -17,6 +17,7 @@ mod embedded;
 mod endurance;
 mod isolation;
 mod joining;
+mod outage;
 mod prometheus;
 mod reference;
 mod roles;

@@ -1,0 +1,106 @@
+//! An instance is started beside one that serves, on MQTT and on Zenoh; then the one that serves is killed, then the last one ended.
+
+use crate::broker::Broker;
+use crate::plant::{Plant, Seen};
+use crate::real::{self, Script, free_port};
+use crate::row::beside_others;
+use crate::running::{Folder, Running};
+use crate::scene::{WHEELS, model, router, settle, verdict};
+use serde_json::json;
+use std::path::Path;
+
+/// How old a value may be that is published, seconds: the need's `max_age`.
+const MAX_AGE: f64 = 0.3;
+
+/// What the consumer has got from a moment on.
+fn since(plant: &mut Plant, from: f64) -> Vec<Seen> {
+    plant.seen().iter().filter(|seen| seen.at > from).cloned().collect()
+}
+
+/// By whom values came, one after the other.
+fn publishers(seen: &[Seen]) -> Vec<&str> {
+    let mut all: Vec<&str> = seen.iter().map(|seen| &*seen.publisher).collect();
+    all.dedup();
+    all
+}
+
+/// The longest time between two moments that values are about: told from their stamps, so that a machine that is busy does not show.
+fn longest_hole(seen: &[Seen]) -> f64 {
+    let mut stamps: Vec<f64> = seen.iter().map(|seen| seen.stamp_s).collect();
+    stamps.sort_by(f64::total_cmp);
+    stamps.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max)
+}
+
+/// `first` serves a substitute for a wheel that lies; `second`, whose name comes before, is started, takes over and is killed.
+fn a_newcomer(python: &Path, bus: &str, port: u16) -> (Running, Plant) {
+    let folder = Folder::new();
+    let (model, address) = (model(&folder), format!("{bus}://127.0.0.1:{port}"));
+    let start = |name: &str| Running::start([&*model, "--bus", &address, "--name", name]);
+    let first = start("first");
+    let mut plant = Plant::start(python, bus, port, &WHEELS);
+    settle(&first, &mut plant);
+    first.until("it has served for its probation", |state| {
+        state["models"]["chaos"]["needs"]["speed"]["published"].as_u64() > Some(300)
+    });
+    let broken = plant.fault("wheel_1", "bias", 3.0);
+    assert_eq!(first.decision("failed")["signal"], "wheel_1");
+    let substitute = plant.first(broken, "a substitute", Seen::is_substitute);
+
+    // The wheel that lies is the first one that a newcomer would believe.
+    let started = plant.now();
+    let second = start("second");
+    let taken = second.decision("responsible");
+    assert_eq!(taken["because"], "chaos/speed is served by this instance from now on");
+    let (_, state) = second.get("/state");
+    assert_eq!(verdict(&state, "wheel_1"), "failed", "it took the need before it knew who lies: {state}");
+    assert!(first.decision("released")["because"].as_str().unwrap().contains(" is served by second."));
+    let other = plant.first(started, "the newcomer's", |seen| seen.publisher != substitute.publisher);
+    plant.first(other.at + 0.5, "more of it", |_| true);
+    let seen = since(&mut plant, substitute.at);
+    assert!(seen.iter().all(|seen| seen.is_substitute() && seen.error() < 1.5), "{seen:?}");
+    // What was on its way may come after what the other one has sent already.
+    assert!(publishers(&seen).len() <= 4, "{:?}", publishers(&seen));
+    assert!(longest_hole(&seen) < MAX_AGE, "{}: {seen:?}", longest_hole(&seen));
+
+    let killed = plant.now();
+    second.kill();
+    first.decision("responsible");
+    let back = plant.first(killed, "the first one's", |seen| seen.publisher == substitute.publisher);
+    plant.first(back.at + 0.5, "more of it", |_| true);
+    let seen = since(&mut plant, other.at);
+    assert!(seen.iter().all(|seen| seen.is_substitute() && seen.error() < 1.5), "{seen:?}");
+    assert!(longest_hole(&seen) < MAX_AGE, "{}: {seen:?}", longest_hole(&seen));
+    (first, plant)
+}
+
+#[test]
+fn a_newcomer_takes_a_need_when_it_knows_who_lies_over_zenoh() {
+    let Some(python) = real::python() else { return };
+    let _turn = beside_others();
+    let port = free_port();
+    let _router = router(&python, &json!({ "listen/endpoints": [format!("tcp/127.0.0.1:{port}")] }));
+    a_newcomer(&python, "zenoh", port).0.stop();
+}
+
+#[test]
+fn a_newcomer_takes_a_need_when_it_knows_who_lies_over_mqtt() {
+    let Some(python) = real::python() else { return };
+    let _turn = beside_others();
+    let broker = Broker::start(&[]);
+    let (last, _plant) = a_newcomer(&python, "mqtt", broker.port());
+    // Who ends in order takes back what it has claimed.
+    let visitor = json!({ "name": "visitor", "port": broker.port() });
+    let mut visitor = Script::start(&python, "../../../shsa-bridge/tests/python/mqtt_client.py", &visitor);
+    visitor.order(&json!({ "subscribe": "shsa/first/claims" }));
+    let claims = visitor.next_with("topic");
+    let text = |claims: &serde_json::Value| -> String {
+        let hex = claims["hex"].as_str().unwrap();
+        let bytes = (0..hex.len()).step_by(2).map(|at| u8::from_str_radix(&hex[at..at + 2], 16).unwrap());
+        String::from_utf8(bytes.collect()).unwrap()
+    };
+    let said = text(&claims);
+    assert!(said.lines().any(|line| line.starts_with("shsa/healer/first.")), "{said}");
+    assert!(said.lines().any(|line| line.starts_with("shsa/settled/first.")), "{said}");
+    last.stop();
+    while !text(&visitor.next_with("topic")).is_empty() {}
+}

@@ -1,0 +1,96 @@
+//! The connection to a broker is lost and found: what is told of it.
+
+use crate::broker::{Broker, Cut};
+use crate::real::{self, Script};
+use crate::running::{Folder, Running};
+use serde_json::{Value, json};
+use std::path::Path;
+use std::thread;
+use std::time::Duration;
+
+const MODEL: &str = "
+shsa: 1
+variables: { level: { unit: m } }
+signals: { gauge: { variable: level, source: tank/gauge, unit: m, value_error: 0.1, timeout: none } }
+needs: { level: { signal: tank/level, max_age: 1 h } }
+";
+
+fn run(folder: &Folder, port: u16) -> Running {
+    let model = folder.path("tank.yaml");
+    std::fs::write(&model, MODEL).unwrap();
+    Running::start([model.to_str().unwrap(), "--bus", &format!("mqtt://127.0.0.1:{port}"), "--name", "tank"])
+}
+
+/// A client that reads the status of the need.
+fn reader(python: &Path, broker: &Broker) -> Script {
+    let options = json!({ "name": "reader", "port": broker.port() });
+    let mut reader = Script::start(python, "../../../shsa-bridge/tests/python/mqtt_client.py", &options);
+    reader.order(&json!({ "subscribe": "shsa/tank/need/level" }));
+    reader
+}
+
+/// The last outage of the first status that has one as wanted.
+#[track_caller]
+fn told(reader: &mut Script, is_wanted: impl Fn(&Value) -> bool) -> Value {
+    for _ in 0..200 {
+        let message = reader.next_with("topic");
+        let hex = message["hex"].as_str().unwrap();
+        let bytes = (0..hex.len()).step_by(2).map(|at| u8::from_str_radix(&hex[at..at + 2], 16).unwrap());
+        let status: Value = serde_json::from_slice(&bytes.collect::<Vec<u8>>()).unwrap();
+        if is_wanted(&status["last_outage"]) {
+            return status["last_outage"].clone();
+        }
+    }
+    panic!("no status tells of the outage");
+}
+
+#[test]
+fn after_an_outage_the_status_says_since_when_and_for_how_long() {
+    let Some(python) = real::python() else { return };
+    let (mut broker, folder) = (Broker::start(&[]), Folder::new());
+    let run = run(&folder, broker.port());
+    let before = run.until("no outage yet", |state| state["link"] == json!({ "up": true, "last_outage": null }));
+    broker.kill();
+    let lost = run.decision("disconnected");
+    assert!(lost["because"].as_str().unwrap().starts_with("the bus is gone: "), "{lost}");
+    run.until("it knows", |state| state["link"]["last_outage"]["for_s"].is_null() && state["link"]["up"] == false);
+    thread::sleep(Duration::from_millis(1_500));
+    broker.restart();
+    let found = run.decision("connected");
+    let because = found["because"].as_str().unwrap();
+    let seconds = because.strip_prefix("the bus is there again after ").and_then(|rest| rest.strip_suffix(" s"));
+    let seconds: f64 = seconds.unwrap().parse().unwrap();
+    assert!(seconds >= 1.5, "{because}");
+
+    let outage = told(&mut reader(&python, &broker), |outage| outage["number"] == 1);
+    assert!((outage["for_s"].as_f64().unwrap() - seconds).abs() < 0.001, "{outage} {because}");
+    let (began, told_at) = (&before["time_ns"], &lost["time_ns"]);
+    let lost_ns = outage["lost_ns"].as_i64().unwrap();
+    assert!((began.as_i64().unwrap()..=told_at.as_i64().unwrap()).contains(&lost_ns), "{outage}");
+    let state = run.until("it is over", |state| state["link"]["up"] == true);
+    assert_eq!(state["link"]["last_outage"], outage);
+    assert_eq!(state["figures"]["disconnections"], 1);
+    assert_eq!(state["figures"]["disconnected_s"], outage["for_s"]);
+    let (_, metrics) = run.get("/metrics");
+    let metrics = metrics.as_str().unwrap();
+    let counted = metrics.lines().find_map(|line| line.strip_prefix("shsa_disconnected_seconds_total "));
+    assert!((counted.unwrap().parse::<f64>().unwrap() - seconds).abs() < 0.001, "{metrics}");
+    assert!(metrics.contains("shsa_disconnections_total 1"), "{metrics}");
+}
+
+/// A connection that is cut and stands again at once, between two looks at it.
+#[test]
+fn the_shortest_outage_is_told() {
+    let broker = Broker::start(&[]);
+    let (folder, cut) = (Folder::new(), Cut::before(broker.port()));
+    let run = run(&folder, cut.port);
+    run.until("it is connected", |state| state["link"]["up"] == true);
+    for number in 1..=3_u64 {
+        cut.cut();
+        run.decision("disconnected");
+        run.decision("connected");
+        let state = run.until("it is counted", |state| state["link"]["last_outage"]["number"] == number);
+        assert!(state["link"]["last_outage"]["for_s"].as_f64().unwrap() < 60.0);
+        assert_eq!(state["figures"]["disconnections"], number);
+    }
+}
