@@ -124,7 +124,10 @@ mod tests {
     #[test]
     fn what_was_over_before_anybody_looked_is_told_as_well() {
         let mut connection = Connection::default();
-        let told = ["disconnected: the bus is gone: cut; trying again", "connected: the bus is there again after 0.250 s"];
+        let told = [
+            "disconnected: the bus is gone: cut; trying again",
+            "connected: the bus is there again after 0.250 s",
+        ];
         check(&mut connection, Link::Up, outage(1, 2.0, Some(2.25)), 3.0, &told);
         check(&mut connection, Link::Up, outage(1, 2.0, Some(2.25)), 4.0, &[]);
         let again = "disconnected: the bus is gone, 3 times: cut; trying again";

@@ -145,12 +145,13 @@ impl Outlet {
     /// There is a value of this quality, whoever sends it.
     pub(super) fn note(&mut self, publication: &Publication, quality: Quality) {
         let now = publication.time;
-        if !self.is_able(now) {
+        let was_sound = self.is_sound() && self.is_able(now);
+        if !was_sound {
             self.sound_since = None;
         }
         self.provenance.quality = quality;
         self.known = Some(now);
-        if !self.is_settled && self.is_able(now) {
+        if !self.is_settled && self.is_sound() && self.is_able(now) {
             let since = *self.sound_since.get_or_insert(now);
             self.is_settled = now - since >= self.probation;
         }
@@ -159,10 +160,10 @@ impl Outlet {
     /// How far it can be served: once there were sound values for the probation, it is known whether the sources agree; who has
     /// just been started has heard nobody out.
     pub(super) fn ability(&self, now: Time) -> Ability {
-        match (self.is_able(now), self.is_settled) {
-            (false, _) => Ability::Unable,
-            (true, false) => Ability::Able,
-            (true, true) => Ability::Settled,
+        match self.is_able(now) {
+            true if self.is_settled && self.is_sound() => Ability::Settled,
+            true => Ability::Able,
+            false => Ability::Unable,
         }
     }
 
@@ -171,10 +172,14 @@ impl Outlet {
         self.last = self.known;
     }
 
+    /// Whether its values are certain.
+    fn is_sound(&self) -> bool {
+        matches!(self.provenance.quality, Quality::Good | Quality::Substitute)
+    }
+
     /// Whether there are values to serve it with, be they sent or not.
     fn is_able(&self, now: Time) -> bool {
-        let is_sound = matches!(self.provenance.quality, Quality::Good | Quality::Substitute);
-        self.served && is_sound && self.known.is_some_and(|known| self.is_fresh(known, now))
+        self.served && self.known.is_some_and(|known| self.is_fresh(known, now))
     }
 
     /// Until when its quality and ability stay as they are if nothing comes and nothing is decided.

@@ -42,7 +42,7 @@ struct Tokens {
 pub(super) enum Ability {
     /// There is no value for it.
     Unable,
-    /// There are values, since a moment ago.
+    /// There are values, since a moment ago, or they are uncertain.
     Able,
     /// There have been values for a while.
     Settled,
@@ -78,9 +78,14 @@ impl Ownership {
         }))
     }
 
-    /// Whether a need is ours to serve.
+    /// Whether a need is ours to serve: it stays so while nobody can.
     pub(super) fn is_ours(&self, need: &str) -> bool {
         self.ours.contains(key(need))
+    }
+
+    /// Whether another instance serves a need.
+    pub(super) fn is_others(&self, need: &str) -> bool {
+        !self.is_ours(need) && self.able.get(key(need)).is_some_and(|able| !able.is_empty())
     }
 
     /// Whether an instance publishes under this identity.
@@ -122,7 +127,8 @@ impl Ownership {
                 let tokens = hold(ABLE)?.map(|able| Tokens { _able: able, settled });
                 self.tokens.extend(tokens.map(|tokens| (need.to_owned(), tokens)));
             }
-            (Ability::Able | Ability::Settled, Some(_)) => {}
+            (Ability::Able, Some(held)) => held.settled = None,
+            (Ability::Settled, Some(_)) => {}
         }
         Ok(())
     }
@@ -140,8 +146,8 @@ impl Ownership {
     }
 
     fn choose(&mut self, need: String) -> Option<Handover> {
-        let chosen = self.able(&need).first().map(|first| (*first).to_owned());
-        let is_ours = chosen.as_deref() == Some(self.instance.as_str());
+        let chosen = self.able(&need).first().map(|first| (*first).to_owned())?;
+        let is_ours = chosen == self.instance;
         match (is_ours, self.ours.contains(&need)) {
             (true, false) => {
                 self.ours.insert(need.clone());
@@ -149,7 +155,7 @@ impl Ownership {
             }
             (false, true) => {
                 self.ours.remove(&need);
-                chosen.map(|to| Handover::Given { need, to })
+                Some(Handover::Given { need, to: chosen })
             }
             _ => None,
         }

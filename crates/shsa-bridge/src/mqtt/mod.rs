@@ -27,8 +27,8 @@ pub use tls::Tls;
 
 use crate::inbox::Driver;
 use crate::{
-    Answer, Attendance, Bridge, BridgeError, Inbox, Link, Outage, Outgoing, Payload, Provenance, PublisherId, Server,
-    payload,
+    Answer, Attendance, Bridge, BridgeError, Inbox, Link, Outage, Outgoing, Payload, Provenance, PublisherId,
+    Server, payload,
 };
 use bytes::Bytes;
 use outbox::Publication;

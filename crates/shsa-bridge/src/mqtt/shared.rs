@@ -409,7 +409,8 @@ impl State {
         let Some(sender) = self.sender.clone() else { return };
         while let Some((topic, is_wanted)) = self.requests.front() {
             let is_taken = match is_wanted {
-                true => sender.subscribe(topic, !self.served.contains_key(topic)),
+                // What clients claimed while we were away is of no use.
+                true => sender.subscribe(topic, !self.served.contains_key(topic) && !topic.contains('+')),
                 false => sender.unsubscribe(topic),
             };
             if !is_taken {

@@ -154,9 +154,18 @@ fn nobody_serves_before_it_can() {
     shares.tell("/n/1", Ability::Able, &member).unwrap();
     assert_eq!(shares.follow().1, [Handover::Taken { need: "n/1".into() }]);
     assert_eq!(shares.able("/n/1"), ["a.00000007"]);
+    assert!(!shares.is_others("/n/1"));
+    // It stays its own while nobody else can.
     shares.tell("/n/1", Ability::Unable, &member).unwrap();
     drop(shares.follow());
-    assert!(!shares.is_ours("/n/1"));
+    assert!(shares.is_ours("/n/1") && shares.able("/n/1").is_empty());
+    let other = network.join(8);
+    let mut others = Ownership::new("b", &other).unwrap().unwrap();
+    drop(others.follow());
+    assert!(!others.is_ours("/n/1") && !others.is_others("/n/1"));
+    others.tell("/n/1", Ability::Able, &other).unwrap();
+    drop((others.follow(), shares.follow()));
+    assert!(others.is_ours("/n/1") && shares.is_others("/n/1"));
 }
 
 /// Two members that can serve a need: the first serves it, the second comes first by its name.

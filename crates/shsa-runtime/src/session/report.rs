@@ -33,14 +33,7 @@ impl Reported {
     pub(in super::super) fn new() -> Reported {
         let (next, doubt) = (Time::MIN, Time::MIN);
         let (losses, standings) = (BTreeMap::new(), Vec::new());
-        Reported {
-            next,
-            losses,
-            missing: 0,
-            standings,
-            doubt,
-            compared: (Time::MIN, BTreeSet::new()),
-        }
+        Reported { next, losses, missing: 0, standings, doubt, compared: (Time::MIN, BTreeSet::new()) }
     }
 }
 
@@ -149,8 +142,9 @@ impl Session {
                 continue;
             }
             for (at, ((id, outlet), standing)) in healer.outlets().zip(standings.clone()).enumerate() {
-                let is_ours = ownership.as_ref().is_none_or(|ownership| ownership.is_ours(outlet.topic()));
-                if told.get(at) == Some(&standing) || !is_ours {
+                let is_others =
+                    ownership.as_ref().is_some_and(|ownership| ownership.is_others(outlet.topic()));
+                if told.get(at) == Some(&standing) || is_others {
                     continue;
                 }
                 let topic = format!("shsa/{name}/need/{}", outlet.key().trim_matches('/'));
