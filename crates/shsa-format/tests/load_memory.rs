@@ -1,6 +1,7 @@
-//! What loading a large model takes: a ratchet that may only go down.
+//! What loading a large model takes, a ratchet that may only go down; and what files take that are made to take much.
 
 use shsa_format::model::load;
+use shsa_format::recording::{ReadOptions, Wanted, read};
 use std::fmt::Write;
 
 /// Relations that are structure only, half as many variables, a sixth as many signals: what large models are made of.
@@ -43,4 +44,84 @@ fn a_relation_takes_little_memory() {
     assert!(kept <= 600, "{kept} bytes a relation are kept");
     assert!(peak <= 660, "{peak} bytes a relation are taken at the peak");
     assert!(allocations <= 18, "{allocations} allocations a relation");
+}
+
+/// The most bytes that a file of a few megabytes may take to read beyond its own size.
+const BEYOND: u64 = 64 << 20;
+
+/// What reading a file takes at its peak, bytes; and what was told.
+fn reading(name: &str, bytes: &[u8]) -> (u64, String) {
+    let folder =
+        std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("bombs-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join(name);
+    std::fs::write(&file, bytes).unwrap();
+    let wanted = [Wanted::new("a", "")];
+    let mut told = String::new();
+    let counted = allocation_counter::measure(|| {
+        let recording = read(std::slice::from_ref(&file), &wanted, &ReadOptions::default());
+        told = match recording {
+            Ok(recording) => recording.warnings.iter().map(|warning| format!("{warning}\n")).collect(),
+            Err(error) => error.to_string(),
+        };
+    });
+    std::fs::remove_file(&file).unwrap();
+    (counted.bytes_max, told)
+}
+
+/// What is read of a bomb is bounded, and the bound is told.
+#[track_caller]
+fn defused(name: &str, bytes: &[u8], expected: &str) {
+    let (peak, told) = reading(name, bytes);
+    assert!(told.contains(expected), "{told}");
+    assert!(peak <= BEYOND, "{name}: {peak} bytes at the peak of {} bytes", bytes.len());
+}
+
+const SOUND: &str = "{\"signal\": \"a\", \"time_ns\": 5, \"value\": 1}\n";
+
+#[test]
+fn a_line_without_an_end_is_bounded() {
+    let line = "x".repeat(40 << 20);
+    defused(
+        "endless.jsonl",
+        format!("{SOUND}{line}\n{SOUND}").as_bytes(),
+        "jsonl:2: the line is longer than 16 MiB",
+    );
+}
+
+#[test]
+fn a_list_without_an_end_is_bounded() {
+    let line = format!("{{\"signal\": \"a\", \"time_ns\": 5, \"value\": [1{}]}}\n", ",1".repeat(7 << 20));
+    defused("list.jsonl", line.as_bytes(), "a list of more than 1048576 numbers");
+    // What is not wanted takes nothing.
+    let more = format!(
+        "{{\"signal\": \"a\", \"time_ns\": 5, \"more\": [1{}], \"value\": 1}}\n",
+        ",1".repeat(7 << 20)
+    );
+    defused("more.jsonl", more.as_bytes(), "");
+}
+
+#[test]
+fn deep_nesting_is_bounded() {
+    for opening in ["[", "{\"a\":"] {
+        let deep = opening.repeat((15 << 20) / opening.len());
+        let line = format!("{SOUND}{{\"signal\": \"a\", \"time_ns\": 5, \"value\": {deep}\n{SOUND}");
+        defused("deep.jsonl", line.as_bytes(), "jsonl:2: ");
+    }
+}
+
+#[test]
+fn a_quote_that_is_never_closed_is_bounded() {
+    // Sixteen lines that together are much.
+    let line = format!("1,\"{}\n", "x".repeat(4 << 20));
+    let text = format!("time_s,a\n{}2,3\n", line.repeat(12));
+    defused("quote.csv", text.as_bytes(), "the row has not 2 cells as the header; row left out");
+}
+
+#[test]
+fn a_row_of_millions_of_cells_is_bounded() {
+    let text = format!("time_s,a\n1,2{}\n2,3\n", ",".repeat(12 << 20));
+    defused("row.csv", text.as_bytes(), "the row has not 2 cells as the header; row left out");
+    let header = format!("time_s,a{}\n1,2\n", ",".repeat(12 << 20));
+    defused("header.csv", header.as_bytes(), "a table of more than 16384 columns cannot be read");
 }

@@ -9,12 +9,21 @@ use shsa_core::knowledge::KnowledgeBase;
 /// What looking for it may cost at a start, in steps.
 const STEPS: u64 = 300_000;
 
+/// Of models with more signals than these it is not looked for: it takes memory by the square of them.
+const MOST_SIGNALS: usize = 10_000;
+
 /// Warnings of one kind that are told, and names in each.
 const MOST: usize = 12;
 
 /// What is known before anything runs: signals of which no comparison shows a fault though others know their variable, and
 /// comparisons that the budget leaves out.
 pub(crate) fn declared(knowledge: &KnowledgeBase, watch: WatchBudget) -> Vec<String> {
+    let count = knowledge.signals().len();
+    if count > MOST_SIGNALS {
+        return vec![format!(
+            "{count} signals, more than {MOST_SIGNALS}: which faults no comparison shows was not looked for"
+        )];
+    }
     let options = Options { only_runnable: true, steps: STEPS, addition_steps: 0, watch };
     let Unwatched { watched, gaps } = unwatched(knowledge, options);
     let names = Names::new(knowledge);

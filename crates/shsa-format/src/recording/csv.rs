@@ -12,18 +12,17 @@ use shsa_core::time::{Span, Time};
 use shsa_message::path::is_text;
 use shsa_message::stamp::{decimal, likely_step};
 
+use super::cells::{COLUMNS_MAX, Split, fits, split};
 use super::gathered::Gathered;
+use super::line::LINE_MAX;
 use super::names::{self, Fit};
 use super::stamp;
 use super::{Place, RawValue, ReadOptions, RecordingError, TopicInfo, Want};
 
 /// A quoted cell may go over so many lines.
 const LINES_IN_QUOTES: usize = 16;
-
-/// The longest line, bytes.
-const LINE_MAX: u64 = 1 << 24;
-/// The most columns of a table.
-const COLUMNS_MAX: usize = 1 << 14;
+/// The most bytes of the lines that a quoted cell holds together.
+const QUOTED_MAX: usize = 1 << 20;
 
 /// One line of a file, or several that quotes hold together.
 struct Line {
@@ -55,7 +54,7 @@ impl<R: BufRead> Table<R> {
         let text = header.text.trim_start_matches('\u{feff}');
         let count = |separator: char| text.matches(separator).count();
         table.separator = [',', ';', '\t'].into_iter().rev().max_by_key(|c| count(*c)).unwrap_or(',');
-        let cells = split(text, table.separator).unwrap_or_default();
+        let cells = split(text, table.separator).cells().unwrap_or_default();
         table.headers = cells.iter().map(|cell| cell.trim().to_owned()).collect();
         Some(table)
     }
@@ -88,7 +87,8 @@ impl<R: BufRead> Table<R> {
         while first.text.trim().is_empty() {
             first = self.line()?;
         }
-        if !first.text.contains('"') || split(&first.text, self.separator).is_some() {
+        let is_open = |text: &str| text.contains('"') && matches!(split(text, self.separator), Split::Open);
+        if first.text.len() > QUOTED_MAX || !is_open(&first.text) {
             return Some(first);
         }
         let mut joined = first.text.clone();
@@ -97,10 +97,20 @@ impl<R: BufRead> Table<R> {
             let Some(next) = self.line() else { break };
             joined.push('\n');
             joined.push_str(&next.text);
-            let is_ended = next.is_ended;
+            let (is_ended, may_close) = (next.is_ended, next.text.contains('"'));
             taken.push(next);
-            if split(&joined, self.separator).is_some_and(|cells| fits(&cells, &self.headers)) {
-                return Some(Line { number: first.number, text: joined, is_ended });
+            if joined.len() > QUOTED_MAX {
+                break;
+            }
+            if !may_close {
+                continue;
+            }
+            match split(&joined, self.separator) {
+                Split::Cells(cells) if fits(&cells, &self.headers) => {
+                    return Some(Line { number: first.number, text: joined, is_ended });
+                }
+                Split::Cells(_) | Split::Broken => break,
+                Split::Open => {}
             }
         }
         for line in taken.into_iter().rev() {
@@ -108,58 +118,6 @@ impl<R: BufRead> Table<R> {
         }
         Some(first)
     }
-}
-
-/// The cells of a row; `None` when a quote is left open, or closed within a cell.
-fn split(text: &str, separator: char) -> Option<Vec<Cow<'_, str>>> {
-    if !text.contains('"') {
-        return Some(text.split(separator).map(Cow::Borrowed).collect());
-    }
-    let mut cells = Vec::new();
-    let mut rest = text;
-    loop {
-        let (cell, after) = match rest.trim_start_matches(' ').strip_prefix('"') {
-            Some(quoted) => unquoted(quoted, separator)?,
-            None => {
-                let end = rest.find(separator).unwrap_or(rest.len());
-                let (cell, after) = rest.split_at(end);
-                (Cow::Borrowed(cell), after)
-            }
-        };
-        cells.push(cell);
-        match after.strip_prefix(separator) {
-            Some(next) => rest = next,
-            None => return Some(cells),
-        }
-    }
-}
-
-/// A cell after its opening quote, and what follows its closing quote; a doubled quote stands for one.
-fn unquoted(text: &str, separator: char) -> Option<(Cow<'_, str>, &str)> {
-    let mut cell = String::new();
-    let mut rest = text;
-    loop {
-        let (part, after) = rest.split_once('"')?;
-        cell.push_str(part);
-        match after.strip_prefix('"') {
-            Some(next) => {
-                cell.push('"');
-                rest = next;
-            }
-            None => {
-                let after = after.trim_start_matches(' ');
-                let is_at_end = after.is_empty() || after.starts_with(separator);
-                return is_at_end.then_some((Cow::Owned(cell), after));
-            }
-        }
-    }
-}
-
-/// Whether a row is as long as the header, blank cells at the end of either apart.
-fn fits(cells: &[Cow<'_, str>], headers: &[String]) -> bool {
-    let is_blank = |text: &str| text.trim().is_empty();
-    cells.iter().skip(headers.len()).all(|cell| is_blank(cell))
-        && headers.iter().skip(cells.len()).all(|header| is_blank(header))
 }
 
 /// Where the rows have their time.
@@ -236,8 +194,7 @@ fn expect_names(headers: &[String], file: &Path) -> Result<(), RecordingError> {
         return Err(RecordingError::NoHeader { file: file.into() });
     }
     if headers.len() > COLUMNS_MAX {
-        let (file, columns, most) = (file.into(), headers.len(), COLUMNS_MAX);
-        return Err(RecordingError::TooWide { file, columns, most });
+        return Err(RecordingError::TooWide { file: file.into(), most: COLUMNS_MAX });
     }
     Ok(())
 }
@@ -338,7 +295,7 @@ struct Rows<'a> {
 impl Rows<'_> {
     fn read<R: BufRead>(mut self, mut table: Table<R>, gathered: &mut Gathered) {
         while let Some(line) = table.row() {
-            let cells = split(&line.text, table.separator);
+            let cells = split(&line.text, table.separator).cells();
             match cells.filter(|cells| fits(cells, &table.headers)) {
                 Some(cells) => self.row(&line, &cells, &table.headers, gathered),
                 None => {
@@ -473,7 +430,7 @@ pub(super) fn topics(input: impl BufRead, file: &Path) -> Result<Vec<TopicInfo>,
     while let Some(line) = table.row() {
         count += 1;
         let Some(Clock { column: Some(column), scale }) = &clock else { continue };
-        let cells = split(&line.text, table.separator).unwrap_or_default();
+        let cells = split(&line.text, table.separator).cells().unwrap_or_default();
         let Some(cell) = cells.get(*column) else { continue };
         let scale = scale.unwrap_or_else(|| likely_unit(cell.trim().parse().unwrap_or(0.0)));
         let Some(time) = decimal(cell.trim(), scale) else { continue };

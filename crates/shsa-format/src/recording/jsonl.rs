@@ -4,12 +4,13 @@
 //! has no word for it), the texts "inf" and "-inf" are the infinities. `received_ns` may be left out.
 
 use std::collections::BTreeMap;
-use std::io::{self, BufRead, Write};
+use std::io::{self, BufRead, Read, Write};
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use shsa_core::time::Time;
 
 use super::gathered::Gathered;
+use super::line::{Cell, Fields, LINE_MAX};
 use super::{Place, RawValue, Sample, TopicInfo, Want, names};
 
 /// One observation as a line holds it.
@@ -54,8 +55,18 @@ fn lines(mut input: impl BufRead, mut each: impl FnMut(Line)) {
     let mut bytes = Vec::new();
     for number in 1.. {
         bytes.clear();
-        match input.read_until(b'\n', &mut bytes) {
+        match input.by_ref().take(LINE_MAX).read_until(b'\n', &mut bytes) {
             Ok(0) => return,
+            Ok(length) if length as u64 == LINE_MAX && !bytes.ends_with(b"\n") => {
+                // What is of no use is not kept while the rest of it goes by.
+                bytes = Vec::new();
+                let most = LINE_MAX >> 20;
+                each(Line::Damaged(number, format!("the line is longer than {most} MiB; line left out")));
+                if let Err(failure) = skip_line(&mut input) {
+                    return each(Line::Damaged(number, format!("reading stopped here: {failure}")));
+                }
+                continue;
+            }
             Ok(_) => {}
             Err(failure) => return each(Line::Damaged(number, format!("reading stopped here: {failure}"))),
         }
@@ -63,54 +74,59 @@ fn lines(mut input: impl BufRead, mut each: impl FnMut(Line)) {
         if bytes.trim_ascii().is_empty() {
             continue;
         }
-        let value = serde_json::from_slice::<Value>(bytes).map_err(|error| match error.is_eof() {
+        let fields = serde_json::from_slice::<Fields>(bytes).map_err(|error| match error.is_eof() {
             true if !bytes.ends_with(b"\n") => "the file ends within this line".into(),
+            _ if error.is_data() => error.to_string(),
             _ => format!("no JSON at column {}: {error}", error.column()),
         });
-        each(match value.and_then(observation) {
+        each(match fields.and_then(observation) {
             Ok(seen) => Line::Observation(seen),
             Err(problem) => Line::Damaged(number, format!("{problem}; line left out")),
         });
     }
 }
 
-fn observation(value: Value) -> Result<Observation, String> {
-    let Value::Object(mut line) = value else { return Err("the line is no JSON object".into()) };
-    let Some(Value::String(signal)) = line.remove("signal") else {
-        return Err("\"signal\" is missing or no text".into());
+/// Goes to the end of a line.
+fn skip_line(input: &mut impl BufRead) -> io::Result<()> {
+    loop {
+        let waiting = input.fill_buf()?;
+        let end = waiting.iter().position(|byte| *byte == b'\n');
+        let passed = end.map_or(waiting.len(), |end| end + 1);
+        let is_over = end.is_some() || waiting.is_empty();
+        input.consume(passed);
+        if is_over {
+            return Ok(());
+        }
+    }
+}
+
+fn observation(fields: Fields) -> Result<Observation, String> {
+    let Fields::Object { signal, time, received, value } = fields else {
+        return Err("the line is no JSON object".into());
     };
-    let time = nanoseconds(&line, "time_ns")?.ok_or("\"time_ns\" is missing")?;
-    let received = nanoseconds(&line, "received_ns")?.unwrap_or(time);
-    let value = line.get("value").ok_or("\"value\" is missing")?;
+    let Some(Cell::Text(signal)) = signal else { return Err("\"signal\" is missing or no text".into()) };
+    let time = nanoseconds(time, "time_ns")?.ok_or("\"time_ns\" is missing")?;
+    let received = nanoseconds(received, "received_ns")?.unwrap_or(time);
+    let value = value.ok_or("\"value\" is missing")?;
     let value = recorded(value).ok_or("\"value\" is no number, list of numbers, or {\"lo\", \"hi\"}")?;
     Ok(Observation { signal, time, received, value })
 }
 
-fn nanoseconds(line: &Map<String, Value>, key: &str) -> Result<Option<Time>, String> {
-    let Some(value) = line.get(key).filter(|value| !value.is_null()) else { return Ok(None) };
-    let whole = value.as_i64().or_else(|| {
-        let float = value.as_f64().filter(|float| float.abs() < 9.2e18)?;
-        Some(float.round() as i64)
-    });
+fn nanoseconds(cell: Option<Cell>, key: &str) -> Result<Option<Time>, String> {
+    let whole = match cell {
+        None | Some(Cell::Null) => return Ok(None),
+        Some(Cell::Whole(whole)) => Some(whole),
+        Some(Cell::Number(number)) => (number.abs() < 9.2e18).then(|| number.round() as i64),
+        Some(_) => None,
+    };
     whole.map(|time| Some(Time(time))).ok_or_else(|| format!("\"{key}\" is no 64-bit number"))
 }
 
-fn recorded(value: &Value) -> Option<RawValue> {
-    match value {
-        Value::Array(items) => items.iter().map(number).collect::<Option<_>>().map(RawValue::Vector),
-        Value::Object(bounds) => {
-            let bound = |key| bounds.get(key).and_then(number);
-            Some(RawValue::Interval { lo: bound("lo")?, hi: bound("hi")? })
-        }
-        _ => number(value).map(RawValue::Number),
-    }
-}
-
-fn number(value: &Value) -> Option<f64> {
-    match value {
-        Value::Null => Some(f64::NAN),
-        Value::String(text) => text.trim().parse().ok(),
-        _ => value.as_f64(),
+fn recorded(cell: Cell) -> Option<RawValue> {
+    match cell {
+        Cell::List(items) => items.map(RawValue::Vector),
+        Cell::Bounds { lo, hi } => Some(RawValue::Interval { lo: lo?, hi: hi? }),
+        other => other.number().map(RawValue::Number),
     }
 }
 

@@ -5,11 +5,13 @@
 //! A model names signals and where each is found (see [`Source`] for the grammar); [`read`] looks into the files
 //! for exactly these. A file that is cut short or damaged gives what it holds, with warnings that say where.
 
+mod cells;
 mod clock;
 mod csv;
 mod cut;
 mod gathered;
 mod jsonl;
+mod line;
 mod names;
 mod ros_topics;
 mod rosbag;
@@ -200,12 +202,10 @@ pub enum RecordingError {
         problem: String,
     },
     /// A table with too many columns.
-    #[error("{}: a table of {columns} columns; at most {most} can be read: take out those that are not needed", file.display())]
+    #[error("{}: a table of more than {most} columns cannot be read: take out those that are not needed", file.display())]
     TooWide {
         /// The file.
         file: PathBuf,
-        /// Its columns.
-        columns: usize,
         /// The most that can be read.
         most: usize,
     },

@@ -1,16 +1,53 @@
 //! The analysis as one JSON object.
 
 use super::names::Report;
-use serde_json::{Value, json};
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use serde_json::{Map, Value, json};
 use shsa_core::analysis::{Addition, Candidate, Gap, Hidden, Limited, Obstacle, Survives, Tolerance, Watch};
 use shsa_core::diagnosis::Component;
 use shsa_core::knowledge::{RelationId, SignalId};
 
 /// Numbers of losses are `null` where no loss can take it, or nothing knows it anyway.
-pub(super) fn object(report: &Report<'_>) -> Value {
+///
+/// Each signal tells all that it is told from: one after the other is made as it is written.
+pub(super) struct Object<'r> {
+    pub(super) report: &'r Report<'r>,
+    /// Signals that were left out.
+    pub(super) left_out: usize,
+}
+
+impl Serialize for Object<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut object = serializer.serialize_map(None)?;
+        object.serialize_entry("signals", &Signals(self.report))?;
+        object.serialize_entry("relations", &Relations(self.report))?;
+        for (key, value) in rest(self.report) {
+            object.serialize_entry(&key, &value)?;
+        }
+        object.serialize_entry("left_out", &self.left_out)?;
+        object.end()
+    }
+}
+
+struct Signals<'r>(&'r Report<'r>);
+
+impl Serialize for Signals<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.knowledge.signals().ids().map(|id| signal(self.0, id)))
+    }
+}
+
+struct Relations<'r>(&'r Report<'r>);
+
+impl Serialize for Relations<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.knowledge.relations().ids().map(|id| relation(self.0, id)))
+    }
+}
+
+/// All but signals and relations.
+fn rest(report: &Report<'_>) -> Map<String, Value> {
     let (knowledge, analysis) = (report.knowledge, report.analysis);
-    let signals: Vec<Value> = knowledge.signals().ids().map(|id| signal(report, id)).collect();
-    let relations: Vec<Value> = knowledge.relations().ids().map(|id| relation(report, id)).collect();
     let needs: Vec<Value> = knowledge
         .needs()
         .enumerate()
@@ -28,9 +65,7 @@ pub(super) fn object(report: &Report<'_>) -> Value {
         })
         .collect();
     let groups: Vec<Vec<&str>> = analysis.faults.groups().iter().map(|group| report.signals(group)).collect();
-    json!({
-        "signals": signals,
-        "relations": relations,
+    let rest = json!({
         "needs": needs,
         "comparisons": analysis.comparisons.pairs().len(),
         "watch": { "ways": report.watch.ways, "cost_per_second": report.watch.cost },
@@ -44,7 +79,11 @@ pub(super) fn object(report: &Report<'_>) -> Value {
         "only_runnable": report.only_runnable,
         "without_formula": report.without_formula(),
         "limited": analysis.limited.iter().map(limited).collect::<Vec<_>>(),
-    })
+    });
+    match rest {
+        Value::Object(rest) => rest,
+        _ => Map::new(),
+    }
 }
 
 fn signal(report: &Report<'_>, id: SignalId) -> Value {

@@ -16,8 +16,10 @@ use crate::watch::Watching;
 use anyhow::Context;
 use names::Report;
 use shsa_core::analysis::{Options, analyze};
-use std::io::{Write, stdout};
-use std::path::PathBuf;
+use shsa_core::knowledge::{Draft, KnowledgeBase, Severity, build};
+use std::collections::BTreeSet;
+use std::io::{BufWriter, Write, stdout};
+use std::path::{Path, PathBuf};
 
 /// Arguments of `shsa analyze`.
 #[derive(clap::Args)]
@@ -31,6 +33,10 @@ pub(crate) struct Arguments {
     /// How many added sensors and relations to list, the most helpful first; 0 tries none.
     #[arg(long, value_name = "N", default_value_t = 10)]
     additions: usize,
+    /// How many signals to analyse, in file order; of a larger model the others are left out as if they were not there, and that
+    /// is told. Who can be told from whom takes memory and output by the square of them.
+    #[arg(long, value_name = "N", default_value_t = 4_000)]
+    signals: usize,
     #[command(flatten)]
     watching: Watching,
     /// Write all of it to a page for the browser, which needs nothing else.
@@ -43,7 +49,7 @@ pub(crate) struct Arguments {
 
 /// Analyses a model; the answer is no when there is a need that nothing serves even while all signals are there.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let knowledge = show::load_model(&arguments.model)?;
+    let (knowledge, left_out) = part(&arguments.model, arguments.signals)?;
     let watch = arguments.watching.budget();
     let mut options = Options { only_runnable: arguments.only_runnable, watch, ..Options::default() };
     if arguments.additions == 0 {
@@ -59,9 +65,47 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let mut output = stdout().lock();
     match arguments.json {
-        true => writeln!(output, "{}", json::object(&report))?,
+        true => {
+            let mut output = BufWriter::new(&mut output);
+            serde_json::to_writer(&mut output, &json::Object { report: &report, left_out })?;
+            writeln!(output)?;
+            output.flush()?;
+        }
         false => writeln!(output, "{}", text::text(&report))?,
     }
     let unserved = analysis.needs.iter().any(|need| !need.known && need.exact);
     Ok(if unserved { Outcome::No } else { Outcome::Done })
+}
+
+/// The model with at most so many signals; how many were left out, which is told before anything else.
+fn part(path: &Path, most: usize) -> anyhow::Result<(KnowledgeBase, usize)> {
+    let whole = show::load_model(path)?;
+    let count = whole.signals().len();
+    let left_out = count.saturating_sub(most);
+    if left_out == 0 {
+        return Ok((whole, 0));
+    }
+    show::warn(format!(
+        "{count} signals, more than {most} (--signals): the last {left_out} are left out, as if they were not there"
+    ));
+    drop(whole);
+    let live = show::load_live(path)?;
+    let (knowledge, problems) = build(&without(live.draft(), most));
+    match problems.iter().find(|problem| problem.severity == Severity::Error) {
+        None => Ok((knowledge, left_out)),
+        Some(problem) => {
+            anyhow::bail!("without {left_out} of its signals it is no model: {}", problem.message)
+        }
+    }
+}
+
+/// With the first signals only.
+fn without(draft: &Draft, most: usize) -> Draft {
+    let mut draft = draft.clone();
+    draft.signals.truncate(most);
+    let known: BTreeSet<String> = draft.signals.iter().map(|signal| signal.name.text.clone()).collect();
+    for signal in &mut draft.signals {
+        signal.derived_from.retain(|origin| known.contains(&origin.text));
+    }
+    draft
 }

@@ -34,6 +34,7 @@ fn the_tank_as_json() {
         "only_runnable",
         "without_formula",
         "limited",
+        "left_out",
     ];
     assert_eq!(keys(&answer), found);
     let level = json!({
@@ -311,4 +312,53 @@ fn a_thousand_signals_come_back() {
     assert!(of_signals(&answer, "tolerates").iter().all(|tolerates| **tolerates == json!(9)));
     let limited = answer["limited"].as_array().unwrap();
     assert!(limited.iter().any(|limit| limit["what"] == "additions"), "{limited:?}");
+}
+
+/// A model of 100,000 signals, within the memory of 768 MiB that the system gives (`ulimit -v`).
+#[test]
+fn a_huge_model_is_analysed_in_part_and_that_is_told() {
+    const SIGNALS: usize = 100_000;
+    let folder = Folder::new();
+    let mut text = String::from("shsa: 1\nvariables:\n");
+    (0..SIGNALS / 4).for_each(|at| text += &format!("  v{at}: {{ unit: m }}\n"));
+    text += "signals:\n";
+    (0..SIGNALS).for_each(|at| {
+        text += &format!("  s{at}: {{ variable: v{}, unit: m, value_error: 0.1 }}\n", at / 4);
+    });
+    text += "needs: { v0: { max_age: 1 s } }\n";
+    folder.write("huge.yaml", &text);
+    let run = |line: &str| {
+        let line = format!("ulimit -v 786432 && exec {} {line}", crate::PROGRAM);
+        let mut command = std::process::Command::new("sh");
+        command.args(["-c", &line]).current_dir(folder.path(".")).output().unwrap()
+    };
+    let analysed = run("analyze huge.yaml --additions 0");
+    let told = String::from_utf8_lossy(&analysed.stderr);
+    assert!(analysed.status.success(), "{:?} {told}", analysed.status);
+    let expected =
+        "100000 signals, more than 4000 (--signals): the last 96000 are left out, as if they were not there";
+    assert!(told.contains(expected), "{told}");
+    let checked = run("check huge.yaml");
+    let told = String::from_utf8_lossy(&checked.stdout);
+    assert!(checked.status.success(), "{:?} {told}", checked.status);
+    assert!(told.contains("which faults no comparison shows was not looked for"), "{told}");
+}
+
+#[test]
+fn what_is_left_out_is_as_if_it_was_not_there() {
+    let text = "
+shsa: 1
+variables: { x: { unit: m } }
+signals:
+  a: { variable: x, unit: m, value_error: 0.1 }
+  b: { variable: x, unit: m, value_error: 0.1, derived_from: [c] }
+  c: { variable: x, unit: m, value_error: 0.1 }
+needs: { x: { max_age: 1 s } }
+";
+    let folder = Folder::with(&[("three.yaml", text.as_bytes())]);
+    let whole = folder.json("analyze three.yaml", 0);
+    assert_eq!((&whole["left_out"], of_signals(&whole, "signal").len()), (&json!(0), 3));
+    let part = folder.json("analyze three.yaml --signals 2", 0);
+    assert_eq!((&part["left_out"], of_signals(&part, "signal")), (&json!(1), vec![&json!("a"), &json!("b")]));
+    assert_eq!(part["needs"][0]["survives"], 1);
 }

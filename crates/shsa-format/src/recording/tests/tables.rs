@@ -110,7 +110,7 @@ fn damaged_rows_are_left_out() {
 fn lines_and_tables_are_bounded() {
     let wide: String = (0..20_000).map(|column| format!("c{column},")).collect();
     let said = shown(&[("log.csv", wide.as_bytes())], &["log#c1"], &ReadOptions::default());
-    assert!(said.contains("a table of 20001 columns; at most 16384 can be read"), "{said}");
+    assert!(said.contains("a table of more than 16384 columns cannot be read"), "{said}");
     let long = ["t [s],v\n1,10\n", &"x".repeat(17 << 20), "\n3,30\n"].concat();
     let said = shown(&[("log.csv", long.as_bytes())], &["log#v"], &ReadOptions::default());
     assert!(
