@@ -32,8 +32,8 @@ fn engine() -> Engine {
     Engine::new(build(&draft).0, Options::default())
 }
 
-/// Everything that comes out while the first signal says this from the break on; `None`: it says nothing.
-fn run(wrong: Option<f64>) -> Vec<Output> {
+/// Everything that comes out while the signals say this: of the number of a signal, the time in milliseconds, and what is right then.
+fn run(said: impl Fn(i64, i64, f64) -> Option<f64>) -> Vec<Output> {
     let (mut engine, mut outputs) = (engine(), Vec::new());
     for ms in 0..8_000 {
         let now = Time(ms * MS);
@@ -43,8 +43,7 @@ fn run(wrong: Option<f64>) -> Vec<Output> {
         }
         let Some(at) = (0..3).find(|at| ms % PERIOD_MS == at * PERIOD_MS / 3) else { continue };
         let right = 1.0 + (ms % 7) as f64 * 0.001;
-        let value = if at == 0 && ms >= BREAKS_MS { wrong } else { Some(right) };
-        if let Some(value) = value.map(RawValue::Number) {
+        if let Some(value) = said(at, ms, right).map(RawValue::Number) {
             let signal = SignalId::from_index(at as usize);
             engine.handle(Input::Observation(Observation { signal, stamp: now, received: now, value }));
             engine.handle(Input::Tick(now));
@@ -63,7 +62,7 @@ fn publications(outputs: &[Output]) -> impl Iterator<Item = &Publication> {
 
 #[track_caller]
 fn check(wrong: Option<f64>, at: Span) {
-    let outputs = run(wrong);
+    let outputs = run(|signal, ms, right| if signal == 0 && ms >= BREAKS_MS { wrong } else { Some(right) });
     let first =
         publications(&outputs).find(|publication| publication.quality == Quality::Substitute).unwrap();
     assert_eq!(first.time, Time(0) + at);
@@ -88,4 +87,36 @@ fn a_silent_source_is_replaced_at_its_deadline() {
 #[test]
 fn a_wrong_value_is_replaced_at_once() {
     check(Some(9.0), Span::from_millis(5_049));
+}
+
+/// All are silent for two seconds, and then the source speaks first; the others from `others` on.
+fn after_a_silence(source: Option<f64>, others: i64) -> Vec<(i64, Quality)> {
+    let outputs = run(|signal, ms, right| match ms {
+        ..2_000 => Some(right),
+        4_000.. if signal == 0 => source.or(Some(right)),
+        ms if ms >= others.max(4_000) => Some(right),
+        _ => None,
+    });
+    let after = publications(&outputs).filter(|publication| publication.time >= Time(4_000 * MS));
+    let is_source = |publication: &&Publication| match &publication.value {
+        PublishedValue::Scalar(value) => source.is_none_or(|source| (value.midpoint() - source).abs() < 0.5),
+        PublishedValue::Vector(_) => false,
+    };
+    after.filter(is_source).map(|publication| (publication.time.0 / MS, publication.quality)).collect()
+}
+
+#[test]
+fn who_speaks_first_after_a_silence_of_all_is_good_when_another_one_agrees() {
+    let good = |told: &[(i64, Quality)]| told.iter().find(|told| told.1 == Quality::Good).map(|told| told.0);
+    // It speaks at 4.059 s, the next one at 4.488 s.
+    let told = after_a_silence(None, 4_480);
+    assert_eq!(told.first().map(|told| told.1), Some(Quality::Uncertain), "{told:?}");
+    let first = good(&told).unwrap();
+    assert!((4_480..4_700).contains(&first), "{told:?}");
+    // Where nobody comes who could agree, it is believed after a second.
+    let told = after_a_silence(None, 9_000);
+    let first = good(&told).unwrap();
+    assert!((5_000..5_300).contains(&first), "{told:?}");
+    // Who lies is never good.
+    assert_eq!(good(&after_a_silence(Some(9.0), 4_480)), None);
 }

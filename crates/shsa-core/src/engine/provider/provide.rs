@@ -116,14 +116,15 @@ impl Provider {
 
     /// What is wrong with a value of the source, and whether it may go out all the same where nothing better is there.
     fn weigh(
-        &self,
+        &mut self,
         monitor: &Monitor,
         sample: Sample,
         is_unfit: bool,
         trusts: impl Fn(&WatchedWay) -> bool,
     ) -> (Option<Fault>, bool) {
-        let Some(serving) = self.state.serving() else { return (None, false) };
+        let Some(serving) = self.state.serving_mut() else { return (None, false) };
         let votes = monitor.votes(self.settings.variable, &serving.rests_on, sample, trusts);
+        serving.is_confirmed |= votes.supporting > 0;
         let fault = match is_unfit {
             true => Some(Fault::Unfit),
             false if self.forced.is_some() => None,
@@ -277,21 +278,29 @@ impl Provider {
             time: now,
             validity,
             value,
-            quality: self.quality(stands_in),
+            quality: self.quality(stands_in, now),
             delegated: self.delegate.has_given() && !stands_in,
         }));
     }
 
-    fn quality(&self, stands_in: bool) -> Quality {
+    fn quality(&self, stands_in: bool, now: Time) -> Quality {
         let is_preferred = || self.state.way() == self.sources.preferred.as_ref();
         let is_doubted = || self.forced.as_ref().is_some_and(|forced| forced.is_doubted);
         match self.blend.server() {
             Some(Server::Unsure) => Quality::Uncertain,
             _ if stands_in => Quality::Substitute,
-            _ if self.sources.is_unproven() => Quality::Uncertain,
+            _ if self.sources.is_unproven() || self.is_unconfirmed(now) => Quality::Uncertain,
             _ if is_preferred() && !is_doubted() => Quality::Good,
             _ => Quality::Substitute,
         }
+    }
+
+    /// Whether nobody has agreed yet with a source that was silent as all others were: it may have begun to lie meanwhile.
+    fn is_unconfirmed(&self, now: Time) -> bool {
+        let unconfirmed = self.state.serving().is_some_and(|serving| !serving.is_confirmed);
+        // Vectors are not compared element by element.
+        let is_weighed = !self.settings.is_vector && self.forced.is_none();
+        unconfirmed && is_weighed && self.sources.are_returning(now)
     }
 
     /// Tells that the need is served again, and that it is by what is trusted.

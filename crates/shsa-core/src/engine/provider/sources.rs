@@ -11,12 +11,15 @@ use crate::monitor::Monitor;
 use crate::plan::Graph;
 use crate::reason::{Candidate, Joint, Reason, Reasons};
 use crate::substitution::Way;
-use crate::time::Time;
+use crate::time::{Span, Time};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 /// How many alternatives an event names.
 pub(super) const MOST_NAMED: usize = 3;
+
+/// After a silence of all sources, so long the first of them is not good without another one that agrees.
+const CONFIRMATION: Span = Span::from_millis(1_000);
 
 /// The sources of a need.
 #[derive(Debug)]
@@ -31,6 +34,10 @@ pub(super) struct Sources {
     pub(super) preferred: Option<Way>,
     /// Whether they are trusted only for want of better.
     is_unproven: bool,
+    /// Since when there is nothing but what has just spoken again after a silence, where that could be confirmed by others.
+    returning_since: Option<Time>,
+    /// Whether there are others at all.
+    has_others: bool,
     /// Whether it was found that no two of them are independent.
     pub(super) is_alone: bool,
 }
@@ -44,8 +51,11 @@ impl Sources {
         need: NeedId,
         prefers_proven: bool,
     ) -> Sources {
+        let found = ready_sources.sources(knowledge, graph, need, &Lost::default());
         Sources {
-            found: ready_sources.sources(knowledge, graph, need, &Lost::default()),
+            has_others: found.len() > 1,
+            returning_since: None,
+            found,
             ranked: Vec::new(),
             prefers_proven,
             preferred: None,
@@ -64,9 +74,16 @@ impl Sources {
         let (lost, sources) = found.unwrap_or_else(|| (returning, Arc::default()));
         // What serves only for want of anything that is trusted.
         self.is_unproven = !sources.is_empty() && core::ptr::eq(lost, unproven);
+        let is_returning = !sources.is_empty() && core::ptr::eq(lost, returning) && self.has_others;
+        self.returning_since = is_returning.then(|| self.returning_since.unwrap_or(situation.now));
         self.found = sources;
         self.is_alone = false;
         lost
+    }
+
+    /// Whether all of them have just spoken again after a silence, and those that could confirm them may not have yet.
+    pub(super) fn are_returning(&self, now: Time) -> bool {
+        self.returning_since.is_some_and(|since| now - since < CONFIRMATION)
     }
 
     /// All of them, best utility first.

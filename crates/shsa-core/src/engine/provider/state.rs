@@ -37,6 +37,8 @@ pub(super) struct Serving {
     pub(super) pace: Pace,
     /// Since when it has given nothing but values that are too old or too wide.
     pub(super) unfit_since: Option<Time>,
+    /// Whether another way has agreed with a value of it.
+    pub(super) is_confirmed: bool,
     /// Why there is a better source, when there is one.
     pub(super) better_by: Better,
     /// Another way stands in for it.
@@ -52,6 +54,7 @@ impl Serving {
             service,
             pace: Pace::default(),
             unfit_since: None,
+            is_confirmed: false,
             better_by: Better::Trusted,
             episode: None,
             doubt: None,
