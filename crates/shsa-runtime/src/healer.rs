@@ -7,6 +7,7 @@ pub(super) use serving::{Served, Standing};
 
 use super::bindings::{Carriers, OutputOptions};
 use super::execution::Execution;
+use super::held_back::HeldBack;
 use super::inputs::Inputs;
 use super::journal::{Bounds, Journal, Missing};
 use super::options::Model;
@@ -196,6 +197,19 @@ impl Healer {
                 template.learn(message);
             }
         }
+    }
+
+    /// What is to be told of signals that came back with messages that may have waited.
+    pub(super) fn backlogs(&mut self, now: Time) -> Vec<String> {
+        let knowledge = self.engine.knowledge();
+        let words = |(signal, HeldBack { silence, count }): (SignalId, HeldBack)| {
+            format!(
+                "{} was silent for {:.1} s: {count} messages without a stamp of their own have come at once after it, and are left aside",
+                knowledge.signals()[signal].name,
+                silence.seconds()
+            )
+        };
+        self.inputs.backlogs(now).map(words).collect()
     }
 
     /// Lets time pass, and takes together what has come.

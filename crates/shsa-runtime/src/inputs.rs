@@ -1,10 +1,12 @@
 //! Where the signals of a model are found on the bus: messages become observations.
 
 use crate::error::{Context, RuntimeError, unfit};
+use crate::held_back::{HeldBack, Rhythm};
 use shsa_bridge::payload::{Reader, Reading, SIZE_LIMIT, Unreadable};
 use shsa_bridge::{Clock, Message, Payload, Quality};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
+use shsa_core::time::Time;
 use shsa_message::source::{Field, Source};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -30,6 +32,8 @@ struct End {
     /// A value equal to the one before is no observation.
     only_changes: bool,
     last: Option<RawValue>,
+    /// Tells what has waited while it was silent.
+    rhythm: Rhythm,
     /// How many could not be read, and why the last one could not.
     unreadable: u64,
     because: Option<Unreadable>,
@@ -46,6 +50,9 @@ impl Inputs {
             let source: Source =
                 text.parse().map_err(|why| unfit(format!("the source of {}: {why}", signal.name)))?;
             ends[id].only_changes = source.changed;
+            if !source.changed {
+                ends[id].rhythm = Rhythm::new(signal);
+            }
             let (topic, field) = source.on_bus();
             fields.entry(topic).or_default().push((field, id));
         }
@@ -70,8 +77,15 @@ impl Inputs {
         (end.unreadable, end.because.as_ref().map(ToString::to_string))
     }
 
+    /// The signals that have come back with more than they could have sent since, each told once. O(signals).
+    pub(super) fn backlogs(&mut self, now: Time) -> impl Iterator<Item = (SignalId, HeldBack)> {
+        let ends = &mut self.ends;
+        ends.ids().filter_map(move |signal| Some((signal, ends[signal].rhythm.take_over(now)?)))
+    }
+
     /// What a message says about signals. What cannot be read is an invalid value. A substitute of somebody else says
-    /// nothing about the signal whose place it takes, nor does a kept message that does not say how old it is.
+    /// nothing about the signal whose place it takes, nor does a message that was kept, or waited while the signal was silent,
+    /// and does not say how old it is.
     pub fn read(&mut self, message: &Message, clock: &Clock, mut each: impl FnMut(Observation)) {
         if message.quality.is_some_and(|quality| quality != Quality::Good) {
             return;
@@ -88,7 +102,10 @@ impl Inputs {
                 }
             };
             let stamp = stamp.or(message.stamp);
-            if ends[signal].repeats(&value) || message.retained && stamp.is_none() {
+            let end = &mut ends[signal];
+            let has_waited = stamp.is_none()
+                && (end.rhythm.has_waited(message.received, message.retained) || message.retained);
+            if end.repeats(&value) || has_waited {
                 return;
             }
             let stamp = stamp.map_or(message.received, |stamp| clock.steady(stamp, message.received));
@@ -124,7 +141,6 @@ impl End {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shsa_core::time::Time;
 
     const MODEL: &str = "
 shsa: 1

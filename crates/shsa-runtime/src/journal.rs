@@ -4,14 +4,21 @@
 //! `FOLDER/MODEL.jsonl` is being written; `MODEL.1.jsonl` is the one before, `MODEL.2.jsonl` the one before that. Each begins
 //! with the names of the signals and replays by itself.
 
+mod kept;
+mod missing;
+
+pub(super) use missing::Missing;
+
+use kept::Kept;
+use missing::{lose, wait};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_format::drive::Given;
 use shsa_format::journal::JournalWriter;
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::mem;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -33,15 +40,6 @@ pub(super) struct Bounds {
     pub(super) size: u64,
     /// How many older files are kept.
     pub(super) older: usize,
-}
-
-/// What cannot be found in the journal.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Missing {
-    /// Inputs that were not written.
-    pub(super) inputs: u64,
-    /// Why not, as it was last.
-    pub(super) because: String,
 }
 
 /// The journal of one model.
@@ -142,12 +140,6 @@ fn head(knowledge: &KnowledgeBase) -> io::Result<Arc<[u8]>> {
     Ok(mem::take(JournalWriter::new(Vec::new(), knowledge)?.output_mut()).into())
 }
 
-fn lose(missing: &Mutex<Missing>, inputs: u64, because: &str) {
-    let mut missing = missing.lock().unwrap_or_else(PoisonError::into_inner);
-    missing.inputs += inputs;
-    because.clone_into(&mut missing.because);
-}
-
 /// The files.
 struct Disk {
     folder: PathBuf,
@@ -170,20 +162,43 @@ impl Disk {
     }
 
     fn write_all(&mut self, chunks: &Receiver<Chunk>, missing: &Mutex<Missing>) {
-        let mut again = Instant::now();
-        for chunk in chunks {
-            if self.file.is_none() && Instant::now() < again {
-                lose(missing, chunk.inputs, "the disk refused just now");
-                continue;
+        let mut kept = Kept::default();
+        loop {
+            match kept.next(chunks) {
+                Ok(chunk) => kept.keep(chunk, missing),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => break,
             }
-            match self.write(&chunk) {
-                Ok(0) => {}
-                Ok(replaced) => lose(missing, replaced, "the disk refused again and again"),
+            if kept.again.is_none_or(|again| Instant::now() >= again) {
+                self.write_kept(&mut kept, missing);
+            }
+        }
+        self.write_kept(&mut kept, missing);
+        kept.give_up(missing);
+    }
+
+    /// Writes what is kept, as far as the disk takes it.
+    fn write_kept(&mut self, kept: &mut Kept, missing: &Mutex<Missing>) {
+        while let Some(chunk) = kept.chunks.front() {
+            match self.write(chunk) {
+                Ok(replaced) if replaced > 0 => lose(missing, replaced, "the disk refused again and again"),
+                Ok(_) => {}
                 Err(error) => {
-                    lose(missing, chunk.inputs, &error.to_string());
-                    again = Instant::now() + PAUSE;
+                    kept.because = error.to_string();
+                    kept.again = Some(Instant::now() + PAUSE);
+                    wait(missing, Some(&kept.because));
+                    return;
                 }
             }
+            kept.take();
+        }
+        if kept.again.take().is_some() {
+            wait(missing, None);
+        }
+        if std::mem::take(&mut kept.has_hole) {
+            // What comes after a hole begins another file.
+            self.file = None;
+            self.is_cut = true;
         }
     }
 
@@ -193,10 +208,12 @@ impl Disk {
         let is_full = self.size + length > self.bounds.size;
         let Some(file) = self.file.as_mut().filter(|_| !is_full) else { return self.begin_with(chunk) };
         if let Err(error) = file.write_all(&chunk.lines) {
-            // The file ends with a whole line; what comes later, after a hole, begins another.
-            let _it_ends_within_a_line = file.set_len(self.size);
-            self.file = None;
-            self.is_cut = true;
+            // The file ends with a whole line, and goes on there when there is room again.
+            let is_whole = file.set_len(self.size).is_ok() && file.seek(SeekFrom::Start(self.size)).is_ok();
+            if !is_whole || !is_want_of_room(&error) {
+                self.file = None;
+                self.is_cut = true;
+            }
             return Err(error);
         }
         self.size += length;
@@ -238,6 +255,12 @@ impl Disk {
             number => folder.join(format!("{model}.{number}.jsonl")),
         }
     }
+}
+
+/// Whether there may be room again in the same file.
+fn is_want_of_room(error: &io::Error) -> bool {
+    use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge)
 }
 
 /// A new file that holds a chunk.
@@ -305,12 +328,26 @@ mod tests {
         let (sender, taken) = sync_channel(4);
         let missing = Mutex::default();
         sender.send(chunk("refused\n")).unwrap();
-        sender.send(chunk("too early\n")).unwrap();
+        sender.send(chunk("kept\n")).unwrap();
         drop(sender);
         disk.write_all(&taken, &missing);
-        assert_eq!(missing.lock().unwrap().inputs, 2);
+        assert_eq!(missing.lock().unwrap().inputs, 0);
         disk.write(&chunk("later\n")).unwrap();
-        assert_eq!(fs::read_to_string(disk.path(0)).unwrap(), "head\nlater\n");
+        assert_eq!(fs::read_to_string(disk.path(0)).unwrap(), "head\nrefused\nkept\nlater\n");
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn after_what_was_lost_another_file_begins() {
+        let folder = folder("hole");
+        let mut disk = Disk { bounds: Bounds { size: 64 << 10, older: 2 }, ..disk(&folder, 2) };
+        disk.write(&chunk("before\n")).unwrap();
+        let (mut kept, missing) = (Kept::default(), Mutex::default());
+        kept.has_hole = true;
+        disk.write_kept(&mut kept, &missing);
+        disk.write(&chunk("after\n")).unwrap();
+        let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+        assert_eq!((read("m.1.jsonl"), read("m.jsonl")), ("head\nbefore\n".into(), "head\nafter\n".into()));
         fs::remove_dir_all(folder).unwrap();
     }
 

@@ -23,6 +23,7 @@ mod bindings;
 mod figures;
 mod connection;
 mod execution;
+mod held_back;
 mod journal;
 mod state_file;
 mod sandbox;

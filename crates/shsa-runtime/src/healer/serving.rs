@@ -57,8 +57,10 @@ impl Healer {
         let before = (outlet.quality(time), outlet.ability(time));
         outlet.note(publication, quality);
         let is_ours = is_ours(outlet.topic());
+        // We may have been suspended since it was decided.
+        let is_fresh = outlet.is_fresh(time, bridge.inbox().clock().now());
         self.withheld[publication.need] = (!is_ours).then(|| publication.clone());
-        let failed = if is_ours {
+        let failed = if is_fresh && is_ours {
             self.send(publication, None, bridge)
         } else {
             self.outlets[publication.need].leave();

@@ -2,6 +2,7 @@
 
 use super::Session;
 use crate::healer::{Healer, Standing};
+use crate::journal::Missing;
 use shsa_bridge::{Absence, Losses, Outgoing, Payload};
 use shsa_core::time::{Span, Time};
 use shsa_format::comparisons::{compared, notes};
@@ -21,6 +22,8 @@ pub(in super::super) struct Reported {
     losses: BTreeMap<Arc<str>, u64>,
     /// Inputs that are not in the journals, and states that were not saved.
     missing: u64,
+    /// Whether a journal waits for the disk.
+    waits: bool,
     /// The state of each need as it was told on the bus last, model by model.
     standings: Vec<Vec<Standing>>,
     /// The earliest moment at which the quality of a need may change by itself; until then no turn has to look at the needs.
@@ -33,7 +36,15 @@ impl Reported {
     pub(in super::super) fn new() -> Reported {
         let (next, doubt) = (Time::MIN, Time::MIN);
         let (losses, standings) = (BTreeMap::new(), Vec::new());
-        Reported { next, losses, missing: 0, standings, doubt, compared: (Time::MIN, BTreeSet::new()) }
+        Reported {
+            next,
+            losses,
+            missing: 0,
+            waits: false,
+            standings,
+            doubt,
+            compared: (Time::MIN, BTreeSet::new()),
+        }
     }
 }
 
@@ -51,6 +62,7 @@ impl Session {
             self.log.noted(now, "trouble", &trouble.to_string(), self.bridge.as_mut());
         }
         self.tell_absence(now);
+        self.tell_backlogs(now);
         self.tell_losses(now);
         self.tell_missing(now);
         self.tell_compared(now);
@@ -79,6 +91,12 @@ impl Session {
         self.log.noted(now, "absent", &because, self.bridge.as_mut());
     }
 
+    fn tell_backlogs(&mut self, now: Time) {
+        for because in self.healers.iter_mut().flat_map(|healer| healer.backlogs(now)) {
+            self.log.noted(now, "backlog", &because, self.bridge.as_mut());
+        }
+    }
+
     fn tell_losses(&mut self, now: Time) {
         for Losses { topic, dropped } in self.bridge.inbox().losses() {
             let told = self.reported.losses.insert(topic.clone(), dropped).unwrap_or(0);
@@ -92,6 +110,16 @@ impl Session {
     }
 
     fn tell_missing(&mut self, now: Time) {
+        let waiting = self.healers.iter().flat_map(Healer::missing).find(|missing| missing.waits);
+        if std::mem::replace(&mut self.reported.waits, waiting.is_some()) != waiting.is_some() {
+            let because = match waiting {
+                Some(Missing { because, .. }) => {
+                    format!("the journal waits in memory, as the disk refuses it: {because}")
+                }
+                None => "what waited of the journal is written".to_owned(),
+            };
+            self.log.noted(now, "disk", &because, self.bridge.as_mut());
+        }
         let missing = self.healers.iter().flat_map(Healer::missing);
         let (inputs, because) = missing.fold((0, String::new()), |(inputs, because), missing| {
             (inputs + missing.inputs, if missing.inputs > 0 { missing.because } else { because })
