@@ -4,7 +4,7 @@
 use super::terminal::Terminal;
 use super::undelivered::Undelivered;
 use serde_json::{Value, json};
-use shsa_bridge::{Bridge, BridgeError, Outgoing, Payload};
+use shsa_bridge::{Bridge, BridgeError, Clock, Outgoing, Payload};
 use shsa_core::engine::Event;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::{Span, Time};
@@ -25,6 +25,8 @@ pub enum Decision<'a> {
     Decided {
         /// Since the run began.
         after: Span,
+        /// When, by the wall clock.
+        at: Time,
         /// What the event's ids belong to.
         knowledge: &'a KnowledgeBase,
         /// What was decided, and why.
@@ -34,6 +36,8 @@ pub enum Decision<'a> {
     Noted {
         /// Since the run began.
         after: Span,
+        /// When, by the wall clock.
+        at: Time,
         /// In a word.
         kind: &'a str,
         /// What, and why.
@@ -43,6 +47,8 @@ pub enum Decision<'a> {
 
 /// Makes the line of a decision.
 type Words = Box<dyn Fn(&Decision<'_>) -> String + Send>;
+/// Whether a decision is written.
+type Choice = Box<dyn Fn(&Decision<'_>) -> bool + Send>;
 
 /// Where decisions are written, one a line. A thread of its own writes them, so that who reads slowly delays nobody; what finds no
 /// room is left out, counted and told.
@@ -50,12 +56,14 @@ pub struct Printer {
     output: Box<dyn Write + Send>,
     /// `None`: as JSON.
     words: Option<Words>,
+    /// `None`: all are.
+    choice: Option<Choice>,
 }
 
 impl Printer {
     /// Each as a JSON object, as it goes out on the bus.
     pub fn json(output: impl Write + Send + 'static) -> Printer {
-        Printer { output: Box::new(output), words: None }
+        Printer { output: Box::new(output), words: None, choice: None }
     }
 
     /// Each in the words that `words` makes of it.
@@ -63,7 +71,13 @@ impl Printer {
         output: impl Write + Send + 'static,
         words: impl Fn(&Decision<'_>) -> String + Send + 'static,
     ) -> Printer {
-        Printer { output: Box::new(output), words: Some(Box::new(words)) }
+        Printer { output: Box::new(output), words: Some(Box::new(words)), choice: None }
+    }
+
+    /// Only those that are chosen; all others go out elsewhere as before.
+    #[must_use]
+    pub fn only(self, choice: impl Fn(&Decision<'_>) -> bool + Send + 'static) -> Printer {
+        Printer { choice: Some(Box::new(choice)), ..self }
     }
 }
 
@@ -73,12 +87,16 @@ pub(super) struct Entry {
     time: Time,
     fields: Value,
     text: Option<String>,
+    /// Whether the terminal gets it.
+    is_printed: bool,
 }
 
 /// Tells decisions.
 pub(super) struct EventLog {
     topic: String,
     words: Option<Words>,
+    choice: Option<Choice>,
+    clock: Clock,
     began: Time,
     next: u64,
     kept: VecDeque<(u64, Value)>,
@@ -88,16 +106,19 @@ pub(super) struct EventLog {
 }
 
 impl EventLog {
-    /// On the bus, decisions go out under `topic`; times of printed lines count from `began`.
+    /// On the bus, decisions go out under `topic`; times of printed lines count from now.
     ///
     /// # Errors
     /// When there is no thread for the terminal.
-    pub(super) fn new(topic: String, printer: Option<Printer>, began: Time) -> io::Result<EventLog> {
+    pub(super) fn new(topic: String, printer: Option<Printer>, clock: Clock) -> io::Result<EventLog> {
         let (listeners, _) = broadcast::channel(WAITING);
         let (kept, undelivered) = (VecDeque::with_capacity(KEPT), Undelivered::default());
-        let (output, words) = printer.map(|Printer { output, words }| (output, words)).unzip();
-        let (terminal, words) = (output.map(Terminal::new).transpose()?, words.flatten());
-        Ok(EventLog { topic, words, began, next: 0, kept, listeners, undelivered, terminal })
+        let (output, words, choice) = match printer {
+            Some(Printer { output, words, choice }) => (Some(output), words, choice),
+            None => (None, None, None),
+        };
+        let (terminal, began) = (output.map(Terminal::new).transpose()?, clock.now());
+        Ok(EventLog { topic, words, choice, clock, began, next: 0, kept, listeners, undelivered, terminal })
     }
 
     /// For who wants to hear every decision from now on, as JSON.
@@ -113,19 +134,24 @@ impl EventLog {
     /// A decision of the engine in words, to be told when what it leads to is under way.
     pub(super) fn entry(&self, known: &KnowledgeBase, event: &Event) -> Entry {
         let after = event.time - self.began;
-        let decision = Decision::Decided { after, knowledge: known, event };
-        Entry {
-            time: event.time,
-            fields: event::fields(known, event).into_iter().collect(),
-            text: self.words.as_ref().map(|words| words(&decision)),
-        }
+        let at = self.clock.by_wall(event.time);
+        let decision = Decision::Decided { after, at, knowledge: known, event };
+        self.written(event.time, event::fields(known, event).into_iter().collect(), &decision)
+    }
+
+    fn written(&self, time: Time, fields: Value, decision: &Decision<'_>) -> Entry {
+        let is_printed =
+            self.terminal.is_some() && self.choice.as_ref().is_none_or(|choice| choice(decision));
+        let words = self.words.as_ref().filter(|_| is_printed);
+        Entry { time, fields, text: words.map(|words| words(decision)), is_printed }
     }
 
     /// Tells what has happened to the run itself: a lost connection, messages that had to make room, an order.
     pub(super) fn noted(&mut self, now: Time, kind: &str, because: &str, bridge: &mut dyn Bridge) {
-        let decision = Decision::Noted { after: now - self.began, kind, because };
-        let text = self.words.as_ref().map(|words| words(&decision));
-        self.tell(Entry { time: now, fields: json!({ "kind": kind, "because": because }), text }, bridge);
+        let at = self.clock.by_wall(now);
+        let decision = Decision::Noted { after: now - self.began, at, kind, because };
+        let entry = self.written(now, json!({ "kind": kind, "because": because }), &decision);
+        self.tell(entry, bridge);
     }
 
     /// The bus has not taken a message of this name: counted, and told where that is worth it.
@@ -153,14 +179,14 @@ impl EventLog {
 
     /// Tells everyone.
     pub(super) fn tell(&mut self, entry: Entry, bridge: &mut dyn Bridge) {
-        let Entry { time, fields, text } = entry;
+        let Entry { time, fields, text, is_printed } = entry;
         let stamp = bridge.inbox().clock().by_wall(time);
         let mut event = json!({ "number": self.next, "time_ns": stamp.0 });
         if let (Some(event), Value::Object(fields)) = (event.as_object_mut(), fields) {
             event.extend(fields);
         }
         let line = event.to_string();
-        if let Some(terminal) = &self.terminal {
+        if let Some(terminal) = self.terminal.as_ref().filter(|_| is_printed) {
             terminal.write(text.unwrap_or_else(|| line.clone()));
         }
         let payload = Payload::Bytes(line.clone().into());

@@ -100,7 +100,7 @@ impl Runtime {
         if let Some(folder) = &options.state {
             healers.iter_mut().try_for_each(|healer| healer.keep_state(folder, clock.now()))?;
         }
-        let log = EventLog::new(format!("shsa/{name}/events"), options.printer, clock.now())?;
+        let log = EventLog::new(format!("shsa/{name}/events"), options.printer, clock.clone())?;
         let (desk, requests) = Desk::new(inbox);
         let guard = Guard::new(Tokens { view: options.view_token, order: options.token }, desk.clone());
         let tally = bus::serve(&name, bridge.as_mut(), desk.clone(), guard.clone())?;

@@ -12,6 +12,7 @@ mod demo;
 mod explain;
 mod fmt;
 mod help;
+mod log;
 mod man;
 mod monitor;
 mod outcome;
@@ -48,7 +49,8 @@ struct Arguments {
 }
 
 const STATUSES: &str =
-    "Exit status: 0 done; 1 the answer is no; 2 bad input or usage, nothing done; 3 done but degraded.
+    "Exit status: 0 done; 1 the answer is no; 2 bad input or usage, nothing done; 3 done but degraded;
+4 not reachable.
 Reference: shsa help model, formulas, recordings, events, json.
 Example: shsa demo rover --fast";
 

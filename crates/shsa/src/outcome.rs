@@ -15,6 +15,8 @@ pub(crate) enum Outcome {
     Bad,
     /// Done, but not with all of the input: a truncated recording, say.
     Degraded,
+    /// The bus cannot be reached; nothing was heard or said.
+    Unreachable,
 }
 
 impl Outcome {
@@ -39,6 +41,7 @@ impl From<Outcome> for ExitCode {
             Outcome::No => 1,
             Outcome::Bad => 2,
             Outcome::Degraded => 3,
+            Outcome::Unreachable => 4,
         })
     }
 }

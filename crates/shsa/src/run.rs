@@ -1,6 +1,7 @@
 //! `shsa run`: heals a running system, by the library `shsa-runtime`: its arguments, and what it prints.
 
 use crate::bus::BusArguments;
+use crate::log::{self, Log, LogArguments};
 use crate::outcome::{AlreadyTold, Outcome};
 use crate::watch::Watching;
 use crate::{demo, service_manager, show, tell, unwatched};
@@ -16,7 +17,7 @@ use shsa_runtime::{
     Decision, Ending, Handle, JournalOptions, Model, Options, Order, Printer, Runtime, SandboxOptions, Token,
     substitute,
 };
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use std::ffi::OsString;
 use std::io::stdout;
@@ -96,9 +97,11 @@ pub(crate) struct Arguments {
     /// End by itself after this time, as `90 s`.
     #[arg(long = "for", value_name = "TIME", value_parser = parse_span)]
     duration: Option<Span>,
-    /// Print decisions as JSON lines instead of text.
-    #[arg(long)]
+    /// Print decisions as JSON lines instead of text, as they go out on the bus.
+    #[arg(long, conflicts_with = "log_format")]
     json: bool,
+    #[command(flatten)]
+    log: LogArguments,
 }
 
 /// In which shape values go out.
@@ -201,10 +204,11 @@ fn http_address(text: &str) -> Result<HttpAddress, String> {
 /// # Errors
 /// When a model is wrong, or the bus or the address for HTTP cannot be had.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let log = Log::begin(&arguments.log);
     let is_told = matches!(arguments.bus.bus, Address::Zenoh(_) | Address::Ros2(_));
     anyhow::ensure!(is_told || !arguments.join, NO_JOIN);
     let models = models(&arguments.models)?;
-    let options = options(arguments, &models)?;
+    let options = options(arguments, &models, log)?;
     let has_token = options.token.is_some();
     let clock = Clock::running();
     let memory = MemoryBus::new(clock.clone());
@@ -226,8 +230,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let (handle, stop) = (runtime.handle(), Arc::new(AtomicBool::new(false)));
     let raised = stop.clone();
     service_manager::attend(runtime.handle())?;
-    on_signals([SIGINT, SIGTERM, SIGHUP], move |signal| match signal {
+    log::tell_figures(log, runtime.handle())?;
+    on_signals([SIGINT, SIGTERM, SIGHUP, SIGXFSZ], move |signal| match signal {
         SIGHUP => reload(&handle),
+        // A file that may not grow is a full disk: the write says so, and nothing ends.
+        SIGXFSZ => {}
         _ => {
             service_manager::tell("STOPPING=1");
             raised.store(true, Ordering::Release);
@@ -256,7 +263,7 @@ fn reload(handle: &Handle) {
 }
 
 /// What the arguments say, for these models.
-fn options(arguments: &Arguments, models: &[Model]) -> anyhow::Result<Options> {
+fn options(arguments: &Arguments, models: &[Model], log: Log) -> anyhow::Result<Options> {
     let models: Vec<_> = models.iter().map(|model| model.live.knowledge()).collect();
     let token = Token::find(arguments.token_file.as_deref(), "SHSA_TOKEN")?;
     let view_token = Token::find(arguments.view_token_file.as_deref(), "SHSA_VIEW_TOKEN")?;
@@ -282,16 +289,27 @@ fn options(arguments: &Arguments, models: &[Model]) -> anyhow::Result<Options> {
         token,
         view_token,
         duration: arguments.duration,
-        printer: Some(if arguments.json { Printer::json(stdout()) } else { Printer::text(stdout(), line) }),
+        printer: Some(printer(arguments.json, log)),
     })
+}
+
+/// Writes decisions.
+fn printer(is_json: bool, log: Log) -> Printer {
+    let printer = match is_json {
+        true => Printer::json(stdout()),
+        false => Printer::text(stdout(), move |decision| log.decision(decision, || line(decision))),
+    };
+    printer.only(move |decision| log.tells(decision))
 }
 
 /// A decision in words.
 fn line(decision: &Decision<'_>) -> String {
     let time = |after: Span| format!("{:>9.3} s", after.seconds());
     match decision {
-        Decision::Decided { after, knowledge, event } => tell::event_text(&time(*after), knowledge, event),
-        Decision::Noted { after, kind, because } => format!("{}  {kind:<11} {because}", time(*after)),
+        Decision::Decided { after, knowledge, event, .. } => {
+            tell::event_text(&time(*after), knowledge, event)
+        }
+        Decision::Noted { after, kind, because, .. } => format!("{}  {kind:<11} {because}", time(*after)),
     }
 }
 

@@ -1,6 +1,8 @@
 //! What is printed for people: loading a model with its problems told, colour, aligned tables, values in units.
 
-use crate::outcome::AlreadyTold;
+use crate::log::{self, Level};
+use crate::outcome::{AlreadyTold, Outcome};
+use shsa_bridge::Address;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::unit::nearest;
 use shsa_format::model::live::{Live, Written};
@@ -53,18 +55,33 @@ pub(crate) fn tell_report(report: &Report) {
 }
 
 /// Writes a line to standard error; whoever has closed it does not want to know.
-pub(crate) fn tell(line: &str) {
+pub(crate) fn write(line: &str) {
     let _ = writeln!(stderr().lock(), "{line}");
+}
+
+/// Tells something.
+pub(crate) fn tell(message: &str) {
+    log(Level::Info, message);
 }
 
 /// Tells what the user should know though it stops nothing.
 pub(crate) fn warn(message: impl fmt::Display) {
-    tell(&format!("{} {message}", coloured(Paint::Yellow, "warning:", stderr().is_terminal())));
+    log(Level::Warning, &message.to_string());
 }
 
 /// Tells why there is no result.
 pub(crate) fn fail(message: impl fmt::Display) {
-    tell(&format!("{} {message}", coloured(Paint::Red, "error:", stderr().is_terminal())));
+    log(Level::Error, &message.to_string());
+}
+
+fn log(level: Level, message: &str) {
+    log::line(level, message).iter().for_each(|line| write(line));
+}
+
+/// Tells that a bus cannot be reached, and why.
+pub(crate) fn unreachable(bus: &Address, why: &str) -> Outcome {
+    fail(format_args!("{bus} cannot be reached: {why}"));
+    Outcome::Unreachable
 }
 
 /// Whether to colour: only on a terminal, and not where the user does not want it (<https://no-color.org>).
@@ -86,7 +103,7 @@ pub(crate) fn paint(paint: Paint, text: &str) -> String {
     coloured(paint, text, stdout().is_terminal())
 }
 
-fn coloured(paint: Paint, text: &str, terminal: bool) -> String {
+pub(crate) fn coloured(paint: Paint, text: &str, terminal: bool) -> String {
     if !colour(terminal) {
         return text.to_owned();
     }

@@ -11,7 +11,6 @@ mod text;
 use crate::bus::BusArguments;
 use crate::outcome::Outcome;
 use crate::{demo, show};
-use anyhow::bail;
 use heard::Heard;
 use matched::Matched;
 use shsa_bridge::Address;
@@ -30,7 +29,8 @@ use std::time::{Duration, Instant};
 #[derive(clap::Args)]
 #[command(after_help = "Example: shsa scan --bus mqtt://localhost --for 10s --draft > model.yaml
 
-Exit status: 1 when nothing is heard, or a signal of the model is missing.")]
+Exit status: 1 when nothing is heard, or a signal of the model is missing; 4 when the bus cannot be reached, which is told at
+once.")]
 pub(crate) struct Arguments {
     /// A knowledge base: tells which signal each field carries, and which signals are missing.
     model: Option<PathBuf>,
@@ -67,6 +67,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let memory = MemoryBus::new(clock);
     let mut bridge = arguments.bus.options().visit(inbox, &memory)?;
     bridge.subscribe_all()?;
+    if let Link::Down(reason) = bridge.link() {
+        return Ok(show::unreachable(&arguments.bus.bus, &reason));
+    }
     let stop = Arc::new(AtomicBool::new(false));
     if arguments.bus.bus == Address::Memory {
         show::tell("no bus was given: a simulated robot drives about in this process (see --bus)");
@@ -83,7 +86,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     scan.topics.values_mut().for_each(Heard::finish);
     stop.store(true, Ordering::Release);
     if let (true, Link::Down(reason)) = (scan.topics.is_empty(), bridge.link()) {
-        bail!("{}: {reason}", scan.bus);
+        return Ok(show::unreachable(&arguments.bus.bus, &reason));
     }
     tell_losses(bridge.as_mut());
     let told = match (arguments.json, arguments.draft) {

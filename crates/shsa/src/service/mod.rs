@@ -12,6 +12,7 @@ mod stdio;
 mod timing;
 
 use crate::bus::BusArguments;
+use crate::log::{Log, LogArguments};
 use crate::outcome::{AlreadyTold, Outcome};
 use crate::run::stop_on_signals;
 use crate::show;
@@ -39,7 +40,8 @@ const TRIALS: usize = 32;
 x[0], x[1].. are the inputs and y[0], y[1].. the outputs, in their order; x and y alone where there is one.
 The language is that of the models, without units: + - * / ^, if, min, max, sqrt, either, previous, derivative,
 integral, delay and so on. An input that is missing or too old gives no value, and so does what needs it.
-Exit status: 0 after a signal or the end of its life; 1 the bus was gone for too long; 2 bad usage."
+A bus that cannot be reached is told at once, and waited for as long as --patience says.
+Exit status: 0 after a signal or the end of its life; 2 bad usage; 4 the bus could not be reached for longer than --patience."
 )]
 pub(crate) struct Arguments {
     /// An input, as TOPIC#FIELD; once for each.
@@ -66,7 +68,7 @@ pub(crate) struct Arguments {
     /// Tell the figures on standard error in this period, and at the end: counts, execution times.
     #[arg(long, value_name = "TIME", value_parser = parse_span)]
     stats: Option<Span>,
-    /// End when the bus has been gone for this time; else it is waited for.
+    /// End when the bus cannot be reached for this time, as `5 s`; else it is waited for.
     #[arg(long, value_name = "TIME", value_parser = parse_span)]
     patience: Option<Span>,
     /// End by itself after this time.
@@ -81,6 +83,8 @@ pub(crate) struct Arguments {
     stdio: bool,
     #[command(flatten)]
     bus: BusArguments,
+    #[command(flatten)]
+    log: LogArguments,
 }
 
 /// Computes until it is interrupted, or its time is over.
@@ -88,6 +92,7 @@ pub(crate) struct Arguments {
 /// # Errors
 /// When the arguments are wrong, or the bus cannot be had or refuses something.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    Log::begin(&arguments.log);
     let outlets =
         arguments.output.iter().map(|text| Outlet::new(text)).collect::<anyhow::Result<Vec<_>>>()?;
     let counts = (arguments.input.len(), outlets.len());
@@ -130,6 +135,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         provenance: Provenance { quality: Quality::Good, source },
         stop,
         until: arguments.duration.map(|duration| clock.now() + duration),
+        bus: arguments.bus.bus.clone(),
         patience: arguments.patience,
         stats: arguments.stats,
         watch: Watch::default(),

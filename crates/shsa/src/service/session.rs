@@ -6,7 +6,7 @@ use super::program::Formulas;
 use super::timing::{Beat, Figures, Pace};
 use crate::outcome::Outcome;
 use crate::show;
-use shsa_bridge::{Bridge, Clock, Link, Provenance};
+use shsa_bridge::{Address, Bridge, Clock, Link, Provenance};
 use shsa_core::time::{Span, Time, Validity};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,6 +28,8 @@ pub(super) struct Session {
     pub(super) stop: Arc<AtomicBool>,
     /// When it ends by itself.
     pub(super) until: Option<Time>,
+    /// The bus, for who has to find it.
+    pub(super) bus: Address,
     /// How long the bus may be gone.
     pub(super) patience: Option<Span>,
     /// How often the figures are told.
@@ -46,7 +48,7 @@ pub(super) struct Watch {
 }
 
 impl Session {
-    /// Goes on until it is stopped or its time is over; the answer is no when the bus was gone for too long.
+    /// Goes on until it is stopped or its time is over, or the bus was gone for too long.
     ///
     /// # Errors
     /// When the bus refuses what is published.
@@ -60,13 +62,13 @@ impl Session {
             if let Some(beat) = &mut beat {
                 self.keep_time(beat)?;
             }
-            if self.has_lost_the_bus() {
-                break Outcome::No;
+            if let Some(unreachable) = self.look_after_the_bus() {
+                break unreachable;
             }
             self.tell_figures();
             // What has come until the end is worked on.
             if self.is_over() && (self.bridge.inbox().is_empty() || self.until.is_some()) {
-                break Outcome::Done;
+                break self.end();
             }
             self.rest(beat.as_ref().map(Beat::next));
         };
@@ -74,6 +76,14 @@ impl Session {
             self.tell();
         }
         Ok(outcome)
+    }
+
+    /// How it ends when its time is over: a bus that is not there then has got nothing.
+    fn end(&self) -> Outcome {
+        match self.bridge.link() {
+            Link::Down(why) if !self.stop.load(Ordering::Acquire) => show::unreachable(&self.bus, &why),
+            _ => Outcome::Done,
+        }
     }
 
     fn is_over(&self) -> bool {
@@ -147,18 +157,24 @@ impl Session {
         Ok(())
     }
 
-    fn has_lost_the_bus(&mut self) -> bool {
+    /// Tells when the bus is gone and when it is back; how the service ends when it was gone for too long.
+    fn look_after_the_bus(&mut self) -> Option<Outcome> {
         let now = self.now();
         let Link::Down(why) = self.bridge.link() else {
-            self.watch.down_since = None;
-            return false;
+            if self.watch.down_since.take().is_some() {
+                show::tell(&format!("{} is reached", self.bus));
+            }
+            return None;
         };
+        let is_new = self.watch.down_since.is_none();
         let since = *self.watch.down_since.get_or_insert(now);
-        let is_too_long = self.patience.is_some_and(|patience| now - since > patience);
-        if is_too_long {
-            show::fail(format_args!("the bus has been gone for {:.1} s: {why}", (now - since).seconds()));
+        if self.patience.is_some_and(|patience| now - since >= patience) {
+            return Some(show::unreachable(&self.bus, &why));
         }
-        is_too_long
+        if is_new {
+            show::warn(format_args!("{} cannot be reached and is waited for: {why}", self.bus));
+        }
+        None
     }
 
     fn tell_figures(&mut self) {

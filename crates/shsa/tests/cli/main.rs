@@ -13,6 +13,7 @@ mod convert;
 mod drivetrain;
 mod explain;
 mod help;
+mod logs;
 mod monitor;
 mod parts;
 mod plan;

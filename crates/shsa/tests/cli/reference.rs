@@ -116,11 +116,12 @@ fn exit_statuses() {
     folder.write("cut.jsonl", &tank::json_lines()[..500]);
     let rows = Document::read("json.md").section("Exit statuses").rows("status");
     let told: Vec<&str> = rows.iter().map(|row| row[0].as_str()).collect();
-    assert_eq!(told, ["0", "1", "2", "3"]);
+    assert_eq!(told, ["0", "1", "2", "3", "4"]);
     folder.ends("check tank.yaml", 0);
     folder.ends("plan tank.yaml pressure --exclude /level --exclude /pressure --exclude /volume", 1);
     folder.ends("check none.yaml", 2);
     folder.ends("replay tank.yaml cut.jsonl", 3);
+    folder.ends("scan --bus mqtt://127.0.0.1:1", 4);
 }
 
 #[test]

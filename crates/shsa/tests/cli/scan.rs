@@ -52,5 +52,10 @@ fn a_bus_that_is_not_there_is_told() {
     let folder = Folder::new();
     folder.refuses("scan --for 1s --bus nonsense", &["is no bus"]);
     folder.refuses("scan --for 1", &["has no unit of time"]);
-    folder.refuses("scan --for 100ms --bus mqtt://127.0.0.1:1", &["mqtt://127.0.0.1:1", "refused"]);
+    // At once: an hour is not listened.
+    let ended = folder.run("scan --for 1h --bus mqtt://127.0.0.1:1");
+    assert_eq!((ended.status, &*ended.stdout), (4, ""), "{}", ended.stderr);
+    for words in ["mqtt://127.0.0.1:1 cannot be reached", "refused"] {
+        assert!(ended.stderr.contains(words), "{}", ended.stderr);
+    }
 }

@@ -1,5 +1,6 @@
 //! `shsa service`: the generic service, over standard input and output.
 
+use crate::folder::Folder;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -169,4 +170,22 @@ fn what_cannot_be_is_refused_with_its_place() {
     );
     check_refused(&["-i", "/a", "-p", "y = x", "-o", "#data"], &["write TOPIC or TOPIC#FIELD"]);
     check_refused(&["-p", "y = 1", "-o", "/b"], &["give it a --period"]);
+}
+
+#[test]
+fn a_bus_that_cannot_be_reached_is_told_at_once() {
+    let folder = Folder::new();
+    let service = "service -i /a#x -p y=x -o /b --bus mqtt://127.0.0.1:1";
+    let ended = folder.run(&format!("{service} --patience 1ms"));
+    assert_eq!(ended.status, 4, "{}", ended.stderr);
+    assert!(ended.stderr.contains("error: mqtt://127.0.0.1:1 cannot be reached: "), "{}", ended.stderr);
+    let ended = folder.run(&format!("{service} --for 500ms --log-format text"));
+    assert_eq!(ended.status, 4, "{}", ended.stderr);
+    let lines: Vec<&str> = ended.stderr.lines().collect();
+    assert!(
+        lines[0].contains("Z warning mqtt://127.0.0.1:1 cannot be reached and is waited for"),
+        "{lines:?}"
+    );
+    assert!(lines[1].contains("Z error   mqtt://127.0.0.1:1 cannot be reached"), "{lines:?}");
+    assert_eq!(folder.run(&format!("{service} --for 500ms -q")).stderr.lines().count(), 2);
 }

@@ -1,0 +1,195 @@
+//! What a command that goes on for long writes for those who run it: how much, and with which times.
+//!
+//! Decisions go to standard output, all else to standard error. For people a line has no time, or that since the start; for logs it
+//! begins with the wall clock's (UTC) and a level, or is a JSON object with both.
+
+use crate::show::{Paint, coloured};
+use serde_json::{Map, Value, json};
+use shsa_core::engine::EventKind;
+use shsa_core::time::Time;
+use shsa_format::event;
+use shsa_message::stamp::{Notation, written};
+use shsa_runtime::{Decision, Handle};
+use std::io::{IsTerminal, stderr};
+use std::sync::OnceLock;
+use std::thread;
+use std::time::{Duration, SystemTime};
+
+/// How often the figures are told with `--verbose`.
+const FIGURES: Duration = Duration::from_secs(10);
+/// What a run tells of itself though nothing is wrong.
+const GOOD_NEWS: [&str; 8] =
+    ["connected", "ordered", "responsible", "released", "joined", "returned", "within_errors", "clock"];
+
+/// How much something matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Level {
+    Error,
+    Warning,
+    Info,
+    Debug,
+}
+
+impl Level {
+    fn name(self) -> &'static str {
+        match self {
+            Level::Error => "error",
+            Level::Warning => "warning",
+            Level::Info => "info",
+            Level::Debug => "debug",
+        }
+    }
+
+    fn of(decision: &Decision<'_>) -> Level {
+        match decision {
+            Decision::Decided { event, .. } => match event.kind {
+                EventKind::Unhealable => Level::Error,
+                EventKind::Restored => Level::Info,
+                EventKind::Suspected
+                | EventKind::Failed
+                | EventKind::Silent
+                | EventKind::Substituted
+                | EventKind::Refused => Level::Warning,
+            },
+            Decision::Noted { kind, .. } if GOOD_NEWS.contains(kind) => Level::Info,
+            Decision::Noted { .. } => Level::Warning,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum LogFormat {
+    /// TIME LEVEL and the words, one line each.
+    Text,
+    /// One JSON object a line: time, level, kind, because, and what else an event has.
+    Json,
+}
+
+/// The arguments about logs.
+#[derive(Clone, Debug, Default, clap::Args)]
+#[command(next_help_heading = "Logs")]
+pub(crate) struct LogArguments {
+    /// Begin every line with the wall clock's time (UTC) and its level, or make it a JSON object with both.
+    #[arg(long, value_name = "FORMAT")]
+    log_format: Option<LogFormat>,
+    /// Tell only what is wrong (warnings and errors); twice: only errors.
+    #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "verbose")]
+    quiet: u8,
+    /// Tell the figures of a run every 10 s, too.
+    #[arg(short, long, action = clap::ArgAction::Count)]
+    verbose: u8,
+}
+
+static SETTINGS: OnceLock<Log> = OnceLock::new();
+
+/// How this process logs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Log {
+    format: Option<LogFormat>,
+    /// What matters less is not told.
+    least: Level,
+}
+
+impl Log {
+    const PLAIN: Log = Log { format: None, least: Level::Info };
+
+    /// Lets all that this process writes be as the arguments say.
+    pub(crate) fn begin(arguments: &LogArguments) -> Log {
+        let least = match (arguments.quiet, arguments.verbose) {
+            (0, 0) => Level::Info,
+            (0, _) => Level::Debug,
+            (1, _) => Level::Warning,
+            _ => Level::Error,
+        };
+        *SETTINGS.get_or_init(|| Log { format: arguments.log_format, least })
+    }
+
+    /// Whether a decision is told.
+    pub(crate) fn tells(self, decision: &Decision<'_>) -> bool {
+        Level::of(decision) <= self.least
+    }
+
+    /// The line of a decision, of which `words` are for people.
+    pub(crate) fn decision(self, decision: &Decision<'_>, words: impl FnOnce() -> String) -> String {
+        let level = Level::of(decision);
+        let (at, fields) = match decision {
+            Decision::Decided { at, knowledge, event, .. } => (*at, event::fields(knowledge, event)),
+            Decision::Noted { at, kind, because, .. } => {
+                (*at, Map::from_iter([("kind".into(), json!(kind)), ("because".into(), json!(because))]))
+            }
+        };
+        match self.format {
+            Some(LogFormat::Json) => object(at, level, fields),
+            Some(LogFormat::Text) => {
+                let text =
+                    |name: &str| fields.get(name).and_then(Value::as_str).unwrap_or_default().to_owned();
+                let [kind, signal, variable, because] = ["kind", "signal", "variable", "because"].map(text);
+                let about = if signal.is_empty() { variable } else { signal };
+                let words = [kind, about, because].into_iter().filter(|word| !word.is_empty());
+                text_line(at, level, &words.collect::<Vec<_>>().join(" "))
+            }
+            None => words(),
+        }
+    }
+}
+
+/// The line for a message, as this process logs; `None` where it is not told.
+pub(crate) fn line(level: Level, message: &str) -> Option<String> {
+    let Log { format, least } = SETTINGS.get().copied().unwrap_or(Log::PLAIN);
+    if level > least {
+        return None;
+    }
+    let now = || {
+        let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+        Time(i64::try_from(since.as_nanos()).unwrap_or(i64::MAX))
+    };
+    Some(match format {
+        Some(LogFormat::Json) => {
+            let fields = [("kind".to_owned(), json!("note")), ("because".to_owned(), json!(message))];
+            object(now(), level, Map::from_iter(fields))
+        }
+        Some(LogFormat::Text) => text_line(now(), level, message),
+        None => match level {
+            Level::Error => format!("{} {message}", mark(Paint::Red, "error:")),
+            Level::Warning => format!("{} {message}", mark(Paint::Yellow, "warning:")),
+            Level::Info | Level::Debug => message.to_owned(),
+        },
+    })
+}
+
+fn mark(paint: Paint, word: &str) -> String {
+    coloured(paint, word, stderr().is_terminal())
+}
+
+fn object(at: Time, level: Level, fields: Map<String, Value>) -> String {
+    let mut object = json!({ "time": written(at, Notation::Rfc3339), "level": level.name() });
+    if let Some(object) = object.as_object_mut() {
+        object.extend(fields);
+    }
+    object.to_string()
+}
+
+/// What has several lines becomes one.
+fn text_line(at: Time, level: Level, words: &str) -> String {
+    let words: Vec<&str> = words.split_whitespace().collect();
+    format!("{} {:<7} {}", written(at, Notation::Rfc3339), level.name(), words.join(" "))
+}
+
+/// Tells the figures of a run now and then, where that is wanted.
+///
+/// # Errors
+/// When there can be no thread.
+pub(crate) fn tell_figures(log: Log, handle: Handle) -> std::io::Result<()> {
+    if log.least < Level::Debug {
+        return Ok(());
+    }
+    thread::Builder::new().name("figures".into()).spawn(move || {
+        while let Ok(state) = handle.state() {
+            if let Some(line) = line(Level::Debug, &format!("figures {}", state["figures"])) {
+                crate::show::write(&line);
+            }
+            thread::sleep(FIGURES);
+        }
+    })?;
+    Ok(())
+}
