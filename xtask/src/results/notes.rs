@@ -94,6 +94,9 @@ pub(super) const CHAOS: &str = "\
 `cargo xtask chaos` writes this section: it runs the tests `crates/shsa/tests/chaos` one after another, with Mosquitto,
 Zenoh routers and Python clients that know nothing of `shsa`. The same tests are part of CI. A row is written only when its
 promise was kept. Three wheels measure one speed 50 times a second; a consumer reads the need, and the *longest
-gap* is the longest time that it had no value. Times are measured, so they differ from run to run.
+gap* is the longest time that it had no value. Times are measured, so they differ from run to run. *Wrong* is a value that was off
+by more than errors and rates allow when it was measured, *old* one that nothing was like in the last two seconds; every value tells in its
+last decimals when it was measured. Random sequences are drawn from seeds, one false sensor at a time: `SHSA_SEEDS=1..100 cargo xtask
+chaos` runs those of a hundred.
 
 ";

@@ -17,6 +17,8 @@ mod running;
 mod row;
 mod plant;
 mod scene;
+mod disk;
+mod world;
 
 mod broken_broker;
 mod killed;
@@ -25,6 +27,7 @@ mod clock;
 mod garbage;
 mod flood;
 mod full_disk;
-mod suspended;
+mod one_by_one;
 mod twins;
 mod newcomer;
+mod sequences;

@@ -209,6 +209,21 @@ impl Running {
         self.child.wait().unwrap()
     }
 
+    /// As [`Running::stop`]; all decisions until the end that were not taken before, too.
+    #[allow(dead_code, reason = "not every test uses all of it")]
+    pub(crate) fn stop_and_tell(mut self) -> (ExitStatus, Vec<Value>) {
+        self.signal("-TERM");
+        let status = self.child.wait().unwrap();
+        let told = self.decisions.iter().map(|line| serde_json::from_str(&line).unwrap());
+        (status, told.collect())
+    }
+
+    /// The id of the process.
+    #[allow(dead_code, reason = "not every test uses all of it")]
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Ends it without asking (SIGKILL), as a crash would.
     pub(crate) fn kill(mut self) {
         self.signal("-KILL");

@@ -1,0 +1,69 @@
+//! Whether a run's journal replays to what the run has decided.
+
+use crate::world::Remains;
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+
+/// What is told of the run itself, and not decided by an engine.
+const NOTED: [&str; 9] =
+    ["absent", "backlog", "clock", "connected", "disconnected", "disk", "overload", "trouble", "undelivered"];
+
+/// The decisions of engines, each as a line.
+pub(super) fn lines(decisions: &[Value]) -> Vec<String> {
+    let decided = decisions.iter().filter(|it| !NOTED.contains(&it["kind"].as_str().unwrap()));
+    let field = |decision: &Value, name: &str| decision[name].as_str().unwrap_or_default().to_owned();
+    decided
+        .map(|it| ["kind", "signal", "variable", "because"].map(|name| field(it, name)).join(" | "))
+        .collect()
+}
+
+/// All that was told, each as a line with its time.
+pub(super) fn story(decisions: &[Value]) -> String {
+    let begun = decisions.first().and_then(|it| it["time_ns"].as_i64()).unwrap_or(0);
+    let text = |decision: &Value, name: &str| decision[name].as_str().unwrap_or_default().to_owned();
+    let line = |decision: &Value| {
+        let at = (decision["time_ns"].as_i64().unwrap_or(0) - begun) as f64 / 1e9;
+        let [kind, signal, because] = ["kind", "signal", "because"].map(|name| text(decision, name));
+        format!("{at:8.3} {kind} {signal}: {because}\n")
+    };
+    decisions.iter().map(line).collect()
+}
+
+/// Replays a file of a journal: its decisions, as lines.
+fn of_file(model: &str, journal: &Path) -> Result<Vec<String>, String> {
+    let replay =
+        Command::new(env!("CARGO_BIN_EXE_shsa")).args(["replay", "--json", model]).arg(journal).output();
+    let replay = replay.map_err(|error| error.to_string())?;
+    let report: Value = serde_json::from_slice(&replay.stdout)
+        .map_err(|error| format!("{error}: {}", String::from_utf8_lossy(&replay.stderr)))?;
+    Ok(lines(report["events"].as_array().ok_or("no events")?))
+}
+
+/// How many decisions of a run come again when its journal is replayed, and how many there were; of a journal of several files, as
+/// there is a hole, the first one counts.
+///
+/// # Errors
+/// What is not the same.
+pub(super) fn same(remains: &Remains) -> Result<(usize, usize), String> {
+    let decided = lines(&remains.decisions);
+    let journals = remains.journals();
+    let has_hole = journals.len() > 1;
+    let first = journals.first().ok_or("there is no journal")?;
+    let replayed = of_file(&remains.model, first)?;
+    let expected = if has_hole { &decided[..replayed.len().min(decided.len())] } else { &decided[..] };
+    if replayed != expected {
+        let at = replayed.iter().zip(expected).position(|(one, other)| one != other);
+        let at = at.unwrap_or(replayed.len().min(expected.len()));
+        return Err(format!(
+            "decision {at} is {:?} when {} is replayed, and was {:?}",
+            replayed.get(at),
+            first.display(),
+            expected.get(at)
+        ));
+    }
+    for later in &journals[1..] {
+        of_file(&remains.model, later)?;
+    }
+    Ok((replayed.len(), decided.len()))
+}

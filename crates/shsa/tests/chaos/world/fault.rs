@@ -1,0 +1,53 @@
+//! What can break, and how.
+
+use std::fmt;
+
+/// What breaks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Target {
+    Wheel(usize),
+    Broker,
+    /// `shsa run` itself.
+    Run,
+    Disk,
+}
+
+/// How it breaks; with an amount where a sensor wants one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Kind {
+    Killed,
+    Suspended,
+    Full,
+    /// An order to a sensor.
+    Told(&'static str, f64),
+}
+
+impl Kind {
+    /// Whether a sensor says what is not so, with a good face.
+    pub(crate) fn is_a_lie(self) -> bool {
+        matches!(self, Kind::Told("bias" | "drift" | "freeze", _))
+    }
+}
+
+/// A fault, and from when until when it lasts, seconds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fault {
+    pub(crate) target: Target,
+    pub(crate) kind: Kind,
+    pub(crate) from: f64,
+    pub(crate) until: f64,
+}
+
+impl Fault {
+    /// A fault of a sensor by an order to it.
+    pub(crate) fn told(wheel: usize, order: &'static str, amount: f64, (from, until): (f64, f64)) -> Fault {
+        Fault { target: Target::Wheel(wheel), kind: Kind::Told(order, amount), from, until }
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Fault { target, kind, from, until } = self;
+        write!(formatter, "{from:5.1} to {until:5.1} s: {target:?} {kind:?}")
+    }
+}
