@@ -8,6 +8,7 @@ mod tidy;
 mod ratchet;
 mod testing;
 mod results;
+mod package;
 
 use anyhow::{Context, Result, anyhow, bail};
 use std::env;
@@ -24,7 +25,9 @@ usage: cargo xtask COMMAND
   licences   only the licences of what is shipped, against deny.toml
   ratchet    only the instructions for an observation, against ratchet.toml; `ratchet write` writes it anew
   results    replays the recordings with faults injected, and writes docs/results.md
-  chaos      breaks the world around a live run, and writes that section of docs/results.md (as root: all of it)";
+  chaos      breaks the world around a live run, and writes that section of docs/results.md (as root: all of it; random
+             sequences of faults for a handful of seeds, or those that SHSA_SEEDS=1..100 names)
+  package    builds target/package/shsa.deb; `--program FILE` packs one that is built already, `--out FOLDER` writes there";
 
 fn main() -> ExitCode {
     let command = env::args().nth(1);
@@ -47,6 +50,7 @@ fn run(command: Option<&str>) -> Result<()> {
         Some("ratchet") => ratchet::check(),
         Some("results") => results::write(),
         Some("chaos") => results::chaos::write(),
+        Some("package") => package::write(env::args().skip(2)),
         Some(other) => bail!("no command `{other}`\n{USAGE}"),
         None => bail!("no command\n{USAGE}"),
     }

@@ -1,0 +1,228 @@
+//! The Debian package, built, installed by the real `dpkg` into a copy of this machine that goes away, and started there; and the
+//! container of it, where containers can be built.
+
+use crate::real::free_port;
+use crate::running::{Folder, Running, TOKEN};
+use serde_json::Value;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+const MODEL: &str = include_str!("../../models/rover.yaml");
+
+/// Builds the package of the program under test.
+fn package(folder: &Folder) -> PathBuf {
+    let (out, cargo) = (folder.path("package"), std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()));
+    let line = [
+        "--locked",
+        "xtask",
+        "package",
+        "--program",
+        env!("CARGO_BIN_EXE_shsa"),
+        "--out",
+        out.to_str().unwrap(),
+    ];
+    let built = Command::new(cargo).args(line).current_dir(ROOT).output().unwrap();
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    out.join("shsa.deb")
+}
+
+/// A copy of this machine's files in which changes go to memory; gone with this value.
+struct Machine(PathBuf);
+
+impl Machine {
+    fn begin(place: &Path) -> Result<Machine, String> {
+        let (memory, root) = (place.join("memory"), place.join("root"));
+        [&memory, &root].into_iter().for_each(|folder| fs::create_dir_all(folder).unwrap());
+        let mount = |arguments: &[&str]| {
+            let mounted = Command::new("mount").args(arguments).stderr(Stdio::null()).status();
+            mounted.is_ok_and(|status| status.success()).then_some(()).ok_or("mounting is not allowed here")
+        };
+        mount(&["-t", "tmpfs", "-o", "size=1g", "tmpfs", memory.to_str().unwrap()])?;
+        let machine = Machine(place.to_owned());
+        ["upper", "work"].into_iter().for_each(|name| fs::create_dir(memory.join(name)).unwrap());
+        let layers = format!("lowerdir=/,upperdir={0}/upper,workdir={0}/work", memory.display());
+        mount(&["-t", "overlay", "-o", &layers, "overlay", root.to_str().unwrap()])?;
+        // A machine whose packages end as usual, without services that would be started.
+        mount(&["-t", "proc", "proc", machine.path("proc").to_str().unwrap()])?;
+        mount(&["-t", "tmpfs", "tmpfs", machine.path("run").to_str().unwrap()])?;
+        mount(&["--bind", "/dev", machine.path("dev").to_str().unwrap()])?;
+        Ok(machine)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.join("root").join(name)
+    }
+
+    fn command(&self, line: &[&str]) -> Command {
+        let mut command = Command::new("chroot");
+        command.arg(self.0.join("root")).args(line).env("DEBIAN_FRONTEND", "noninteractive");
+        command
+    }
+
+    #[track_caller]
+    fn done(&self, line: &[&str]) -> String {
+        let Output { status, stdout, stderr } = self.command(line).output().unwrap();
+        assert!(status.success(), "{line:?}: {}", String::from_utf8_lossy(&stderr));
+        String::from_utf8(stdout).unwrap()
+    }
+}
+
+impl Drop for Machine {
+    fn drop(&mut self) {
+        for name in ["root/dev", "root/run", "root/proc", "root", "memory"] {
+            let _ = Command::new("umount").arg(self.0.join(name)).stderr(Stdio::null()).status();
+        }
+    }
+}
+
+/// A process that ends with the test.
+struct Started(Child);
+
+impl Drop for Started {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Waits until a run answers at a port.
+#[track_caller]
+fn health(port: u16) -> Value {
+    let end = Instant::now() + Duration::from_secs(60);
+    loop {
+        if let Ok(mut stream) = std::net::TcpStream::connect(("127.0.0.1", port)) {
+            let request =
+                format!("GET /state HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\n\r\n");
+            let (status, text) = Running::answer(&mut stream, &request);
+            assert_eq!(status, 200, "{text}");
+            return serde_json::from_str(&text).unwrap();
+        }
+        assert!(Instant::now() < end, "it never answers");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+#[test]
+fn the_package_is_built_installed_started_and_removed() {
+    let folder = Folder::new();
+    let package = package(&folder);
+    let machine = match Machine::begin(&folder.path("machine")) {
+        Ok(machine) => machine,
+        Err(why) => return eprintln!("SKIPPED: the package is built, but not installed: {why}"),
+    };
+    fs::copy(&package, machine.path("shsa.deb")).unwrap();
+    machine.done(&["dpkg", "--install", "/shsa.deb"]);
+    assert!(machine.done(&["/usr/bin/shsa", "--version"]).starts_with("shsa "));
+    for file in [
+        "usr/lib/systemd/system/shsa.service",
+        "usr/share/man/man1/shsa-run.1.gz",
+        "usr/share/bash-completion/completions/shsa",
+        "usr/share/doc/shsa/copyright",
+    ] {
+        assert!(machine.path(file).metadata().is_ok_and(|file| file.len() > 100), "{file}");
+    }
+    let rights = |name: &str| machine.path(name).metadata().unwrap().permissions().mode() & 0o777;
+    assert_eq!((rights("etc/shsa/token"), rights("etc/shsa/environment")), (0o600, 0o640));
+    let token = fs::read_to_string(machine.path("etc/shsa/token")).unwrap();
+    assert_eq!(token.trim().len(), 48);
+
+    // As the unit starts it, on the embedded bus and another port.
+    fs::write(machine.path("etc/shsa/model.yaml"), MODEL).unwrap();
+    let unit = fs::read_to_string(machine.path("usr/lib/systemd/system/shsa.service")).unwrap();
+    let line = unit.lines().find_map(|line| line.strip_prefix("ExecStart=")).unwrap();
+    let line = line.replace("${SHSA_BUS}", "memory").replace("${CREDENTIALS_DIRECTORY}", "/etc/shsa");
+    let (port, mut words) = (free_port(), line.split(' ').collect::<Vec<_>>());
+    let address = format!("127.0.0.1:{port}");
+    words.extend(["--http", &address]);
+    let run = Started(machine.command(&words).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap());
+    let state = health(port);
+    assert!(state["models"]["model"]["needs"]["v_dmin"].is_object(), "{state}");
+    drop(run);
+    assert!(machine.path("var/lib/shsa/state/model.json").exists());
+
+    // Installed again, it keeps what is the operator's; removed, too, and gone only when it is purged.
+    fs::write(machine.path("etc/shsa/environment"), "SHSA_BUS=memory\n").unwrap();
+    machine.done(&["dpkg", "--install", "/shsa.deb"]);
+    assert_eq!(fs::read_to_string(machine.path("etc/shsa/token")).unwrap(), token);
+    assert_eq!(fs::read_to_string(machine.path("etc/shsa/environment")).unwrap(), "SHSA_BUS=memory\n");
+    machine.done(&["dpkg", "--remove", "shsa"]);
+    assert!(!machine.path("usr/bin/shsa").exists() && machine.path("var/lib/shsa/state/model.json").exists());
+    machine.done(&["dpkg", "--purge", "shsa"]);
+    assert!(!machine.path("etc/shsa").exists() && !machine.path("var/lib/shsa").exists());
+}
+
+/// The commands of the section about packages in `docs/deployment.md`, but for those about containers.
+fn commands() -> Vec<String> {
+    let page = fs::read_to_string(format!("{ROOT}/docs/deployment.md")).unwrap();
+    let section = page.split("\n## ").find(|section| section.starts_with("From a package\n")).unwrap();
+    let blocks = section.split("```console\n").skip(1).filter_map(|rest| rest.split("```").next());
+    let lines = blocks.flat_map(str::lines).filter_map(|line| line.strip_prefix("$ "));
+    lines.filter(|line| !line.starts_with("docker ")).map(str::to_owned).collect()
+}
+
+#[test]
+fn the_page_about_the_package_is_right() {
+    let folder = Folder::new();
+    let package = package(&folder);
+    let machine = match Machine::begin(&folder.path("machine")) {
+        Ok(machine) => machine,
+        Err(why) => return eprintln!("SKIPPED: the commands of the page are not run: {why}"),
+    };
+    fs::create_dir_all(machine.path("target/package")).unwrap();
+    fs::copy(&package, machine.path("target/package/shsa.deb")).unwrap();
+    fs::write(machine.path("car.yaml"), MODEL).unwrap();
+    fs::create_dir_all(machine.path("var/backups")).unwrap();
+    let commands = commands();
+    assert!(commands.len() > 10, "{commands:?}");
+    for command in commands {
+        // No service manager runs in the copy: what the unit would start is started as it says, and has ended when it would be
+        // stopped.
+        match &*command {
+            "systemctl start shsa" => run_for_a_while(&machine),
+            "systemctl stop shsa" => {}
+            command => drop(machine.done(&["sh", "-c", &format!("cd / && {command}")])),
+        }
+    }
+    assert!(!machine.path("var/lib/shsa").exists());
+}
+
+/// Runs the program as the unit says for two seconds, on the embedded bus.
+fn run_for_a_while(machine: &Machine) {
+    let unit = fs::read_to_string(machine.path("usr/lib/systemd/system/shsa.service")).unwrap();
+    let line = unit.lines().find_map(|line| line.strip_prefix("ExecStart=")).unwrap();
+    let line = line.replace("${SHSA_BUS}", "memory").replace("${CREDENTIALS_DIRECTORY}", "/etc/shsa");
+    let words: Vec<&str> = line.split(' ').chain(["--http", "off", "--for", "2s"]).collect();
+    machine.done(&words);
+}
+
+#[test]
+fn the_container_is_built_and_answers() {
+    let can_build = Command::new("docker").arg("info").output().is_ok_and(|info| info.status.success());
+    if !can_build {
+        return eprintln!("SKIPPED: no container is built: there is no running docker");
+    }
+    let folder = Folder::new();
+    let package = package(&folder);
+    let file = format!("{ROOT}/deploy/Containerfile");
+    let name = format!("shsa-test-{}", std::process::id());
+    let docker = |line: &[&str]| Command::new("docker").args(line).output().unwrap();
+    let built =
+        docker(&["build", "-q", "-f", &file, "-t", &name, package.parent().unwrap().to_str().unwrap()]);
+    if !built.status.success() {
+        let why = String::from_utf8_lossy(&built.stderr).into_owned();
+        assert!(why.contains("debian:stable-slim"), "{why}");
+        return eprintln!("SKIPPED: no container is built: {why}");
+    }
+    let model = folder.path("model.yaml");
+    fs::write(&model, MODEL).unwrap();
+    let mount = format!("{}:/etc/shsa/model.yaml:ro", model.display());
+    let token = format!("SHSA_TOKEN={TOKEN}");
+    let ran = docker(&["run", "--rm", "-v", &mount, "-e", &token, &name, "--for", "3 s"]);
+    let _ = docker(&["rmi", &name]);
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    assert!(String::from_utf8_lossy(&ran.stderr).contains("\"level\":\"info\""));
+}

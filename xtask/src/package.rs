@@ -1,0 +1,166 @@
+//! The Debian package: the command with its manual pages, completions, unit, and what watches it.
+
+use crate::command;
+use anyhow::{Context, Result, bail, ensure};
+use std::env;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+
+/// Where the package goes unless `--out` says otherwise.
+const OUT: &str = "target/package";
+/// Files that are taken as they are: from the project's folder, to the place on the machine, with these rights.
+const FILES: [(&str, &str, u32); 7] = [
+    ("deploy/shsa.service", "usr/lib/systemd/system/shsa.service", 0o644),
+    ("deploy/prometheus-alerts.yaml", "usr/share/shsa/prometheus-alerts.yaml", 0o644),
+    ("deploy/grafana-dashboard.json", "usr/share/shsa/grafana-dashboard.json", 0o644),
+    ("docs/model.schema.json", "usr/share/shsa/model.schema.json", 0o644),
+    ("README.md", "usr/share/doc/shsa/README.md", 0o644),
+    ("docs/deployment.md", "usr/share/doc/shsa/deployment.md", 0o644),
+    // Who may read it: a password may stand there.
+    ("deploy/debian/environment", "etc/shsa/environment", 0o640),
+];
+/// What is run when the package comes and goes.
+const SCRIPTS: [&str; 3] = ["postinst", "prerm", "postrm"];
+/// Each shell, and where its completions are.
+const SHELLS: [(&str, &str); 3] = [
+    ("bash", "usr/share/bash-completion/completions/shsa"),
+    ("zsh", "usr/share/zsh/vendor-completions/_shsa"),
+    ("fish", "usr/share/fish/vendor_completions.d/shsa.fish"),
+];
+
+/// What the line says beyond the command.
+struct Arguments {
+    /// A program that is built already; else a release is built.
+    program: Option<PathBuf>,
+    out: PathBuf,
+}
+
+impl Arguments {
+    fn read(mut words: impl Iterator<Item = String>) -> Result<Arguments> {
+        let mut arguments = Arguments { program: None, out: OUT.into() };
+        while let Some(word) = words.next() {
+            let value = words.next().with_context(|| format!("{word} wants a path"))?;
+            match &*word {
+                "--program" => arguments.program = Some(value.into()),
+                "--out" => arguments.out = value.into(),
+                _ => bail!("no option `{word}`: --program FILE, --out FOLDER"),
+            }
+        }
+        Ok(arguments)
+    }
+}
+
+/// Writes `shsa.deb`, and prints where it is.
+///
+/// # Errors
+/// When the program does not build, or the package cannot be written.
+pub(crate) fn write(words: impl Iterator<Item = String>) -> Result<()> {
+    let Arguments { program, out } = Arguments::read(words)?;
+    let program = program.map_or_else(built, Ok)?;
+    let stage = out.join("stage");
+    if stage.exists() {
+        fs::remove_dir_all(&stage).context("clearing the folder of an earlier package")?;
+    }
+    put(&program, &stage.join("usr/bin/shsa"), 0o755)?;
+    for (from, to, rights) in FILES {
+        put(Path::new(from), &stage.join(to), rights)?;
+    }
+    pages(&program, &stage)?;
+    text(&stage.join("usr/share/doc/shsa/copyright"), &licences()?)?;
+    control(&stage)?;
+    let package = out.join("shsa.deb");
+    let [from, to] = [&stage, &package].map(|path| path.display().to_string());
+    command::output(&["dpkg-deb", "--root-owner-group", "-Zgzip", "-z6", "--build", &from, &to])?;
+    fs::remove_dir_all(&stage)?;
+    println!("{to}");
+    Ok(())
+}
+
+/// Builds the command.
+fn built() -> Result<PathBuf> {
+    command::run(&["cargo", "build", "--release", "--locked", "--package", "shsa"])?;
+    let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| PathBuf::from("target"), PathBuf::from);
+    Ok(target.join("release/shsa"))
+}
+
+/// Manual pages and completions, as the command itself writes them.
+fn pages(program: &Path, stage: &Path) -> Result<()> {
+    let program = program.display().to_string();
+    let manual = stage.join("usr/share/man/man1");
+    command::run(&[&program, "man", &manual.display().to_string()])?;
+    for page in fs::read_dir(&manual)? {
+        // Without a name and a time in it: the same command makes the same package.
+        command::run(&["gzip", "-9n", &page?.path().display().to_string()])?;
+    }
+    for (shell, place) in SHELLS {
+        text(&stage.join(place), &command::output(&[&program, "completions", shell])?)?;
+    }
+    Ok(())
+}
+
+/// What the package says of itself, what is kept when it is replaced, and its scripts.
+fn control(stage: &Path) -> Result<()> {
+    let version = env!("CARGO_PKG_VERSION");
+    let architecture = command::output(&["dpkg", "--print-architecture"])?;
+    let library = command::output(&["getconf", "GNU_LIBC_VERSION"])?;
+    let (_, library) = library.trim().split_once(' ').context("a version of glibc")?;
+    let control = format!(
+        "Package: shsa\nVersion: {version}\nArchitecture: {}\nMaintainer: The shsa contributors\nSection: utils\n\
+         Priority: optional\nDepends: libc6 (>= {library})\n\
+         Description: heals the information that flows through a machine\n \
+         From one model of how the variables of a system relate to each other it notices a\n \
+         signal that lies or falls silent, names it, and goes on providing what is needed.\n",
+        architecture.trim()
+    );
+    text(&stage.join("DEBIAN/control"), &control)?;
+    text(&stage.join("DEBIAN/conffiles"), "/etc/shsa/environment\n")?;
+    for script in SCRIPTS {
+        put(&Path::new("deploy/debian").join(script), &stage.join("DEBIAN").join(script), 0o755)?;
+    }
+    Ok(())
+}
+
+fn licences() -> Result<String> {
+    let read = |name: &str| fs::read_to_string(name).with_context(|| format!("reading {name}"));
+    let (mit, apache) = (read("LICENSE-MIT")?, read("LICENSE-APACHE")?);
+    ensure!(!mit.is_empty() && !apache.is_empty(), "a licence is empty");
+    Ok(format!("shsa may be used under either of these licences.\n\n{mit}\n\n{apache}"))
+}
+
+/// Copies a file to a place, whose folders are made.
+fn put(from: &Path, to: &Path, rights: u32) -> Result<()> {
+    place(to)?;
+    fs::copy(from, to).with_context(|| format!("copying {} to {}", from.display(), to.display()))?;
+    Ok(fs::set_permissions(to, fs::Permissions::from_mode(rights))?)
+}
+
+fn text(to: &Path, text: &str) -> Result<()> {
+    place(to)?;
+    fs::write(to, text).with_context(|| format!("writing {}", to.display()))?;
+    Ok(fs::set_permissions(to, fs::Permissions::from_mode(0o644))?)
+}
+
+/// Makes the folders of a file, which everyone may enter whatever the caller's umask.
+fn place(file: &Path) -> Result<()> {
+    let folder = file.parent().context("a file without a folder")?;
+    fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
+    Ok(fs::set_permissions(folder, fs::Permissions::from_mode(0o755))?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(words: &[&str]) -> Result<Arguments> {
+        Arguments::read(words.iter().map(|word| (*word).to_owned()))
+    }
+
+    #[test]
+    fn the_line_says_what_is_packed_and_where_to() {
+        let arguments = read(&["--out", "a", "--program", "b"]).unwrap();
+        assert_eq!((arguments.out, arguments.program), ("a".into(), Some("b".into())));
+        assert_eq!(read(&[]).unwrap().out, Path::new(OUT));
+        assert!(read(&["--out"]).is_err() && read(&["--other", "a"]).is_err());
+    }
+}
