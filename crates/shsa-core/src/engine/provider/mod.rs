@@ -271,6 +271,7 @@ impl Provider {
             Server::Active { .. } | Server::Unsure => Some(server),
             Server::StandIn(way) => change.inheritance.way(way).map(Server::StandIn),
         });
+        self.sources.inherit(&old.sources);
         self.find_sources(&change.situation);
         let preferred = old.sources.preferred.as_ref().and_then(|way| way.succeeded(change.lineage));
         let way = old.state.way().and_then(|way| way.succeeded(change.lineage));
@@ -285,6 +286,7 @@ impl Provider {
                 if let Some(serving) = self.state.serving_mut() {
                     serving.pace = before.pace;
                     serving.unfit_since = before.unfit_since;
+                    serving.is_confirmed = before.is_confirmed;
                     serving.episode = before.episode.and_then(|it| it.inherit(change.inheritance));
                     serving.better_by = if is_same { before.better_by } else { Better::Changed };
                 }

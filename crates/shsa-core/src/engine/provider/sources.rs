@@ -64,6 +64,11 @@ impl Sources {
         }
     }
 
+    /// Goes on from those before a change of the model: what has just spoken again has still done so.
+    pub(super) fn inherit(&mut self, old: &Sources) {
+        self.returning_since = old.returning_since;
+    }
+
     /// Looks again for what may serve a need; gives what was taken for lost. Ranks nothing.
     pub(super) fn find<'s>(&mut self, need: NeedId, situation: &'s Situation<'_>) -> &'s Lost {
         let Situation { knowledge, graph, ready_sources, .. } = situation;
