@@ -97,6 +97,7 @@ fn is_of_silence(decision: &Value) -> bool {
         || because.starts_with("it has spoken again")
         || because.starts_with("no value for")
         || because == "it is served again"
+        || because.starts_with("its source gives values again")
         || decision["kind"] == "substituted"
 }
 

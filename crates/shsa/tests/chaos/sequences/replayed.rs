@@ -6,8 +6,19 @@ use std::path::Path;
 use std::process::Command;
 
 /// What is told of the run itself, and not decided by an engine.
-const NOTED: [&str; 9] =
-    ["absent", "backlog", "clock", "connected", "disconnected", "disk", "overload", "trouble", "undelivered"];
+const NOTED: [&str; 11] = [
+    "absent",
+    "backlog",
+    "clock",
+    "connected",
+    "disconnected",
+    "disk",
+    "overload",
+    "released",
+    "responsible",
+    "trouble",
+    "undelivered",
+];
 
 /// The decisions of engines, each as a line.
 pub(super) fn lines(decisions: &[Value]) -> Vec<String> {
