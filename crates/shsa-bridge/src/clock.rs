@@ -1,16 +1,20 @@
 //! What time it is, for the time of reception: it never goes back, whatever happens to the wall clock.
 
+mod uptime;
+
+pub(crate) use uptime::Uptime;
+
 use shsa_core::time::Time;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// A wall clock that moves by more against ours was stepped, nanoseconds: 50 ms.
 const STEP: i64 = 50_000_000;
 /// So long after a step, what was stamped before it may still be on its way, nanoseconds.
 const ON_ITS_WAY: i64 = 2_000_000_000;
 
-/// A clock that runs evenly from the wall's time at its start; clones are the same clock.
+/// A clock that runs evenly from the wall's time at its start, also while the machine sleeps; clones are the same clock.
 ///
 /// Someone may step the wall clock meanwhile, and with it the stamps of all publishers. [`Clock::follow`] notices, and
 /// [`Clock::steady`] and [`Clock::by_wall`] translate.
@@ -22,7 +26,7 @@ enum Kind {
     /// Set by whoever drives it.
     Manual(AtomicI64),
     Running {
-        started: Instant,
+        started: Uptime,
         /// The wall's time at the start, nanoseconds.
         base: i64,
         /// How far the wall clock is ahead of this one.
@@ -39,7 +43,7 @@ impl Clock {
     #[must_use]
     pub fn running() -> Clock {
         Clock(Arc::new(Kind::Running {
-            started: Instant::now(),
+            started: Uptime::now(),
             base: wall(),
             ahead: AtomicI64::new(0),
             was_ahead: AtomicI64::new(0),
@@ -130,7 +134,7 @@ fn wall() -> i64 {
     i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
 }
 
-fn nanoseconds(since: Instant) -> i64 {
+fn nanoseconds(since: Uptime) -> i64 {
     i64::try_from(since.elapsed().as_nanos()).unwrap_or(i64::MAX)
 }
 

@@ -5,11 +5,12 @@
 //! without a word the last will says so on `shsa/CLIENT/status`; else its claims are over when nobody has heard of them for
 //! eight seconds.
 
+use crate::clock::Uptime;
 use crate::{Attendance, BridgeError, Inbox, Presence};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tokio::sync::Notify;
 
 /// Where clients say what they claim, and whether they are there.
@@ -50,12 +51,12 @@ struct State {
     /// Whether it was said what this client claims.
     is_said: bool,
     /// When somebody looked whether claims are over.
-    looked: Instant,
+    looked: Uptime,
 }
 
 struct Other {
     claims: BTreeSet<Arc<str>>,
-    heard: Instant,
+    heard: Uptime,
 }
 
 /// Who wants to know of the names that a pattern matches.
@@ -79,7 +80,7 @@ impl Claims {
             watches: Vec::new(),
             is_informed: false,
             is_said: false,
-            looked: Instant::now(),
+            looked: Uptime::now(),
         };
         Arc::new(Claims { client, state: Mutex::new(state), due: Notify::new(), inbox })
     }
@@ -124,7 +125,7 @@ impl Claims {
         let claims = Arc::downgrade(self);
         Some(Box::new(move || {
             waiting.try_recv().ok().or_else(|| {
-                claims.upgrade()?.lock().look(Instant::now());
+                claims.upgrade()?.lock().look(Uptime::now());
                 waiting.try_recv().ok()
             })
         }))
@@ -212,7 +213,7 @@ impl State {
         if !is_room {
             return;
         }
-        let other = Other { claims: claims.clone(), heard: Instant::now() };
+        let other = Other { claims: claims.clone(), heard: Uptime::now() };
         let before = match claims.is_empty() {
             true => self.others.remove(client),
             false => self.others.insert(client.to_owned(), other),
@@ -240,8 +241,8 @@ impl State {
     }
 
     /// Looks whose claims are over.
-    fn look(&mut self, now: Instant) {
-        if now - std::mem::replace(&mut self.looked, now) > ABSENT {
+    fn look(&mut self, now: Uptime) {
+        if now.saturating_duration_since(std::mem::replace(&mut self.looked, now)) > ABSENT {
             // What was said meanwhile may still wait.
             self.others.values_mut().for_each(|other| other.heard = now);
         }
@@ -362,13 +363,13 @@ mod tests {
         let mut attendance = claims.attendance("a/*").unwrap();
         claims.hear("shsa/one/claims", b"a/x", false);
         assert_eq!(told(&mut attendance), "+a/x");
-        let began = Instant::now();
+        let began = Uptime::now();
         // A stall: who was not there does not know.
         let mut at = began + 3 * EXPIRES;
         claims.lock().look(at);
         for _ in 0..4 {
             assert_eq!(claims.lock().others.len(), 1);
-            at += RENEWED;
+            at = at + RENEWED;
             claims.lock().look(at);
         }
         claims.lock().look(at + RENEWED);

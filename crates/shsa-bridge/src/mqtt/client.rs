@@ -5,11 +5,12 @@
 
 use super::options::{Delivery, Options, Presence, Version};
 use super::outbox::Publication;
+use crate::clock::Uptime;
 use crate::{BridgeError, PublisherId};
 use bytes::Bytes;
 use rumqttc::v5::mqttbytes::v5::RetainForwardRule::{OnEverySubscribe, OnNewSubscribe};
 use rumqttc::{NetworkOptions, QoS, Transport, v5};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use std::{error::Error, io};
 
 /// Requests that may wait for the connection's turn: a flood of one topic delays another by no more.
@@ -215,7 +216,7 @@ fn properties(publication: &Publication, publisher: PublisherId) -> v5::mqttbyte
     let response_topic = publication.answers.as_ref().map(|topic| topic.to_string());
     let correlation_data = publication.correlation.clone();
     // Whole seconds, and none is never.
-    let left = publication.until.map(|until| until.saturating_duration_since(Instant::now()));
+    let left = publication.until.map(|until| until.saturating_duration_since(Uptime::now()));
     let message_expiry_interval = left.map(|left| u32::try_from(left.as_secs() + 1).unwrap_or(u32::MAX));
     v5::mqttbytes::v5::PublishProperties {
         message_expiry_interval,

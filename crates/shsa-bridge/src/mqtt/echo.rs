@@ -3,9 +3,10 @@
 //! A message of the same topic and content that someone else publishes within the same seconds is taken for the echo
 //! once; the next one is not.
 
+use crate::clock::Uptime;
 use std::collections::{BTreeMap, VecDeque};
 use std::hash::{BuildHasher, RandomState};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// As many are remembered for each topic.
 const COUNT_MAX: usize = 256;
@@ -21,14 +22,14 @@ pub(super) struct Echo {
 #[derive(Debug)]
 struct Sent {
     content: u64,
-    at: Instant,
+    at: Uptime,
     /// Whether its echo has come; it may come again, marked as a duplicate.
     seen: bool,
 }
 
 impl Echo {
     /// A message leaves whose topic is subscribed to.
-    pub(super) fn sent(&mut self, topic: &str, payload: &[u8], now: Instant) {
+    pub(super) fn sent(&mut self, topic: &str, payload: &[u8], now: Uptime) {
         let sent = Sent { content: self.hasher.hash_one(payload), at: now, seen: false };
         let entry = self.sent.entry(topic.to_owned()).or_default();
         if entry.len() == COUNT_MAX {
@@ -38,9 +39,9 @@ impl Echo {
     }
 
     /// Whether a message that has arrived is one's own.
-    pub(super) fn is_own(&mut self, topic: &str, payload: &[u8], duplicate: bool, now: Instant) -> bool {
+    pub(super) fn is_own(&mut self, topic: &str, payload: &[u8], duplicate: bool, now: Uptime) -> bool {
         let Some(entry) = self.sent.get_mut(topic) else { return false };
-        while entry.front().is_some_and(|sent| now.duration_since(sent.at) > AGE_MAX) {
+        while entry.front().is_some_and(|sent| now.saturating_duration_since(sent.at) > AGE_MAX) {
             entry.pop_front();
         }
         let content = self.hasher.hash_one(payload);
@@ -57,7 +58,7 @@ mod tests {
 
     #[test]
     fn each_publication_comes_back_once() {
-        let (mut echo, now) = (Echo::default(), Instant::now());
+        let (mut echo, now) = (Echo::default(), Uptime::now());
         echo.sent("a", b"1", now);
         echo.sent("a", b"1", now);
         let own: Vec<_> =
@@ -69,7 +70,7 @@ mod tests {
 
     #[test]
     fn what_is_long_ago_is_forgotten() {
-        let (mut echo, now) = (Echo::default(), Instant::now());
+        let (mut echo, now) = (Echo::default(), Uptime::now());
         echo.sent("a", b"1", now);
         assert!(!echo.is_own("a", b"1", false, now + AGE_MAX + Duration::from_secs(1)));
         for _ in 0..=COUNT_MAX {

@@ -25,6 +25,7 @@ mod unasked;
 pub use options::{Credentials, Delivery, Options, Presence, Version};
 pub use tls::Tls;
 
+use crate::clock::Uptime;
 use crate::inbox::Driver;
 use crate::{
     Answer, Attendance, Bridge, BridgeError, Inbox, Link, Outage, Outgoing, Payload, Provenance, PublisherId,
@@ -38,7 +39,7 @@ use shsa_core::time::Span;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use turns::Turns;
 
 /// A connection to a broker, and the thread that keeps it while nobody waits for messages.
@@ -142,7 +143,7 @@ impl Bridge for MqttBridge {
             provenance,
             answers: None,
             correlation: None,
-            until: message.expires.and_then(|span| Instant::now().checked_add(duration_of(span))),
+            until: message.expires.and_then(|span| Uptime::now().checked_add(duration_of(span))),
         })
     }
 

@@ -1,11 +1,11 @@
 //! What is to be published and has not surely arrived: some of each topic while connected, else the newest.
 
 use crate::Provenance;
+use crate::clock::Uptime;
 use bytes::Bytes;
 use shsa_core::time::Time;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
-use std::time::Instant;
 
 /// One message on its way out.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,12 +21,12 @@ pub(super) struct Publication {
     /// Of an answer: what its asker knows it by.
     pub(super) correlation: Option<Bytes>,
     /// Then it is of no use any more; `None`: always of use.
-    pub(super) until: Option<Instant>,
+    pub(super) until: Option<Uptime>,
 }
 
 impl Publication {
     /// Whether it is of no use any more.
-    fn is_over(&self, now: Instant) -> bool {
+    fn is_over(&self, now: Uptime) -> bool {
         self.until.is_some_and(|until| until <= now)
     }
 
@@ -89,7 +89,7 @@ impl Outbox {
     }
 
     /// The message whose turn it is; what is of no use any more is forgotten.
-    pub(super) fn next(&mut self, now: Instant) -> Option<&Publication> {
+    pub(super) fn next(&mut self, now: Uptime) -> Option<&Publication> {
         while self.front().is_some_and(|publication| publication.is_over(now)) {
             self.remove();
         }
@@ -154,7 +154,7 @@ mod tests {
 
     fn drain(outbox: &mut Outbox) -> String {
         let mut sent = Vec::new();
-        while let Some(Publication { topic, payload, .. }) = outbox.next(Instant::now()) {
+        while let Some(Publication { topic, payload, .. }) = outbox.next(Uptime::now()) {
             sent.push(format!("{topic}={}", String::from_utf8_lossy(payload)));
             outbox.take();
         }
@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn what_is_of_no_use_any_more_is_not_sent() {
-        let now = Instant::now();
+        let now = Uptime::now();
         let mut outbox = Outbox::new(9);
         outbox.keep(Publication { until: Some(now), ..publication("a", "old") }, 1);
         outbox.keep(publication("b", "always"), 1);

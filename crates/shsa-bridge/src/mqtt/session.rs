@@ -5,13 +5,14 @@ use super::client::{self, Client, Failure, Happening, Sender};
 use super::options::Options;
 use super::shared::Shared;
 use super::turns::Turns;
+use crate::clock::Uptime;
 use std::future::{pending, poll_fn};
 use std::hash::{BuildHasher, RandomState};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::pin::{Pin, pin};
 use std::sync::Arc;
 use std::task::Poll;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tokio::task::yield_now;
 use tokio::time::{Sleep, sleep, timeout};
 
@@ -68,7 +69,7 @@ async fn connection(shared: &Shared, options: &Options, turns: &Turns, short_liv
         Some(None) => return None,
         None => Failure { is_refusal: false, reason: "the client library has failed".to_owned() },
     };
-    let lasted = since.map_or(Duration::ZERO, |since: Instant| since.elapsed());
+    let lasted = since.map_or(Duration::ZERO, |since: Uptime| since.elapsed());
     // Not every broker says so.
     if short_lived >= FIGHT && !failure.is_refusal && (1..STABLE.as_nanos()).contains(&lasted.as_nanos()) {
         let name = &options.name;
@@ -85,7 +86,7 @@ async fn serve(
     turns: &Turns,
     sender: &Sender,
     client: &mut Client,
-    since: &mut Option<Instant>,
+    since: &mut Option<Uptime>,
 ) -> Option<Failure> {
     // So many messages may still come before whoever drives looks at them.
     let mut left = 0;
@@ -105,7 +106,7 @@ async fn serve(
                 return Some(failure);
             }
             Ok(Happening::Connected { has_kept }) => {
-                *since = Some(Instant::now());
+                *since = Some(Uptime::now());
                 shared.connected(sender, has_kept);
             }
             Ok(happening) => {

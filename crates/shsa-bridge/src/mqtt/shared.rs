@@ -9,12 +9,13 @@ use super::options::{Options, Presence};
 use super::outbox::{Outbox, Publication};
 use super::served::Served;
 use super::unasked::Unasked;
+use crate::clock::Uptime;
 use crate::{BridgeError, Inbox, Link, Message, Outage, Payload, PublisherId, Quality};
 use bytes::Bytes;
 use shsa_core::time::{Span, Time};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tokio::sync::Notify;
 
 /// Topics of which messages may wait.
@@ -50,7 +51,7 @@ struct State {
     /// There while connected.
     sender: Option<Sender>,
     /// When the connection broke; `None` while it stands, and before the first one.
-    gone_since: Option<Instant>,
+    gone_since: Option<Uptime>,
     /// The last time without a connection, after the first one.
     outage: Option<Outage>,
     stopping: bool,
@@ -255,7 +256,7 @@ impl Shared {
         // Only now nothing more can get into the client's queue.
         state.sender = None;
         if state.link == Link::Up {
-            state.gone_since = Some(Instant::now());
+            state.gone_since = Some(Uptime::now());
             let number = state.outage.as_ref().map_or(1, |before| before.number + 1);
             let (lost, because) = (self.inbox.clock().now(), failure.reason.clone());
             state.outage = Some(Outage { number, lost, found: None, because });
@@ -326,7 +327,7 @@ impl Shared {
             return;
         }
         let mut state = self.lock();
-        if state.echo.is_own(&topic, &payload, duplicate, Instant::now()) {
+        if state.echo.is_own(&topic, &payload, duplicate, Uptime::now()) {
             return;
         }
         if !retained && state.answer(&topic, &payload) {
@@ -401,7 +402,7 @@ impl State {
         self.leaving.push_back(publication.topic.clone());
         let is_subscribed = self.wants_everything || self.wanted.contains(&publication.topic);
         if is_subscribed && !self.sender.as_ref().is_some_and(Sender::has_no_echo) {
-            self.echo.sent(&publication.topic, &publication.payload, Instant::now());
+            self.echo.sent(&publication.topic, &publication.payload, Uptime::now());
         }
     }
 
@@ -419,7 +420,7 @@ impl State {
             let request = self.requests.pop_front().filter(|(_, is_wanted)| *is_wanted);
             self.asked.extend(request.map(|(topic, _)| topic));
         }
-        while let Some(publication) = self.outbox.next(Instant::now()) {
+        while let Some(publication) = self.outbox.next(Uptime::now()) {
             if !sender.publish(publication) {
                 return;
             }

@@ -1,8 +1,9 @@
 //! Messages that nobody has asked for: a kept session delivers before anybody can say what is wanted.
 
 use crate::Message;
+use crate::clock::Uptime;
 use std::collections::{BTreeSet, VecDeque};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Messages that may wait for somebody to subscribe to their topics.
 const MOST: usize = 16_384;
@@ -13,7 +14,7 @@ const PATIENCE: Duration = Duration::from_secs(30);
 #[derive(Debug, Default)]
 pub(super) struct Unasked {
     waiting: VecDeque<Message>,
-    connected_first: Option<Instant>,
+    connected_first: Option<Uptime>,
     /// Names that come though nobody wants them, and that the broker has been told so.
     unwanted: BTreeSet<String>,
 }
@@ -21,7 +22,7 @@ pub(super) struct Unasked {
 impl Unasked {
     /// The connection stands.
     pub(super) fn connected(&mut self) {
-        self.connected_first.get_or_insert_with(Instant::now);
+        self.connected_first.get_or_insert_with(Uptime::now);
         self.unwanted.clear();
     }
 

@@ -1,9 +1,9 @@
 //! What others are told of this client: whether it is there, and what it claims. Those of later are told, too.
 
 use super::{Publication, Shared, State};
+use crate::clock::Uptime;
 use crate::mqtt::claims::EXPIRES;
 use bytes::Bytes;
-use std::time::Instant;
 
 impl Shared {
     /// Who claims what is heard from now on.
@@ -50,11 +50,11 @@ impl Shared {
 
     fn say_claims(&self, state: &mut State) {
         let Some((topic, words)) = self.claims.said() else { return };
-        let until = (!words.is_empty()).then(|| Instant::now() + EXPIRES);
+        let until = (!words.is_empty()).then(|| Uptime::now() + EXPIRES);
         self.say(state, &topic, words.into(), until);
     }
 
-    fn say(&self, state: &mut State, topic: &str, words: Bytes, until: Option<Instant>) {
+    fn say(&self, state: &mut State, topic: &str, words: Bytes, until: Option<Uptime>) {
         let said = Publication::new(topic.into(), words, self.inbox.clock().now());
         // Alone: what was said before and may not have arrived is out of date.
         let _older = state.outbox.keep(Publication { retain: true, until, ..said }, 1);
