@@ -75,7 +75,10 @@ impl Signal {
         let mut value = unit.map_or(reading, |unit| unit.to_si_interval(reading));
         if error.relative != 0.0 {
             let share = |bound: f64| (error.relative * bound.abs()).next_up();
-            let shares = Interval::new(-share(reading.lo()), share(reading.hi()));
+            let of_hi = share(reading.hi());
+            // A plain number, as most often, has one share.
+            let of_lo = if reading.lo() == reading.hi() { of_hi } else { share(reading.lo()) };
+            let shares = Interval::new(-of_lo, of_hi);
             value = value + unit.map_or(shares, |unit| unit.to_si_difference_interval(shares));
         }
         // Often the shares are all.

@@ -73,6 +73,7 @@ impl Provider {
 
     pub(super) fn take_over(&mut self, knowledge: &KnowledgeBase, service: Option<Service>) {
         self.state.take_over(knowledge, service);
+        self.sources.is_unrivalled = false;
         self.delegate.retire();
     }
 

@@ -38,9 +38,16 @@ impl Provider {
             tell(outputs, Some(self.event(knowledge, EventKind::Refused, because, now)));
         }
         self.refusals.follow(&self.settings, monitor, now);
-        if self.better().is_some() {
-            tell(outputs, self.go_back(knowledge, monitor, now));
+        if !self.sources.is_unrivalled {
+            match self.better() {
+                Some(_) => tell(outputs, self.go_back(knowledge, monitor, now)),
+                None => self.sources.is_unrivalled = self.state.serving().is_some() && self.forced.is_none(),
+            }
         }
+        debug_assert!(
+            !self.sources.is_unrivalled || self.better().is_none(),
+            "what was found of the sources is out of date"
+        );
         let trusts = |way: &WatchedWay| judge.trusts_way(way);
         // What is only doubted is better than nothing.
         let mut doubted = None;

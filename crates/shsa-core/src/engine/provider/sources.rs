@@ -40,6 +40,9 @@ pub(super) struct Sources {
     has_others: bool,
     /// Whether it was found that no two of them are independent.
     pub(super) is_alone: bool,
+    /// Whether it was found that none is better than the one in use; asked with each value, so it is kept until they, their
+    /// ranks or the one in use change.
+    pub(super) is_unrivalled: bool,
 }
 
 impl Sources {
@@ -61,6 +64,7 @@ impl Sources {
             preferred: None,
             is_unproven: false,
             is_alone: false,
+            is_unrivalled: false,
         }
     }
 
@@ -83,6 +87,7 @@ impl Sources {
         self.returning_since = is_returning.then(|| self.returning_since.unwrap_or(situation.now));
         self.found = sources;
         self.is_alone = false;
+        self.is_unrivalled = false;
         lost
     }
 
@@ -124,6 +129,7 @@ impl Sources {
             Ranked::new(at, utility, figures, source.way.substitution.continues_itself(knowledge))
         };
         // In the place of the last ones: where nothing serves the need, this is done with every value.
+        self.is_unrivalled = false;
         self.ranked.clear();
         self.ranked.extend(self.found.iter().enumerate().map(ranked));
         if prefers_proven {
