@@ -8,8 +8,7 @@ mod absence;
 pub use absence::Absence;
 
 use crate::{Clock, Message};
-use absence::{Attendance, PULSE};
-use shsa_core::time::Span;
+use absence::Attendance;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap, VecDeque};
 use std::fmt;
@@ -108,41 +107,6 @@ impl Inbox {
         let (driver, direct) = (OnceLock::new(), OnceLock::new());
         let shared = Shared { queues: Mutex::new(queues), arrival: Condvar::new(), driver, direct };
         Inbox { shared: Arc::new(shared), clock }
-    }
-
-    /// Notices from now on when the process was suspended, or the machine stood still: what arrives then may have waited, and is
-    /// marked as [`Message::retained`]. A thread that does little else than sleep looks ten times a second, as long as the inbox is
-    /// there. By a clock that somebody sets nobody is ever absent.
-    ///
-    /// # Errors
-    /// When there can be no thread.
-    pub fn attend(&self) -> std::io::Result<()> {
-        if !self.clock.is_running() {
-            return Ok(());
-        }
-        let (shared, clock) = (Arc::downgrade(&self.shared), self.clock.clone());
-        self.lock().attendance.beat(clock.now());
-        std::thread::Builder::new().name("pulse".into()).spawn(move || {
-            while let Some(shared) = shared.upgrade() {
-                shared.queues.lock().unwrap_or_else(PoisonError::into_inner).attendance.beat(clock.now());
-                drop(shared);
-                std::thread::sleep(PULSE);
-            }
-        })?;
-        Ok(())
-    }
-
-    /// The messages that arrive next may have waited for so long: a broker has kept them while the connection was gone.
-    #[cfg_attr(not(feature = "mqtt"), allow(dead_code, reason = "only brokers of MQTT keep messages"))]
-    pub(crate) fn was_away(&self, away: Span) {
-        let now = self.clock.now();
-        self.lock().attendance.was_away(away, now);
-    }
-
-    /// An absence whose messages have all come, told once.
-    #[must_use]
-    pub fn absence(&self) -> Option<Absence> {
-        self.lock().attendance.take_over()
     }
 
     /// The clock by which reception is stamped.

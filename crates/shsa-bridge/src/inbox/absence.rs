@@ -3,10 +3,12 @@
 //! A process that was suspended, a machine that stood still and a client whose messages a broker kept have one thing in common: what
 //! arrives next may be as old as the absence was long, and is received as if it were of now. A pulse tells: it should beat all the time.
 
+use super::Inbox;
 use shsa_core::time::{Span, Time};
+use std::sync::{Arc, PoisonError};
 
 /// How often the pulse beats.
-pub(super) const PULSE: std::time::Duration = std::time::Duration::from_millis(100);
+const PULSE: std::time::Duration = std::time::Duration::from_millis(100);
 /// Who has not been seen for so long was away: a machine that is merely busy keeps a thread waiting for less.
 const AWAY: Span = Span::from_millis(1_000);
 /// What arrives within this time after an absence, and within a share of its length more, may have waited.
@@ -71,9 +73,64 @@ impl Attendance {
         has_waited
     }
 
+    /// Whether nobody was here until a moment ago: what was decided before may be of no use any more.
+    pub(super) fn is_back(&mut self, now: Time) -> bool {
+        if self.seen.is_some() {
+            self.beat(now);
+        }
+        self.present.is_some()
+    }
+
     /// An absence that is over, told once.
     pub(super) fn take_over(&mut self) -> Option<Absence> {
         self.over.take()
+    }
+}
+
+impl Inbox {
+    /// Notices from now on when the process was suspended, or the machine stood still: what arrives then may have waited, and is
+    /// marked as [`Message::retained`]. A thread that does little else than sleep looks ten times a second, as long as the inbox is
+    /// there. By a clock that somebody sets nobody is ever absent.
+    ///
+    /// # Errors
+    /// When there can be no thread.
+    pub fn attend(&self) -> std::io::Result<()> {
+        if !self.clock.is_running() {
+            return Ok(());
+        }
+        let (shared, clock) = (Arc::downgrade(&self.shared), self.clock.clone());
+        self.lock().attendance.beat(clock.now());
+        std::thread::Builder::new().name("pulse".into()).spawn(move || {
+            while let Some(shared) = shared.upgrade() {
+                shared.queues.lock().unwrap_or_else(PoisonError::into_inner).attendance.beat(clock.now());
+                drop(shared);
+                std::thread::sleep(PULSE);
+            }
+        })?;
+        Ok(())
+    }
+
+    /// The messages that arrive next may have waited for so long: a broker has kept them while the connection was gone.
+    #[cfg_attr(not(feature = "mqtt"), allow(dead_code, reason = "only brokers of MQTT keep messages"))]
+    pub(crate) fn was_away(&self, away: Span) {
+        let now = self.clock.now();
+        self.lock().attendance.was_away(away, now);
+    }
+
+    /// Whether nobody was here until a moment ago.
+    #[cfg_attr(
+        not(feature = "mqtt"),
+        allow(dead_code, reason = "only MQTT hands on what it cannot take back")
+    )]
+    pub(crate) fn is_back(&self) -> bool {
+        let now = self.clock.now();
+        self.lock().attendance.is_back(now)
+    }
+
+    /// An absence whose messages have all come, told once.
+    #[must_use]
+    pub fn absence(&self) -> Option<Absence> {
+        self.lock().attendance.take_over()
     }
 }
 

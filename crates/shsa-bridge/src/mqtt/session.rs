@@ -28,6 +28,9 @@ const GOODBYE: Duration = Duration::from_secs(1);
 /// After so many happenings at one go, whoever drives the connection looks at what they have brought.
 const AT_ONE_GO: u32 = 16;
 
+/// Why a connection is ended of which nothing is wrong.
+const OVERTAKEN: &str = "nobody was here for a while, and what waited to be written is too old";
+
 /// Connects and serves until it is stopped.
 pub(super) async fn run(shared: Arc<Shared>, options: Options, turns: Arc<Turns>) {
     let mut pause = Duration::ZERO;
@@ -93,7 +96,7 @@ async fn serve(
     let mut renewal = pin!(sleep(RENEWED));
     loop {
         let is_connected = since.is_some();
-        let coming = next(client, turns, &mut left);
+        let coming = next(shared, client, turns, &mut left);
         let Some(polled) = or_stop(shared, coming, is_connected.then_some(renewal.as_mut())).await else {
             if is_connected {
                 say_goodbye(shared, sender, client).await;
@@ -151,9 +154,18 @@ async fn or_stop<T>(
 }
 
 /// What happens next; after a silence a message is looked at at once.
-async fn next(client: &mut Client, turns: &Turns, left: &mut u32) -> Result<Happening, Failure> {
+async fn next(
+    shared: &Shared,
+    client: &mut Client,
+    turns: &Turns,
+    left: &mut u32,
+) -> Result<Happening, Failure> {
     let mut polled = pin!(client.poll());
     poll_fn(|context| {
+        // As close before the write as can be: a process may be suspended anywhere.
+        if shared.is_overtaken() {
+            return Poll::Ready(Err(Failure { is_refusal: false, reason: OVERTAKEN.to_owned() }));
+        }
         let now = polled.as_mut().poll(context);
         if now.is_pending() {
             *left = 0;

@@ -1,5 +1,6 @@
 //! What the bridge and the connection share: what is wanted, what waits, and what has come of it.
 
+mod leaving;
 mod presence;
 
 use super::claims::Claims;
@@ -12,6 +13,7 @@ use super::unasked::Unasked;
 use crate::clock::Uptime;
 use crate::{BridgeError, Inbox, Link, Message, Outage, Payload, PublisherId, Quality};
 use bytes::Bytes;
+use leaving::Leaving;
 use shsa_core::time::{Span, Time};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
@@ -67,7 +69,7 @@ struct State {
     asked: VecDeque<String>,
     numbered: BTreeMap<u16, String>,
     /// The topics of publications on their way to the connection, then by their number until it is used again.
-    leaving: VecDeque<Arc<str>>,
+    leaving: Leaving,
     unacknowledged: BTreeMap<u16, Arc<str>>,
     unasked: Unasked,
     echo: Echo,
@@ -97,7 +99,7 @@ impl Shared {
             requests: VecDeque::new(),
             asked: VecDeque::new(),
             numbered: BTreeMap::new(),
-            leaving: VecDeque::new(),
+            leaving: Leaving::default(),
             unacknowledged: BTreeMap::new(),
             unasked: Unasked::default(),
             echo: Echo::default(),
@@ -292,7 +294,7 @@ impl Shared {
             }
             Happening::Publishing(number) => {
                 let mut state = self.lock();
-                let topic = state.leaving.pop_front().filter(|_| number != 0);
+                let topic = state.leaving.pop().filter(|_| number != 0);
                 state.unacknowledged.extend(topic.map(|topic| (number, topic)));
             }
             Happening::Refused(number, reason) => {
@@ -395,15 +397,6 @@ impl State {
     fn answer(&mut self, topic: &str, payload: &Bytes) -> bool {
         let Some(asking) = self.asking.get_mut(topic) else { return false };
         std::iter::from_fn(|| asking.pop_front()).any(|asking| asking.send(payload.clone()).is_ok())
-    }
-
-    /// It is on its way, and its echo is to be expected.
-    fn handed_over(&mut self, publication: &Publication) {
-        self.leaving.push_back(publication.topic.clone());
-        let is_subscribed = self.wants_everything || self.wanted.contains(&publication.topic);
-        if is_subscribed && !self.sender.as_ref().is_some_and(Sender::has_no_echo) {
-            self.echo.sent(&publication.topic, &publication.payload, Uptime::now());
-        }
     }
 
     fn pump(&mut self) {

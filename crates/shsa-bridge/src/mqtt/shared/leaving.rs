@@ -1,0 +1,74 @@
+//! Publications on their way from the outbox to the connection: too late to be taken back one by one.
+
+use super::{Publication, Sender, Shared, State};
+use crate::clock::Uptime;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// The topics of publications that were handed to the library, in their order, and until when each is of use.
+#[derive(Debug, Default)]
+pub(super) struct Leaving(VecDeque<(Arc<str>, Option<Uptime>)>);
+
+impl Leaving {
+    pub(super) fn push(&mut self, publication: &Publication) {
+        self.0.push_back((publication.topic.clone(), publication.until));
+    }
+
+    /// The next one has been written; its topic.
+    pub(super) fn pop(&mut self) -> Option<Arc<str>> {
+        self.0.pop_front().map(|(topic, _)| topic)
+    }
+
+    /// A new connection knows of none.
+    pub(super) fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// Whether one is of no use any more.
+    fn are_over(&self, now: Uptime) -> bool {
+        self.0.iter().any(|(_, until)| until.is_some_and(|until| until <= now))
+    }
+}
+
+impl Shared {
+    /// Whether nobody was here until a moment ago, and what was decided before is still to be written: it would go out as if it
+    /// were of now. Only an end of the connection takes it back. A broker that is merely slow is no reason for that.
+    pub(in crate::mqtt) fn is_overtaken(&self) -> bool {
+        let are_over = self.lock().leaving.are_over(Uptime::now());
+        are_over && self.inbox.is_back()
+    }
+}
+
+impl State {
+    /// It is on its way, and its echo is to be expected.
+    pub(super) fn handed_over(&mut self, publication: &Publication) {
+        self.leaving.push(publication);
+        let is_subscribed = self.wants_everything || self.wanted.contains(&publication.topic);
+        if is_subscribed && !self.sender.as_ref().is_some_and(Sender::has_no_echo) {
+            self.echo.sent(&publication.topic, &publication.payload, Uptime::now());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytes::Bytes;
+    use shsa_core::time::Time;
+    use std::time::Duration;
+
+    #[test]
+    fn what_is_of_use_for_ever_is_never_over_and_what_was_written_is_forgotten() {
+        let now = Uptime::now();
+        let publication =
+            |until| Publication { until, ..Publication::new("a".into(), Bytes::new(), Time(0)) };
+        let mut leaving = Leaving::default();
+        leaving.push(&publication(None));
+        assert!(!leaving.are_over(now + Duration::from_secs(60)));
+        leaving.push(&publication(Some(now + Duration::from_secs(1))));
+        assert!(!leaving.are_over(now));
+        assert!(leaving.are_over(now + Duration::from_secs(1)));
+        assert_eq!((leaving.pop().as_deref(), leaving.pop().as_deref()), (Some("a"), Some("a")));
+        assert!(!leaving.are_over(now + Duration::from_secs(60)) && leaving.pop().is_none());
+    }
+}
