@@ -1,6 +1,6 @@
 //! Messages of ROS 2: any bytes as one in CDR; what is read is bounded, and what is written of it can be read again.
 
-use shsa_bridge::payload::{Form, Reader, Writer};
+use shsa_bridge::payload::{Reader, Writer};
 use shsa_bridge::{Message, Payload, Provenance, Quality};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
@@ -42,7 +42,7 @@ pub fn run(bytes: &[u8]) {
 }
 
 fn take_over(message_type: &str, path: &str, bytes: &[u8]) {
-    let mut writer = Writer::new(Form::Like(field(path)), SIZE_LIMIT).expect("they follow the grammar");
+    let mut writer = Writer::like(field(path), SIZE_LIMIT).expect("they follow the grammar");
     writer.learn_message(&message(message_type, bytes));
     let provenance = Provenance { quality: Quality::Substitute, source: String::new() };
     let one = RawValue::Number(1.0);

@@ -3,7 +3,7 @@
 
 use core::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use shsa_bridge::payload::{Form, Reader, SIZE_LIMIT, Writer};
+use shsa_bridge::payload::{Reader, SIZE_LIMIT, Writer};
 use shsa_bridge::{Provenance, Quality};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
@@ -46,10 +46,8 @@ fn write(c: &mut Criterion) {
     let provenance = Provenance { quality: Quality::Substitute, source: "wheel_2, turn".into() };
     let value = RawValue::Interval { lo: 11.9, hi: 12.4 };
     let mut group = c.benchmark_group("write");
-    for (name, form) in
-        [("plain", Form::Plain), ("json", Form::Json), ("like", Form::Like(field("speed.value")))]
-    {
-        let mut writer = Writer::new(form, SIZE_LIMIT).expect("good path");
+    let like = Writer::like(field("speed.value"), SIZE_LIMIT).expect("good path");
+    for (name, mut writer) in [("plain", Writer::plain()), ("json", Writer::envelope()), ("like", like)] {
         writer.learn(&OBJECT.into());
         group
             .bench_function(name, |b| b.iter(|| writer.write(black_box(Some(&value)), Time(5), &provenance)));

@@ -63,6 +63,21 @@ pub enum Form {
     Like,
 }
 
+impl Form {
+    /// All of them: how each is called, and what it is.
+    pub const ALL: [(&str, Form, &str); 3] = [
+        ("plain", Form::Plain, "The number alone, of an interval its middle; a list in JSON"),
+        ("json", Form::Json, "One JSON object: value, lo, hi, stamp_ns, quality, status, source"),
+        ("like", Form::Like, "The messages of the need's own source, with the value and the stamp replaced"),
+    ];
+
+    /// The one that is called so.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Form> {
+        Form::ALL.iter().find(|(known, ..)| *known == name).map(|(_, form, _)| *form)
+    }
+}
+
 /// What is done with a source so that its name can be taken.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Takeover {

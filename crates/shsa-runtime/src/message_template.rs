@@ -1,7 +1,7 @@
 //! Values in the shape of a signal's own messages: the last sound one is the pattern of what takes its place.
 
 use crate::error::{RuntimeError, unfit};
-use shsa_bridge::payload::{Form, SIZE_LIMIT, Writer};
+use shsa_bridge::payload::{SIZE_LIMIT, Writer};
 use shsa_bridge::{Bridge, Message, Payload, Provenance};
 use shsa_core::engine::PublishedValue;
 use shsa_core::interval::Interval;
@@ -43,7 +43,7 @@ impl MessageTemplate {
         let source: Source =
             text.parse().map_err(|why| unfit(format!("the source of {}: {why}", signal.name)))?;
         let (topic, field) = source.on_bus();
-        let writer = Writer::new(Form::Like(field), SIZE_LIMIT)?;
+        let writer = Writer::like(field, SIZE_LIMIT)?;
         Ok(MessageTemplate {
             signal: id,
             topic,

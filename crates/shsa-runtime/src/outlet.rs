@@ -4,7 +4,7 @@ use super::message_template::{MessageTemplate, raw};
 use super::ownership::Ability;
 use crate::error::RuntimeError;
 use serde_json::{Value, json};
-use shsa_bridge::payload::{self, SIZE_LIMIT, Writer};
+use shsa_bridge::payload::Writer;
 use shsa_bridge::{Bridge, BridgeError, Clock, Outgoing, Payload, Provenance, Quality};
 use shsa_core::engine::{self, EventKind, Publication};
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId};
@@ -67,7 +67,7 @@ impl Outlet {
         let variable = &knowledge.variables()[need.variable];
         let shape = match (form, own) {
             (Form::Plain, _) => Shape::Value,
-            (Form::Json, _) => Shape::Envelope(Box::new(Writer::new(payload::Form::Json, SIZE_LIMIT)?)),
+            (Form::Json, _) => Shape::Envelope(Box::new(Writer::envelope())),
             (Form::Like, Some(own)) => Shape::Like(Box::new(MessageTemplate::new(knowledge, own)?)),
             (Form::Like, None) => {
                 let name = &variable.name;

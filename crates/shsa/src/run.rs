@@ -6,12 +6,13 @@ use crate::outcome::{AlreadyTold, Outcome};
 use crate::watch::Watching;
 use crate::{demo, service_manager, show, tell, unwatched};
 use anyhow::Context;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use shsa_bridge::memory::MemoryBus;
 use shsa_bridge::{Address, Clock, Inbox};
 use shsa_core::engine;
 use shsa_core::time::Span;
 use shsa_format::model::live::{Live, Written};
-use shsa_format::wiring::{self, Wiring};
+use shsa_format::wiring::{Form, Wiring};
 use shsa_message::span::parse_span;
 use shsa_runtime::{
     Decision, Ending, Handle, JournalOptions, Model, Options, Order, Printer, Runtime, SandboxOptions, Token,
@@ -75,7 +76,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     view_token_file: Option<PathBuf>,
     /// How the values of needs are written.
-    #[arg(long, value_name = "FORM", default_value = "plain")]
+    #[arg(long, value_name = "FORM", default_value = "plain", value_parser = forms())]
     form: Form,
     /// How single needs go out: their form, and where the substitute takes the failed source's name, how that source is
     /// silenced (docs/deployment.md).
@@ -104,25 +105,10 @@ pub(crate) struct Arguments {
     log: LogArguments,
 }
 
-/// In which shape values go out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Form {
-    /// The number alone, of an interval its middle; a list in JSON.
-    Plain,
-    /// One JSON object: value, lo, hi, stamp_ns, quality, status, source.
-    Json,
-    /// The messages of the need's own source, with the value and the stamp replaced.
-    Like,
-}
-
-impl From<Form> for wiring::Form {
-    fn from(form: Form) -> wiring::Form {
-        match form {
-            Form::Plain => wiring::Form::Plain,
-            Form::Json => wiring::Form::Json,
-            Form::Like => wiring::Form::Like,
-        }
-    }
+/// Reads in which shape values go out.
+fn forms() -> impl TypedValueParser<Value = Form> {
+    let names = Form::ALL.map(|(name, _, what)| PossibleValue::new(name).help(what));
+    PossibleValuesParser::new(names).try_map(|name| Form::named(&name).ok_or("there is no such form"))
 }
 
 /// Where substitutes are computed, where the model does not say.
@@ -280,7 +266,7 @@ fn options(arguments: &Arguments, models: &[Model], log: Log) -> anyhow::Result<
     Ok(Options {
         name: arguments.name.clone(),
         engine: engine::Options { watch: arguments.watching.budget(), ..engine::Options::default() },
-        form: arguments.form.into(),
+        form: arguments.form,
         wiring: wiring.unwrap_or_default(),
         sandbox: arguments.isolation.options()?,
         journal: arguments.journal.as_ref().map(journal),

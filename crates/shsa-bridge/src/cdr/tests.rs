@@ -168,7 +168,7 @@ fn a_copy_differs_in_the_value_and_the_stamp_alone() {
 
 #[test]
 fn payloads_of_a_type_are_read_and_imitated_without_further_ado() {
-    use crate::payload::{Form, Reader as PayloadReader, SIZE_LIMIT, Writer as PayloadWriter};
+    use crate::payload::{Reader as PayloadReader, SIZE_LIMIT, Writer as PayloadWriter};
     use crate::{Message, Payload, Provenance, Quality};
     let message = |message_type: &str, bytes: Vec<u8>| Message {
         message_type: Some(message_type.into()),
@@ -194,7 +194,7 @@ fn payloads_of_a_type_are_read_and_imitated_without_further_ado() {
         read(&message("std_msgs/msg/String", vec![0, 1, 0, 0, 9, 0, 0, 0])).contains("not within 8 bytes")
     );
 
-    let mut writer = PayloadWriter::new(Form::Like(field("position[1]")), SIZE_LIMIT).unwrap();
+    let mut writer = PayloadWriter::like(field("position[1]"), SIZE_LIMIT).unwrap();
     writer.learn_message(&message("sensor_msgs/msg/JointState", joints(false)));
     let provenance = Provenance { quality: Quality::Good, source: String::new() };
     let bytes = writer.write(Some(&RawValue::Number(3.0)), Time(1), &provenance).unwrap().unwrap();

@@ -15,7 +15,7 @@ mod explore;
 pub use explore::{Content, FIELDS_MAX, Leaf, explore};
 pub use reader::{Reader, Reading, SIZE_LIMIT};
 pub use unreadable::Unreadable;
-pub use writer::{Form, Writer, plain};
+pub use writer::{Writer, plain};
 
 #[cfg(test)]
 mod tests;

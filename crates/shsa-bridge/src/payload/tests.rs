@@ -176,8 +176,7 @@ fn values_that_were_never_encoded_are_passed_on() {
     assert_eq!(readable, [(0, true), (1, true), (2, false)]);
 }
 
-fn written(form: Form, pattern: &str, value: Option<&RawValue>) -> String {
-    let mut writer = Writer::new(form, SIZE_LIMIT).unwrap();
+fn written(mut writer: Writer, pattern: &str, value: Option<&RawValue>) -> String {
     if !pattern.is_empty() {
         writer.learn(&pattern.to_owned().into());
     }
@@ -193,9 +192,9 @@ fn written(form: Form, pattern: &str, value: Option<&RawValue>) -> String {
 fn plain_values_and_envelopes_are_written() {
     #[track_caller]
     fn check(value: Option<RawValue>, plain: &str, json: &str) {
-        assert_eq!(written(Form::Plain, "", value.as_ref()), plain);
+        assert_eq!(written(Writer::plain(), "", value.as_ref()), plain);
         let rest = r#""stamp_ns":1500000000,"quality":"UncertainSubstituteValue","status":1083244544,"source":"a \"b\""}"#;
-        assert_eq!(written(Form::Json, "", value.as_ref()), format!("{{{json},{rest}"));
+        assert_eq!(written(Writer::envelope(), "", value.as_ref()), format!("{{{json},{rest}"));
     }
     check(Some(RawValue::Number(2.0)), "2", r#""value":2,"lo":null,"hi":null"#);
     check(Some(RawValue::Interval { lo: 1.0, hi: 2.0 }), "1.5", r#""value":1.5,"lo":1,"hi":2"#);
@@ -213,7 +212,10 @@ fn plain_values_and_envelopes_are_written() {
 fn a_takeover_keeps_the_shape_of_the_source() {
     #[track_caller]
     fn check(path: &str, stamp: &str, pattern: &str, value: RawValue, expected: &str) {
-        assert_eq!(written(Form::Like(field(path, stamp)), pattern, Some(&value)), expected);
+        assert_eq!(
+            written(Writer::like(field(path, stamp), SIZE_LIMIT).unwrap(), pattern, Some(&value)),
+            expected
+        );
     }
     let half = || RawValue::Interval { lo: 0.25, hi: 0.75 };
     check("", "", " 21.5\n", half(), " 0.5\n");
@@ -364,7 +366,7 @@ proptest! {
         let fields = [field("", ""), field("a.b[0]", "t"), field("a[b=c]", "")];
         let said = read(&mut Reader::new(&fields, 100).unwrap(), &bytes);
         prop_assert!(said.len() < 600, "{}", said);
-        let mut writer = Writer::new(Form::Like(fields[1].clone()), 100).unwrap();
+        let mut writer = Writer::like(fields[1].clone(), 100).unwrap();
         writer.learn(&bytes.into());
         let _written = writer.write(Some(&RawValue::Number(1.0)), Time(0), &Provenance { quality: Quality::Good, source: String::new() });
     }
@@ -381,7 +383,7 @@ proptest! {
         all.retain(|path| !path.is_empty() && value.pointer(path).unwrap().is_number());
         prop_assume!(!all.is_empty());
         let path = at.get(&all);
-        let mut writer = Writer::new(Form::Like(field(path, "")), SIZE_LIMIT).unwrap();
+        let mut writer = Writer::like(field(path, ""), SIZE_LIMIT).unwrap();
         writer.learn(&text.clone().into());
         let new = RawValue::Interval { lo, hi: lo + width };
         let bytes = writer.write(Some(&new), Time(0), &Provenance { quality: Quality::Good, source: String::new() }).unwrap().unwrap();

@@ -15,45 +15,61 @@ use shsa_message::stamp;
 use std::fmt::Write as _;
 use std::ops::Range;
 
-/// The shape in which values are written.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Form {
-    /// The number alone, of an interval its middle; a list in JSON.
-    Plain,
-    /// One JSON object:
-    /// `{"value":..,"lo":..,"hi":..,"stamp_ns":..,"quality":"Good","status":0,"source":".."}`. `quality` and `status` are
-    /// the name and the number of an OPC UA status code; `lo` and `hi` are null where no bounds are known.
-    Json,
-    /// The [last good payload](Writer::learn) of the replaced signal with this field and its stamp replaced; everything
-    /// else stays as it was, to the byte. The other members of the object are as old as that payload.
-    Like(Field),
+/// What is written.
+#[derive(Clone, Debug)]
+enum Shape {
+    Number,
+    Envelope,
+    /// Copies of a payload with this field replaced.
+    Copy(Field),
 }
 
 /// Writes the values of one need.
 #[derive(Clone, Debug)]
 pub struct Writer {
-    form: Form,
+    shape: Shape,
     /// Finds the places to be replaced.
-    reader: Reader,
+    reader: Option<Reader>,
     pattern: Option<Bytes>,
     /// Where the pattern is a message of ROS 2: who writes into copies of it.
     typed: Option<TypedPattern>,
 }
 
 impl Writer {
+    /// Writes the number alone, of an interval its middle; a list in JSON.
+    #[must_use]
+    pub fn plain() -> Writer {
+        Writer::without_pattern(Shape::Number)
+    }
+
+    /// Writes one JSON object:
+    /// `{"value":..,"lo":..,"hi":..,"stamp_ns":..,"quality":"Good","status":0,"source":".."}`. `quality` and `status` are
+    /// the name and the number of an OPC UA status code; `lo` and `hi` are null where no bounds are known.
+    #[must_use]
+    pub fn envelope() -> Writer {
+        Writer::without_pattern(Shape::Envelope)
+    }
+
+    /// Writes the [last good payload](Writer::learn) of the replaced signal with this field and its stamp replaced; everything
+    /// else stays as it was, to the byte. The other members of the object are as old as that payload.
+    ///
     /// `size_limit`: larger payloads are no pattern, bytes.
     ///
     /// # Errors
     /// [`BridgeError::Configuration`] for a path that does not follow the grammar.
-    pub fn new(form: Form, size_limit: usize) -> Result<Writer, BridgeError> {
-        let fields = if let Form::Like(field) = &form { std::slice::from_ref(field) } else { &[] };
-        Ok(Writer { reader: Reader::new(fields, size_limit)?, form, pattern: None, typed: None })
+    pub fn like(field: Field, size_limit: usize) -> Result<Writer, BridgeError> {
+        let reader = Reader::new(std::slice::from_ref(&field), size_limit)?;
+        Ok(Writer { shape: Shape::Copy(field), reader: Some(reader), pattern: None, typed: None })
+    }
+
+    fn without_pattern(shape: Shape) -> Writer {
+        Writer { shape, reader: None, pattern: None, typed: None }
     }
 
     /// Keeps a payload of the signal while it is trusted, as the pattern of what will replace it. Copies nothing; other
     /// forms need none and keep none.
     pub fn learn(&mut self, payload: &Bytes) {
-        if matches!(self.form, Form::Like(_)) {
+        if matches!(self.shape, Shape::Copy(_)) {
             self.pattern = Some(payload.clone());
             self.typed = None;
         }
@@ -61,7 +77,7 @@ impl Writer {
 
     /// As [`Writer::learn`] for a message whose type may be known: copies of a message of ROS 2 are written as such.
     pub fn learn_message(&mut self, message: &Message) {
-        let (Form::Like(field), Payload::Bytes(bytes)) = (&self.form, &message.payload) else { return };
+        let (Shape::Copy(field), Payload::Bytes(bytes)) = (&self.shape, &message.payload) else { return };
         self.pattern = Some(bytes.clone());
         match &message.message_type {
             Some(message_type) if is_message_type(message_type) => {
@@ -91,22 +107,23 @@ impl Writer {
         stamp: Time,
         provenance: &Provenance,
     ) -> Result<Option<Bytes>, Unreadable> {
-        match (&self.form, value) {
-            (Form::Json, _) => Ok(Some(envelope(value, stamp, provenance).into())),
+        match (&self.shape, value) {
+            (Shape::Envelope, _) => Ok(Some(envelope(value, stamp, provenance).into())),
             (_, None) => Ok(None),
-            (Form::Plain, Some(value)) => Ok(Some(plain(value).into())),
-            (Form::Like(_), Some(value)) => self.like(value, stamp).map(Some),
+            (Shape::Number, Some(value)) => Ok(Some(plain(value).into())),
+            (Shape::Copy(_), Some(value)) => self.copy(value, stamp).map(Some),
         }
     }
 
-    fn like(&mut self, value: &RawValue, stamp: Time) -> Result<Bytes, Unreadable> {
+    fn copy(&mut self, value: &RawValue, stamp: Time) -> Result<Bytes, Unreadable> {
         let no_pattern = || Unreadable::Absent { field: "a payload of the signal to be replaced".to_owned() };
         let pattern = self.pattern.clone().ok_or_else(no_pattern)?;
         if let Some(typed) = &self.typed {
             return typed.write(&pattern, value, stamp);
         }
-        let text = self.reader.locate(&pattern)?;
-        let found = self.reader.found(0, text).ok_or_else(no_pattern)?;
+        let reader = self.reader.as_mut().ok_or_else(no_pattern)?;
+        let text = reader.locate(&pattern)?;
+        let found = reader.found(0, text).ok_or_else(no_pattern)?;
         let at = found.value_place()?.ok_or_else(no_pattern)?;
         let mut changes = Vec::new();
         change_value(&found, at, value, &mut changes)?;

@@ -75,8 +75,7 @@ fn suggestion(name: &str, known: &[&str], what: &str) -> String {
 }
 
 fn form_of(reader: &mut Reader, form: &Text) -> Option<Form> {
-    let forms = [("plain", Form::Plain), ("json", Form::Json), ("like", Form::Like)];
-    let found = forms.iter().find(|(name, _)| *name == form.text).map(|(_, form)| *form);
+    let found = Form::named(&form.text);
     if found.is_none() {
         let message = format!("there is no form `{}`", form.text);
         reader.note(form.place, &message, "write plain, json or like");
