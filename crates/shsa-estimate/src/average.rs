@@ -149,6 +149,12 @@ impl MovingAverage {
         used.iter().map(move |weight| weight / sum)
     }
 
+    /// Whether its own outputs go into it.
+    #[must_use]
+    pub fn is_recursive(&self) -> bool {
+        !self.output_weights.is_empty()
+    }
+
     /// What it has taken in; of a recursive one its outputs are apart.
     pub(crate) fn window(&self) -> &Window {
         &self.inputs
@@ -242,7 +248,7 @@ mod tests {
     fn a_median_of_an_even_number_lies_between_the_middle_two() {
         let mut window = Window::new(4);
         assert_eq!(window.median(), None);
-        [5.0, 1.0, 9.0, 3.0].map(|value| window.push(value));
+        [5.0, 1.0, 9.0, 3.0].into_iter().for_each(|value| window.push(value));
         assert_eq!((window.middle(), window.median()), (Some((3.0, 5.0)), Some(4.0)));
         window.push(2.0);
         assert_eq!(window.values(), [1.0, 9.0, 3.0, 2.0]);

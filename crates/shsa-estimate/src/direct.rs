@@ -54,7 +54,7 @@ impl Direct {
     /// Begins with a value and its variance.
     ///
     /// # Errors
-    /// A variance that is not above zero, growth below zero, no input.
+    /// A variance that is not above zero, growth below zero, no input, a recursive average.
     pub fn new(
         rule: Rule,
         variances: &[f64],
@@ -77,6 +77,15 @@ impl Direct {
             if !(value >= 0.0) {
                 return Err(Error::Range { what, value, range: "0 or more" });
             }
+        }
+        if let Rule::Average(average) = &rule
+            && average.is_recursive()
+        {
+            return Err(Error::Formula {
+                what: "a moving average".to_owned(),
+                reason: "is recursive: what it remembers never ends, and late values could not be taken in"
+                    .to_owned(),
+            });
         }
         let n = variances.len();
         Ok(Direct {
@@ -195,6 +204,10 @@ impl Method for Direct {
             // No value is in so many intervals: more inputs lie than was declared.
             None => Updated { used: 0, ..updated },
         }
+    }
+
+    fn widen(&mut self, factor: f64) {
+        self.p[(0, 0)] *= factor;
     }
 
     fn memory_len(&self) -> usize {

@@ -19,6 +19,7 @@ pub mod direct;
 pub mod kalman;
 pub mod unscented;
 pub mod particle;
+pub mod fusion;
 mod error;
 
 pub use error::Error;

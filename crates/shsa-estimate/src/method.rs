@@ -69,6 +69,9 @@ pub trait Method {
     /// Takes all measurements of a moment in, together.
     fn update(&mut self, measurements: &[Measurement], controls: &[f64]) -> Updated;
 
+    /// Multiplies its covariance: what it believed was too sure.
+    fn widen(&mut self, factor: f64);
+
     /// How many numbers hold all that changes.
     fn memory_len(&self) -> usize;
 

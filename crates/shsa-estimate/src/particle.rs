@@ -296,6 +296,16 @@ impl<S: System> Method for Particle<S> {
         updated
     }
 
+    fn widen(&mut self, factor: f64) {
+        let far = factor.sqrt();
+        for place in 0..self.weights.len() {
+            for (own, mean) in column_mut(&mut self.particles, place).iter_mut().zip(&self.mean) {
+                *own = mean + far * (*own - mean);
+            }
+        }
+        self.p *= factor;
+    }
+
     fn memory_len(&self) -> usize {
         self.particles.len() + self.weights.len() + self.mean.len() + self.p.len() + 1
     }

@@ -284,6 +284,10 @@ impl<S: System> Method for Unscented<S> {
         updated
     }
 
+    fn widen(&mut self, factor: f64) {
+        self.p *= factor;
+    }
+
     fn memory_len(&self) -> usize {
         self.mean.len() + self.p.len()
     }

@@ -6,7 +6,9 @@
 mod model;
 mod matrices;
 mod formulas;
+mod out_of_sequence;
 mod without_model;
+mod distributions;
 mod package;
 
 use super::Compared;
@@ -22,6 +24,7 @@ pub(super) struct Recorded {
     linear: Vec<matrices::Linear>,
     particle: Vec<matrices::Particles>,
     nonlinear: Vec<formulas::Nonlinear>,
+    out_of_sequence: Vec<out_of_sequence::OutOfSequence>,
     gating: Vec<formulas::Gating>,
     masking: Vec<formulas::Masking>,
     intervals: Vec<without_model::Intervals>,
@@ -38,6 +41,7 @@ pub(super) fn compare(recorded: &Recorded, compared: &mut Compared) -> anyhow::R
     recorded.linear.iter().try_for_each(|case| matrices::compare_linear(case, compared))?;
     recorded.particle.iter().try_for_each(|case| matrices::compare_particles(case, compared))?;
     recorded.nonlinear.iter().try_for_each(|case| formulas::compare_nonlinear(case, compared))?;
+    recorded.out_of_sequence.iter().try_for_each(|case| out_of_sequence::compare(case, compared))?;
     recorded.gating.iter().try_for_each(|case| formulas::compare_gating(case, compared))?;
     recorded.masking.iter().try_for_each(|case| formulas::compare_masking(case, compared))?;
     without_model::compare_intervals(&recorded.intervals, compared);
@@ -68,7 +72,10 @@ struct Wanted<'a> {
 impl Wanted<'_> {
     /// What is different, for people.
     fn differences(&self, label: &str, method: &dyn Method) -> Vec<String> {
-        let (mean, spread) = (method.mean(), method.spread());
+        self.differences_of(label, method.mean(), method.spread())
+    }
+
+    fn differences_of(&self, label: &str, mean: &[f64], spread: &Matrix) -> Vec<String> {
         let n = self.x.len();
         let places: Vec<(usize, usize)> = (0..n).flat_map(|i| (i..n).map(move |j| (i, j))).collect();
         if mean.len() != n || places.len() != self.p.len() {
