@@ -5,7 +5,7 @@
 use crate::Error;
 use crate::average::{Certain, MovingAverage, Window, by_confidence};
 use crate::interval_fusion::{Regions, brooks_iyengar, marzullo, schmid};
-use crate::matrix::Matrix;
+use crate::matrix::{Matrix, at, put};
 use crate::method::{Innovation, Measurement, Method, Updated};
 use shsa_core::interval::Interval;
 
@@ -174,12 +174,13 @@ impl Method for Direct {
     }
 
     fn predict(&mut self, dt: f64, _: &[f64]) -> bool {
-        self.p[(0, 0)] += self.growth * dt.max(0.0);
+        let variance = at(&self.p, 0, 0) + self.growth * dt.max(0.0);
+        put(&mut self.p, 0, 0, variance);
         true
     }
 
     fn innovation(&mut self, measurement: &Measurement, _: &[f64]) -> Option<Innovation> {
-        let variance = self.variance(measurement)? + self.p[(0, 0)];
+        let variance = self.variance(measurement)? + at(&self.p, 0, 0);
         let [mean] = self.mean;
         variance.is_finite().then_some(Innovation { value: measurement.value - mean, variance })
     }
@@ -191,14 +192,15 @@ impl Method for Direct {
         for measurement in measurements.iter().take(self.variances.len()) {
             let Some(variance) = self.variance(measurement) else { continue };
             self.pairs.push((Some(measurement.value), variance));
-            let total = variance + self.p[(0, 0)];
+            let total = variance + at(&self.p, 0, 0);
             updated.used += 1;
             updated.normalized_square += (measurement.value - before).powi(2) / total;
             updated.log_likelihood += crate::normal::log_density(measurement.value - before, total);
         }
         match self.combined() {
             Some((value, variance)) => {
-                (self.mean, self.p[(0, 0)]) = ([value], variance);
+                self.mean = [value];
+                put(&mut self.p, 0, 0, variance);
                 updated
             }
             // No value is in so many intervals: more inputs lie than was declared.
@@ -207,7 +209,7 @@ impl Method for Direct {
     }
 
     fn widen(&mut self, factor: f64) {
-        self.p[(0, 0)] *= factor;
+        self.p *= factor;
     }
 
     fn memory_len(&self) -> usize {
@@ -221,13 +223,14 @@ impl Method for Direct {
             _ => &[],
         };
         let [mean] = self.mean;
-        let head = [mean, self.p[(0, 0)], values.len() as f64];
+        let head = [mean, at(&self.p, 0, 0), values.len() as f64];
         crate::method::save(memory, &[&head, values]);
     }
 
     fn restore(&mut self, memory: &[f64]) {
         let [mean, variance, count, values @ ..] = memory else { return };
-        (self.mean, self.p[(0, 0)]) = ([*mean], *variance);
+        self.mean = [*mean];
+        put(&mut self.p, 0, 0, *variance);
         if let Some(window) = self.window() {
             window.clear();
             values.iter().take(*count as usize).for_each(|value| window.push(*value));

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::dual::{Dual, WIDTH};
-use crate::matrix::Matrix;
+use crate::matrix::{Matrix, put};
 use crate::system::System;
 use shsa_core::expression::{
     Assignment, Checked, Formula, Function, Kind, Number, Program, Scope, Shape, State, Symbol, Value, check,
@@ -256,7 +256,7 @@ impl System for Formulas {
             fill(to, found.iter().map(|dual| dual.value));
             for (row, dual) in found.iter().enumerate() {
                 for (column, slope) in (first..self.states).zip(dual.slopes) {
-                    jacobian[(row, column)] = slope;
+                    put(jacobian, row, column, slope);
                 }
             }
         }
@@ -267,8 +267,8 @@ impl System for Formulas {
         let found = self.noise.evaluate(Arguments { states: from, controls, dt }, self.controls);
         let places = (0..n).flat_map(|row| (row..n).map(move |column| (row, column)));
         for ((row, column), number) in places.zip(found) {
-            noise[(row, column)] = *number;
-            noise[(column, row)] = *number;
+            put(noise, row, column, *number);
+            put(noise, column, row, *number);
         }
     }
 

@@ -9,6 +9,20 @@ use nalgebra::DMatrix;
 /// A dense matrix of `f64`.
 pub type Matrix = DMatrix<f64>;
 
+/// An element; 0 outside.
+#[inline]
+pub(crate) fn at(matrix: &Matrix, row: usize, column: usize) -> f64 {
+    matrix.get((row, column)).copied().unwrap_or(0.0)
+}
+
+/// Sets an element.
+#[inline]
+pub(crate) fn put(matrix: &mut Matrix, row: usize, column: usize, value: f64) {
+    if let Some(element) = matrix.get_mut((row, column)) {
+        *element = value;
+    }
+}
+
 /// Column `column` of a matrix with `rows` rows.
 pub(crate) fn column(matrix: &Matrix, column: usize) -> &[f64] {
     let rows = matrix.nrows();
@@ -59,7 +73,7 @@ pub fn propagate(a: &Matrix, p: &mut Matrix, q: &Matrix, work: &mut Matrix) {
         let to = column_mut(p, j);
         to.copy_from_slice(column(q, j));
         for k in 0..n {
-            let factor = a[(j, k)];
+            let factor = at(a, j, k);
             if factor != 0.0 {
                 add_scaled(to, factor, column(work, k));
             }
@@ -72,9 +86,9 @@ pub fn propagate(a: &Matrix, p: &mut Matrix, q: &Matrix, work: &mut Matrix) {
 pub fn symmetrise(p: &mut Matrix) {
     for j in 1..p.ncols() {
         for i in 0..j {
-            let mean = 0.5 * (p[(i, j)] + p[(j, i)]);
-            p[(i, j)] = mean;
-            p[(j, i)] = mean;
+            let mean = 0.5 * (at(p, i, j) + at(p, j, i));
+            put(p, i, j, mean);
+            put(p, j, i, mean);
         }
     }
 }
@@ -110,27 +124,27 @@ impl Factors {
         self.size = n;
         let mut worst = None;
         for j in 0..n {
-            let mut pivot = p[(j, j)];
+            let mut pivot = at(p, j, j);
             for k in 0..j {
-                pivot -= self.l[(j, k)] * self.l[(j, k)] * self.d.get(k).copied().unwrap_or(0.0);
+                pivot -= at(&self.l, j, k) * at(&self.l, j, k) * self.d.get(k).copied().unwrap_or(0.0);
             }
-            let slack = ROUNDING * p[(j, j)].abs();
-            if (pivot < -LOST * p[(j, j)].abs() || !pivot.is_finite()) && worst.is_none() {
+            let slack = ROUNDING * at(p, j, j).abs();
+            if (pivot < -LOST * at(p, j, j).abs() || !pivot.is_finite()) && worst.is_none() {
                 worst = Some((j, pivot));
             }
             let is_zero = pivot <= slack || !pivot.is_finite();
             if let Some(d) = self.d.get_mut(j) {
                 *d = if is_zero { 0.0 } else { pivot };
             }
-            self.l[(j, j)] = 1.0;
+            put(&mut self.l, j, j, 1.0);
             for i in j + 1..n {
-                let mut sum = if is_zero { 0.0 } else { p[(i, j)] };
+                let mut sum = if is_zero { 0.0 } else { at(p, i, j) };
                 for k in 0..j {
                     if !is_zero {
-                        sum -= self.l[(i, k)] * self.l[(j, k)] * self.d.get(k).copied().unwrap_or(0.0);
+                        sum -= at(&self.l, i, k) * at(&self.l, j, k) * self.d.get(k).copied().unwrap_or(0.0);
                     }
                 }
-                self.l[(i, j)] = if is_zero { 0.0 } else { sum / pivot };
+                put(&mut self.l, i, j, if is_zero { 0.0 } else { sum / pivot });
             }
         }
         worst
@@ -164,10 +178,10 @@ impl Factors {
     pub fn product(&self, p: &mut Matrix) {
         for j in 0..self.size {
             for i in j..self.size {
-                let terms = (0..=j).zip(&self.d).map(|(k, d)| self.l[(i, k)] * d * self.l[(j, k)]);
+                let terms = (0..=j).zip(&self.d).map(|(k, d)| at(&self.l, i, k) * d * at(&self.l, j, k));
                 let sum = terms.sum();
-                p[(i, j)] = sum;
-                p[(j, i)] = sum;
+                put(p, i, j, sum);
+                put(p, j, i, sum);
             }
         }
     }
@@ -200,7 +214,7 @@ pub fn check_covariance(what: &'static str, p: &Matrix, n: usize) -> Result<(), 
     // A zero pivot hides the rest of its column: what is not there again was correlated with something certain.
     for (place, (found, wanted)) in rebuilt.iter().zip(p).enumerate() {
         let (i, j) = (place % n.max(1), place / n.max(1));
-        let scale = (p[(i, i)] * p[(j, j)]).sqrt();
+        let scale = (at(p, i, i) * at(p, j, j)).sqrt();
         if (found - wanted).abs() > 1e-9 * scale + f64::MIN_POSITIVE {
             return Err(Error::NotDefinite { what, place: i.max(j), pivot: 0.0 });
         }

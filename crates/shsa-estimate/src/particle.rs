@@ -11,7 +11,7 @@
 //! (doi:10.1109/78.978374); systematic resampling: G. Kitagawa 1996 (doi:10.1080/10618600.1996.10474692).
 
 use crate::Error;
-use crate::matrix::{Factors, Matrix, column, column_mut, symmetrise};
+use crate::matrix::{Factors, Matrix, at, column, column_mut, put, symmetrise};
 use crate::method::{Innovation, Measurement, Method, Updated, restore, save};
 use crate::normal::{Normal, log_density};
 use crate::random::Random;
@@ -131,7 +131,8 @@ impl<S: System> Particle<S> {
         }
         for j in 0..self.mean.len() {
             for i in 0..j {
-                self.p[(j, i)] = self.p[(i, j)];
+                let mirrored = at(&self.p, i, j);
+                put(&mut self.p, j, i, mirrored);
             }
         }
         symmetrise(&mut self.p);
@@ -145,11 +146,11 @@ impl<S: System> Particle<S> {
             let variance = measurement.variance.unwrap_or(own);
             if variance > 0.0 && variance.is_finite() && measurement.value.is_finite() {
                 let place = self.used.len();
-                self.r[(place, place)] = variance;
+                put(&mut self.r, place, place, variance);
                 for (other, known) in self.used.iter().enumerate() {
                     let shared =
                         self.system.covariance(measurement.sensor, known.sensor, &self.mean, controls);
-                    self.r[(place, other)] = shared;
+                    put(&mut self.r, place, other, shared);
                 }
                 self.used.push(*measurement);
             }
@@ -250,7 +251,7 @@ impl<S: System> Method for Particle<S> {
             }
         }
         let mean = sum / total;
-        let variance = (square / total - mean * mean).max(0.0) + self.r[(0, 0)];
+        let variance = (square / total - mean * mean).max(0.0) + at(&self.r, 0, 0);
         let value = wrapped(measurement.value - about - mean, turn);
         (value.is_finite() && variance > 0.0).then_some(Innovation { value, variance })
     }

@@ -13,7 +13,9 @@
 //! S. Julier, J. Uhlmann 2004 (doi:10.1109/JPROC.2003.823141); E. Wan, R. van der Merwe 2000 (doi:10.1109/ASSPCC.2000.882463).
 
 use crate::Error;
-use crate::matrix::{Factors, Matrix, add_scaled, check_covariance, column, column_mut, heal, symmetrise};
+use crate::matrix::{
+    Factors, Matrix, add_scaled, at, check_covariance, column, column_mut, heal, put, symmetrise,
+};
 use crate::method::{Innovation, Measurement, Method, Updated, restore, save};
 use crate::normal::log_density;
 use crate::system::{System, wrapped};
@@ -171,11 +173,13 @@ impl<S: System> Unscented<S> {
             if let (Some(own), Some(sensor)) = (self.apart.get_mut(count), self.sensors.get_mut(count)) {
                 (*own, *sensor) = (apart, measurement.sensor);
             }
-            self.s[(count, count)] = variance + self.shared(count, count);
+            let own = variance + self.shared(count, count);
+            put(&mut self.s, count, count, own);
             for other in 0..count {
                 let sensor = self.sensors.get(other).copied().unwrap_or(0);
                 let noise = self.system.covariance(measurement.sensor, sensor, &self.mean, controls);
-                self.s[(count, other)] = noise + self.shared(count, other);
+                let shared = noise + self.shared(count, other);
+                put(&mut self.s, count, other, shared);
             }
             let cross = column_mut(&mut self.cross, count);
             cross.fill(0.0);
@@ -255,7 +259,7 @@ impl<S: System> Method for Unscented<S> {
         // The innovations made independent, one after the other: `S = L D L'`, `C <- C L'^-1`.
         for j in 0..count {
             for k in 0..j {
-                let factor = -self.s_factors.l[(j, k)];
+                let factor = -at(&self.s_factors.l, j, k);
                 let known = self.apart.get(k).copied().unwrap_or(0.0);
                 if let Some(apart) = self.apart.get_mut(j) {
                     *apart += factor * known;
@@ -267,7 +271,7 @@ impl<S: System> Method for Unscented<S> {
             }
             let (apart, variance) = (self.apart.get(j).copied(), self.s_factors.d.get(j).copied());
             let (Some(apart), Some(variance)) = (apart, variance) else { continue };
-            if !(variance > 0.0) {
+            if variance.is_nan() || variance <= 0.0 {
                 continue;
             }
             let cross = column(&self.cross, j);
@@ -342,7 +346,8 @@ pub fn transform(
         for (j, (said_j, y_j)) in said.iter().zip(&y).enumerate() {
             let factor = of_spread(place) * (said_j - y_j);
             for (i, (said_i, y_i)) in said.iter().zip(&y).enumerate() {
-                own[(i, j)] += factor * (said_i - y_i);
+                let sum = at(&own, i, j) + factor * (said_i - y_i);
+                put(&mut own, i, j, sum);
             }
             add_scaled(column_mut(&mut cross, j), factor, step);
         }

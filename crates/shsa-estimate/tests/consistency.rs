@@ -92,7 +92,7 @@ fn check(
     let n = start.len();
     let p = Matrix::from_fn(n, n, |i, j| if i == j { spread[i] } else { 0.0 });
     let reach = two_sided(0.95);
-    let (mut sum, mut held, mut count) = (0.0, 0, 0);
+    let (mut sum, mut held, mut count) = (0.0, 0_u32, 0_u32);
     for run in 0..RUNS {
         let mut random = Random::new(1 + run as u64);
         let (mut world, mut truth, mut next) = (make(), vec![0.0; n], vec![0.0; n]);
@@ -116,7 +116,7 @@ fn check(
         sum += error_squared(&*filter, &truth);
         for (state, truth) in truth.iter().enumerate() {
             let sigma = filter.spread()[(state, state)].sqrt();
-            held += usize::from((filter.mean()[state] - truth).abs() <= reach * sigma);
+            held += u32::from((filter.mean()[state] - truth).abs() <= reach * sigma);
             count += 1;
         }
     }
