@@ -1,9 +1,10 @@
 //! `shsa-bench oracle`: our answers beside those that others have recorded, one by one.
 //!
-//! A file is JSON with its `format`; what the formats hold stands at the readers ([`search`], [`monitor`]).
+//! A file is JSON with its `format`; what the formats hold stands at the readers ([`search`], [`monitor`], [`fusion`]).
 
 mod search;
 mod monitor;
+mod fusion;
 
 use crate::Outcome;
 use anyhow::Context;
@@ -41,6 +42,8 @@ enum Kind {
     Search,
     /// The published monitor (shsa-monitor-golden-1, shsa-monitor-unit-1), one answer a step.
     Monitor,
+    /// State estimation and sensor fusion (shsa-fusion-oracle-1, shsa-fusion-sfpkg-1), one answer a step.
+    Fusion,
 }
 
 /// What was compared.
@@ -79,6 +82,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             }
             (Kind::Monitor, "shsa-monitor-unit-1") => {
                 monitor::compare_units(&read(path, &text)?, &mut compared)?;
+            }
+            (Kind::Fusion, "shsa-fusion-oracle-1") => fusion::compare(&read(path, &text)?, &mut compared)?,
+            (Kind::Fusion, "shsa-fusion-sfpkg-1") => {
+                fusion::compare_package(&read(path, &text)?, &mut compared)?;
             }
             (kind, format) => {
                 let kind = format!("{kind:?}").to_lowercase();

@@ -98,6 +98,22 @@ impl Formula {
         }
     }
 
+    /// Several numbers as one vector, in this order; the caller gives scalars.
+    #[must_use]
+    pub fn list(elements: Vec<Formula>) -> Formula {
+        Formula::node(Operation::List, elements)
+    }
+
+    /// The same with the elapsed time (`dt`) as a variable of its own, for who knows it better than a program does.
+    #[must_use]
+    pub fn with_elapsed(self, symbol: Symbol) -> Formula {
+        if self.operation == Operation::Elapsed {
+            return Formula::symbol(symbol, Shape::Scalar);
+        }
+        let arguments = self.arguments.iter().map(|argument| argument.clone().with_elapsed(symbol));
+        self.with_arguments(arguments.collect())
+    }
+
     /// The same operation on other arguments of the same shapes.
     pub(super) fn with_arguments(&self, arguments: Vec<Formula>) -> Formula {
         if self.arguments.is_empty() { self.clone() } else { Formula::node(self.operation, arguments) }

@@ -24,7 +24,9 @@ mod elementary;
 mod power;
 mod trigonometry;
 mod truth;
+mod tolerant;
 
+pub use tolerant::{holding, tolerant};
 pub use truth::Truth;
 
 /// All real numbers from `lo` to `hi`, both included; or no number at all (empty).

@@ -1,16 +1,14 @@
 //! All that could serve a need is suspect: one of the candidates lies, and nothing tells which.
 //!
-//! What goes out is the [fault-tolerant interval](tolerant) of all candidates. How many of them lie is the size of the smallest
+//! What goes out is the [fault-tolerant interval](crate::interval::tolerant) of all candidates. How many of them lie is the size of the smallest
 //! explanation: so many have to be left out that the others have a value in common, and at least one.
-
-mod tolerant;
 
 use super::super::ways::Source;
 use super::settings::Settings;
 use crate::alignment::{Port, Sample};
 use crate::circle;
 use crate::computation::Computed;
-use crate::interval::Interval;
+use crate::interval::{Interval, holding, tolerant};
 use crate::knowledge::{
     CauseId, IdVec, KnowledgeBase, RelationId, SignalId, SignalSet, Variable, WhenUnsure,
 };
@@ -23,7 +21,6 @@ use crate::time::{Span, Time};
 use alloc::collections::BTreeSet;
 use alloc::string::String;
 use alloc::vec::Vec;
-use tolerant::{holding, tolerant};
 
 /// What serves a need that nothing trusted can serve.
 #[derive(Debug)]

@@ -4,15 +4,19 @@
 //! largest of such values is the fault-tolerant interval (K. Marzullo, "Tolerating failures of continuous-valued sensors",
 //! 1990, doi:10.1145/128733.128735); of two candidates it is the hull of both.
 
-use crate::interval::Interval;
+use super::Interval;
 
-/// How many intervals hold a value.
-pub(super) fn holding(all: &[Interval], value: f64) -> usize {
+/// How many intervals hold a value. Time: linear.
+#[must_use]
+pub fn holding(all: &[Interval], value: f64) -> usize {
     all.iter().filter(|it| it.lo() <= value && value <= it.hi()).count()
 }
 
 /// From the smallest to the largest value that lies in so many of the intervals; `None` where none does, or none is asked.
-pub(super) fn tolerant(all: &[Interval], count: usize) -> Option<Interval> {
+///
+/// Time: the square of the number of intervals; allocates nothing.
+#[must_use]
+pub fn tolerant(all: &[Interval], count: usize) -> Option<Interval> {
     if count == 0 {
         return None;
     }

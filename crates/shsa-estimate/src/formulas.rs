@@ -1,0 +1,384 @@
+//! Models of systems in the language of formulas, compiled once, and differentiated exactly.
+
+use crate::Error;
+use crate::dual::{Dual, WIDTH};
+use crate::matrix::{Matrix, put};
+use crate::system::System;
+use shsa_core::expression::{
+    Assignment, Checked, Formula, Function, Kind, Number, Program, Scope, Shape, State, Symbol, Value, check,
+    parse_expression,
+};
+use shsa_core::time::Validity;
+
+/// What the formulas of a model may name: states first, then control inputs, then constants.
+#[derive(Clone, Debug, Default)]
+pub struct Vocabulary {
+    names: Vec<(String, Kind)>,
+}
+
+impl Vocabulary {
+    /// Adds a name; its symbol is its place.
+    pub fn add(&mut self, name: impl Into<String>, kind: Kind) -> Symbol {
+        self.names.push((name.into(), kind));
+        Symbol(self.names.len() as u32 - 1)
+    }
+
+    /// Adds a number without a unit to check.
+    pub fn add_number(&mut self, name: impl Into<String>) -> Symbol {
+        self.add(name, Kind { shape: Shape::Scalar, unit: None, range: None, constant: None })
+    }
+
+    /// Reads and checks a formula.
+    ///
+    /// # Errors
+    /// The text with the first thing that is wrong in it.
+    pub fn formula(&self, what: &str, text: &str) -> Result<Formula, Error> {
+        let wrong = |reason: String| Error::Formula { what: what.to_owned(), reason };
+        let expression = parse_expression(text).map_err(|problem| wrong(format!("`{text}`: {problem}")))?;
+        let Checked { formula, problems, .. } = check(&expression, self);
+        let first = || problems.first().map_or_else(String::new, ToString::to_string);
+        formula.ok_or_else(|| wrong(format!("`{text}`: {}", first())))
+    }
+}
+
+impl Scope for Vocabulary {
+    fn symbol(&self, name: &str) -> Option<Symbol> {
+        let place = self.names.iter().position(|(known, _)| known == name)?;
+        Some(Symbol(place as u32))
+    }
+
+    fn kind(&self, symbol: Symbol) -> Kind {
+        let nothing = Kind { shape: Shape::Scalar, unit: None, range: None, constant: None };
+        self.names.get(symbol.0 as usize).map_or(nothing, |(_, kind)| kind.clone())
+    }
+
+    fn function(&self, _: &str) -> Option<&Function> {
+        None
+    }
+
+    fn names(&self) -> Vec<&str> {
+        self.names.iter().map(|(name, _)| name.as_str()).collect()
+    }
+
+    fn function_names(&self) -> Vec<&str> {
+        Vec::new()
+    }
+}
+
+/// What a sensor says of the state.
+#[derive(Clone, Debug)]
+pub struct Sensor {
+    /// For messages.
+    pub name: String,
+    /// Over states and controls.
+    pub formula: Formula,
+    /// The variance of its noise, over states and controls.
+    pub variance: Formula,
+    /// After how much it is the same again.
+    pub turn: Option<f64>,
+}
+
+/// A model before it is compiled. States are the symbols from 0, controls those behind them.
+#[derive(Clone, Debug)]
+pub struct Draft {
+    /// How each state goes on, in the order of the states; over states, controls and `dt`.
+    pub transition: Vec<Formula>,
+    /// The number of control inputs.
+    pub controls: usize,
+    /// The covariance of the process noise after `dt`: the upper triangle, row by row.
+    pub noise: Vec<Formula>,
+    /// The sensors in declared order.
+    pub sensors: Vec<Sensor>,
+}
+
+/// A program over states, controls and `dt`, with memory to run it over numbers and over duals.
+#[derive(Clone, Debug)]
+struct Compiled {
+    program: Program,
+    /// Which of states, controls and `dt` each input is.
+    slots: Vec<usize>,
+    numbers: State<f64>,
+    duals: State<Dual>,
+    number_inputs: Vec<Value<'static, f64>>,
+    dual_inputs: Vec<Value<'static, Dual>>,
+}
+
+/// What programs are evaluated on.
+#[derive(Clone, Copy)]
+struct Arguments<'a> {
+    states: &'a [f64],
+    controls: &'a [f64],
+    dt: f64,
+}
+
+impl Arguments<'_> {
+    /// The number in a slot: states, then controls (absent ones are 0), then `dt`.
+    #[inline]
+    fn get(&self, slot: usize, control_count: usize) -> f64 {
+        match slot.checked_sub(self.states.len()) {
+            None => self.states.get(slot).copied().unwrap_or(f64::NAN),
+            Some(control) if control < control_count => self.controls.get(control).copied().unwrap_or(0.0),
+            Some(_) => self.dt,
+        }
+    }
+}
+
+impl Compiled {
+    /// Compiles formulas over `count` symbols of which the last is `dt`, to one vector.
+    fn new(what: &str, formulas: Vec<Formula>, count: usize) -> Result<Compiled, Error> {
+        let wrong = |reason: &str| Error::Formula { what: what.to_owned(), reason: reason.to_owned() };
+        let elapsed = Symbol(count as u32 - 1);
+        let formulas: Vec<Formula> = formulas.into_iter().map(|it| it.with_elapsed(elapsed)).collect();
+        if formulas.iter().any(|formula| formula.shape() != Shape::Scalar) {
+            return Err(wrong("is not one number"));
+        }
+        if formulas.iter().any(Formula::is_stateful) {
+            return Err(wrong("remembers earlier values: make what it remembers a state"));
+        }
+        let list = Formula::list(formulas);
+        let assignment = Assignment { symbol: Symbol(u32::MAX), formula: &list, condition: None };
+        let program = Program::compile(&[assignment]).map_err(|problem| wrong(&problem.to_string()))?;
+        let slots: Vec<usize> = program.inputs().iter().map(|input| input.symbol.0 as usize).collect();
+        if slots.iter().any(|slot| *slot >= count) {
+            return Err(wrong("uses what is neither state nor control input"));
+        }
+        Ok(Compiled {
+            numbers: program.new_state(0, 1.0),
+            duals: program.new_state(0, 1.0),
+            number_inputs: vec![Value::Scalar(f64::NAN); slots.len()],
+            dual_inputs: vec![Value::Scalar(Dual::MISSING); slots.len()],
+            program,
+            slots,
+        })
+    }
+
+    fn evaluate(&mut self, arguments: Arguments<'_>, control_count: usize) -> &[f64] {
+        for (input, slot) in self.number_inputs.iter_mut().zip(&self.slots) {
+            *input = Value::Scalar(arguments.get(*slot, control_count));
+        }
+        let outcome = self.program.evaluate(&mut self.numbers, &self.number_inputs, Validity::always(), None);
+        match outcome.value {
+            Value::Vector(numbers) => numbers,
+            Value::Scalar(_) => &[],
+        }
+    }
+
+    /// With derivatives by the states from `first` on, as many as a dual has directions.
+    fn differentiate(&mut self, arguments: Arguments<'_>, control_count: usize, first: usize) -> &[Dual] {
+        for (input, slot) in self.dual_inputs.iter_mut().zip(&self.slots) {
+            let value = arguments.get(*slot, control_count);
+            let direction = slot.checked_sub(first).filter(|_| *slot < arguments.states.len());
+            *input = Value::Scalar(Dual::variable(value, direction.unwrap_or(WIDTH)));
+        }
+        let outcome = self.program.evaluate(&mut self.duals, &self.dual_inputs, Validity::always(), None);
+        match outcome.value {
+            Value::Vector(duals) => duals,
+            Value::Scalar(_) => &[],
+        }
+    }
+}
+
+/// A system by compiled formulas.
+#[derive(Clone, Debug)]
+pub struct Formulas {
+    states: usize,
+    controls: usize,
+    transition: Compiled,
+    noise: Compiled,
+    sensors: Vec<Measured>,
+}
+
+#[derive(Clone, Debug)]
+struct Measured {
+    formula: Compiled,
+    variance: Compiled,
+    turn: Option<f64>,
+}
+
+impl Formulas {
+    /// Compiles a model.
+    ///
+    /// # Errors
+    /// A formula that remembers its past, is no single number, or uses what is neither state nor control input; a noise of
+    /// another size. Time: n log n in the size of the formulas.
+    pub fn new(draft: Draft) -> Result<Formulas, Error> {
+        let states = draft.transition.len();
+        let count = states + draft.controls + 1;
+        let wanted = states * (states + 1) / 2;
+        if draft.noise.len() != wanted {
+            return Err(Error::Size { what: "the process noise", found: draft.noise.len(), wanted });
+        }
+        let sensors = draft.sensors.into_iter().map(|sensor| {
+            Ok(Measured {
+                formula: Compiled::new(&sensor.name, vec![sensor.formula], count)?,
+                variance: Compiled::new(&sensor.name, vec![sensor.variance], count)?,
+                turn: sensor.turn,
+            })
+        });
+        Ok(Formulas {
+            states,
+            controls: draft.controls,
+            sensors: sensors.collect::<Result<_, Error>>()?,
+            transition: Compiled::new("the transition", draft.transition, count)?,
+            noise: Compiled::new("the process noise", draft.noise, count)?,
+        })
+    }
+
+    fn sensor(&mut self, sensor: usize) -> Option<&mut Measured> {
+        self.sensors.get_mut(sensor)
+    }
+}
+
+/// Puts numbers into a slice; those that are absent are missing.
+fn fill(to: &mut [f64], from: impl Iterator<Item = f64>) {
+    let from = from.chain(std::iter::repeat(f64::NAN));
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = from);
+}
+
+impl System for Formulas {
+    fn states(&self) -> usize {
+        self.states
+    }
+
+    fn sensors(&self) -> usize {
+        self.sensors.len()
+    }
+
+    fn transition(&mut self, from: &[f64], controls: &[f64], dt: f64, to: &mut [f64]) {
+        let found = self.transition.evaluate(Arguments { states: from, controls, dt }, self.controls);
+        fill(to, found.iter().copied());
+    }
+
+    fn linearised(&mut self, from: &[f64], controls: &[f64], dt: f64, to: &mut [f64], jacobian: &mut Matrix) {
+        let arguments = Arguments { states: from, controls, dt };
+        for first in (0..self.states).step_by(WIDTH) {
+            let found = self.transition.differentiate(arguments, self.controls, first);
+            fill(to, found.iter().map(|dual| dual.value));
+            for (row, dual) in found.iter().enumerate() {
+                for (column, slope) in (first..self.states).zip(dual.slopes) {
+                    put(jacobian, row, column, slope);
+                }
+            }
+        }
+    }
+
+    fn noise(&mut self, from: &[f64], controls: &[f64], dt: f64, noise: &mut Matrix) {
+        let n = self.states;
+        let found = self.noise.evaluate(Arguments { states: from, controls, dt }, self.controls);
+        let places = (0..n).flat_map(|row| (row..n).map(move |column| (row, column)));
+        for ((row, column), number) in places.zip(found) {
+            put(noise, row, column, *number);
+            put(noise, column, row, *number);
+        }
+    }
+
+    fn expected(&mut self, sensor: usize, state: &[f64], controls: &[f64]) -> f64 {
+        let (arguments, count) = (Arguments { states: state, controls, dt: f64::NAN }, self.controls);
+        let Some(measured) = self.sensor(sensor) else { return f64::NAN };
+        measured.formula.evaluate(arguments, count).first().copied().unwrap_or(f64::NAN)
+    }
+
+    fn gradient(&mut self, sensor: usize, state: &[f64], controls: &[f64], gradient: &mut [f64]) -> f64 {
+        let (arguments, count) = (Arguments { states: state, controls, dt: f64::NAN }, self.controls);
+        let Some(measured) = self.sensor(sensor) else { return f64::NAN };
+        let mut value = f64::NAN;
+        for (chunk, part) in gradient.chunks_mut(WIDTH).enumerate() {
+            let found = measured.formula.differentiate(arguments, count, chunk * WIDTH);
+            let Some(dual) = found.first() else { return f64::NAN };
+            fill(part, dual.slopes.into_iter());
+            value = dual.value;
+        }
+        value
+    }
+
+    fn covariance(&mut self, one: usize, other: usize, state: &[f64], controls: &[f64]) -> f64 {
+        if one != other {
+            return 0.0;
+        }
+        let (arguments, count) = (Arguments { states: state, controls, dt: f64::NAN }, self.controls);
+        let Some(measured) = self.sensor(one) else { return f64::NAN };
+        measured.variance.evaluate(arguments, count).first().copied().unwrap_or(f64::NAN)
+    }
+
+    fn turn(&self, sensor: usize) -> Option<f64> {
+        self.sensors.get(sensor)?.turn
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn formulas(names: &[&str], texts: &[&str], measured: &str) -> Result<Formulas, Error> {
+        let mut vocabulary = Vocabulary::default();
+        for name in names {
+            vocabulary.add_number(*name);
+        }
+        let n = texts.len();
+        let formula = |text: &str| vocabulary.formula("a test", text);
+        Formulas::new(Draft {
+            transition: texts.iter().map(|text| formula(text)).collect::<Result<_, _>>()?,
+            controls: names.len() - n,
+            noise: vec![formula("dt")?; n * (n + 1) / 2],
+            sensors: vec![Sensor {
+                name: "z".into(),
+                formula: formula(measured)?,
+                variance: formula("2")?,
+                turn: None,
+            }],
+        })
+    }
+
+    #[test]
+    fn derivatives_of_a_transition_and_a_sensor() {
+        let mut system = formulas(&["x", "v", "u"], &["x + v*dt", "v*u"], "x^2 + u").unwrap();
+        let (mut to, mut jacobian) = ([0.0; 2], Matrix::zeros(2, 2));
+        system.linearised(&[1.0, 2.0], &[3.0], 0.5, &mut to, &mut jacobian);
+        assert_eq!(to, [2.0, 6.0]);
+        assert_eq!(jacobian, Matrix::from_row_slice(2, 2, &[1.0, 0.5, 0.0, 3.0]));
+        let mut gradient = [0.0; 2];
+        assert_eq!(system.gradient(0, &[4.0, 2.0], &[3.0], &mut gradient), 19.0);
+        assert_eq!(gradient, [8.0, 0.0]);
+        assert_eq!(system.covariance(0, 0, &[4.0, 2.0], &[]), 2.0);
+    }
+
+    #[test]
+    fn more_states_than_directions() {
+        let names: Vec<String> = (0..11).map(|place| format!("x{place}")).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let texts = [&names[1..], &names[..1]].concat();
+        let mut system = formulas(&names, &texts, "x0*x10").unwrap();
+        let state: Vec<f64> = (0..11).map(f64::from).collect();
+        let (mut to, mut jacobian) = ([0.0; 11], Matrix::zeros(11, 11));
+        system.linearised(&state, &[], 1.0, &mut to, &mut jacobian);
+        for row in 0..11 {
+            assert_eq!(to[row], ((row + 1) % 11) as f64);
+            assert!(
+                (0..11)
+                    .all(|column| jacobian[(row, column)] == f64::from(u8::from(column == (row + 1) % 11)))
+            );
+        }
+        let mut gradient = [0.0; 11];
+        system.gradient(0, &state, &[], &mut gradient);
+        assert_eq!((gradient[0], gradient[10]), (10.0, 0.0));
+    }
+
+    #[test]
+    fn what_cannot_be_a_model_is_told() {
+        let error = formulas(&["x"], &["previous(x)"], "x").unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "the formula of the transition remembers earlier values: make what it remembers a state"
+        );
+        assert!(formulas(&["x"], &["x + y"], "x").unwrap_err().to_string().contains("`y`"));
+        assert!(formulas(&["x"], &["x > 1"], "x").is_err());
+    }
+
+    #[test]
+    fn what_has_no_value_is_missing() {
+        let mut system = formulas(&["x"], &["sqrt(x)"], "1/x").unwrap();
+        let mut to = [0.0];
+        system.transition(&[-1.0], &[], 1.0, &mut to);
+        assert!(to[0].is_nan() && system.expected(0, &[0.0], &[]).is_nan());
+    }
+}

@@ -1,0 +1,378 @@
+//! Measurements that come late, twice, at different rates or not at all, taken in at their own times.
+//!
+//! Every moment with a measurement is kept with the state after it, in a bounded ring. A late measurement goes to its moment, and
+//! all after it are computed again, so the estimate is that of a filter which saw everything in the order of time: a function of
+//! the set of measurements, whatever their order of arrival, gate and watches included (Y. Bar-Shalom 2002,
+//! doi:10.1109/TAES.2002.1039398, treats what can be saved). Measurements of one moment are stacked in the declared order of their
+//! sensors.
+//!
+//! A measurement costs one step, and one more for each moment after it: O(moments). Nothing is allocated.
+
+mod gate;
+mod moment;
+mod leave_one_out;
+
+pub use gate::{Gate, Watch};
+pub use leave_one_out::LeaveOneOut;
+
+use crate::Error;
+use crate::matrix::Matrix;
+use crate::method::{Innovation, Measurement, Method};
+use crate::normal::two_sided;
+use moment::{Moment, Past};
+use shsa_core::interval::Interval;
+use shsa_core::time::{Span, Time};
+
+/// How measurements are taken in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// How far behind the newest measurement used a late one may be.
+    pub horizon: Span,
+    /// How many moments are kept, 1 at least; where they do not reach back over the horizon, older ones are too late, too.
+    pub moments: usize,
+    /// What is too far off to be used; `None` uses all, jointly.
+    pub gate: Option<Gate>,
+    /// Without a measurement for longer than this, nothing is known.
+    pub unknown_after: Span,
+}
+
+/// What became of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It counts.
+    Used,
+    /// The same sensor has been heard of that moment.
+    Duplicate,
+    /// It is older than can be gone back to.
+    TooLate,
+    /// It is too far off, or no number.
+    Rejected,
+    /// Its sensor is not trusted: it is a witness, and does not count.
+    Masked,
+}
+
+/// How many of each there were, as they arrived.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Those that count.
+    pub used: u64,
+    /// Those heard before.
+    pub duplicate: u64,
+    /// Those too old.
+    pub too_late: u64,
+    /// Those too far off.
+    pub rejected: u64,
+    /// Those of a sensor that is not trusted.
+    pub masked: u64,
+}
+
+impl Counts {
+    fn count(&mut self, verdict: Verdict) {
+        let counter = match verdict {
+            Verdict::Used => &mut self.used,
+            Verdict::Duplicate => &mut self.duplicate,
+            Verdict::TooLate => &mut self.too_late,
+            Verdict::Rejected => &mut self.rejected,
+            Verdict::Masked => &mut self.masked,
+        };
+        *counter = counter.saturating_add(1);
+    }
+}
+
+/// What is known of a moment.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimate<'a> {
+    /// The states.
+    pub mean: &'a [f64],
+    /// Their covariance.
+    pub spread: &'a Matrix,
+}
+
+impl Estimate<'_> {
+    /// The interval that holds a state with this share of probability, were its distribution normal; empty for no such state.
+    #[must_use]
+    pub fn interval(&self, state: usize, share: f64) -> Interval {
+        let (Some(mean), Some(variance)) = (self.mean.get(state), self.spread.get((state, state))) else {
+            return Interval::EMPTY;
+        };
+        let reach = two_sided(share) * variance.max(0.0).sqrt();
+        Interval::new((mean - reach).next_down(), (mean + reach).next_up())
+    }
+}
+
+/// A method that is fed with measurements at their times.
+pub struct Fusion {
+    method: Box<dyn Method>,
+    options: Options,
+    /// Those in use come first, in the order of time.
+    moments: Vec<Moment>,
+    count: usize,
+    /// What was before the first moment, and when that was.
+    base: Past,
+    base_at: Time,
+    /// Whether that was a moment, which takes nothing in any more.
+    is_base_taken: bool,
+    initial: Past,
+    /// What the present computation is at.
+    now: Past,
+    masked: Vec<bool>,
+    counts: Vec<Counts>,
+    stack: Vec<Measurement>,
+    trial: Vec<f64>,
+}
+
+impl Fusion {
+    /// Of a method whose present estimate holds at a time, for so many sensors and control inputs (all 0 at first).
+    ///
+    /// # Errors
+    /// No moment is to be kept, a gate that is none.
+    pub fn new(
+        method: Box<dyn Method>,
+        at: Time,
+        (sensors, controls): (usize, usize),
+        options: Options,
+    ) -> Result<Fusion, Error> {
+        if options.moments == 0 {
+            return Err(Error::Range { what: "the number of moments", value: 0.0, range: "1 or more" });
+        }
+        if let Some(gate) = options.gate {
+            gate.check()?;
+        }
+        let mut initial = Past::new(method.memory_len(), sensors, controls);
+        method.save(&mut initial.memory);
+        let moment = Moment::new(&initial);
+        Ok(Fusion {
+            moments: vec![moment; options.moments],
+            count: 0,
+            base: initial.clone(),
+            base_at: at,
+            is_base_taken: false,
+            now: initial.clone(),
+            masked: vec![false; sensors],
+            counts: vec![Counts::default(); sensors],
+            stack: Vec::with_capacity(sensors),
+            trial: vec![0.0; method.memory_len()],
+            initial,
+            method,
+            options,
+        })
+    }
+
+    /// Takes a measurement in, at its time of validity.
+    pub fn measure(&mut self, at: Time, measurement: Measurement) -> Verdict {
+        let verdict = self.taken(at, measurement);
+        if let Some(counts) = self.counts.get_mut(measurement.sensor) {
+            counts.count(verdict);
+        }
+        verdict
+    }
+
+    fn taken(&mut self, at: Time, measurement: Measurement) -> Verdict {
+        let Some(is_masked) = self.masked.get(measurement.sensor).copied() else { return Verdict::Rejected };
+        if !measurement.value.is_finite() {
+            return Verdict::Rejected;
+        }
+        if self.is_too_late(at) {
+            return Verdict::TooLate;
+        }
+        let Some(place) = self.moment(at) else { return Verdict::TooLate };
+        let taken =
+            self.moments.get_mut(place).and_then(|moment| moment.measured.get_mut(measurement.sensor));
+        match taken {
+            Some(taken @ None) => *taken = Some(moment::Taken::new(measurement, is_masked)),
+            _ => return Verdict::Duplicate,
+        }
+        self.replay(place);
+        let moment = self.moments.get(place);
+        moment.and_then(|moment| moment.verdict(measurement.sensor)).unwrap_or(Verdict::Rejected)
+    }
+
+    /// A control input has this value from a time on; of an input that there is not, or a time too far back, nothing changes.
+    pub fn control(&mut self, at: Time, control: usize, value: f64) {
+        if self.is_too_late(at) || !value.is_finite() {
+            return;
+        }
+        let Some(place) = self.moment(at) else { return };
+        let set = self.moments.get_mut(place).and_then(|moment| moment.set.get_mut(control));
+        if let Some(set) = set {
+            *set = Some(value);
+            self.replay(place);
+        }
+    }
+
+    /// What a sensor measures counts from now on, or does not. What it has said before stays as it was.
+    pub fn mask(&mut self, sensor: usize, is_masked: bool) {
+        if let Some(masked) = self.masked.get_mut(sensor) {
+            *masked = is_masked;
+        }
+    }
+
+    /// Begins anew with the declared initial estimate, at a time: after a sensor that the states rest on was power-cycled.
+    pub fn restart(&mut self, at: Time) {
+        self.base.clone_from(&self.initial);
+        self.now.clone_from(&self.initial);
+        self.method.restore(&self.initial.memory);
+        (self.count, self.base_at, self.is_base_taken) = (0, at, false);
+    }
+
+    fn is_too_late(&self, at: Time) -> bool {
+        let oldest = self.present().last_used.map_or(self.base_at, |newest| newest - self.options.horizon);
+        at < oldest || at < self.base_at || (self.is_base_taken && at == self.base_at)
+    }
+
+    /// What is behind the newest moment.
+    fn present(&self) -> &Past {
+        let newest = self.count.checked_sub(1).and_then(|place| self.moments.get(place));
+        newest.map_or(&self.base, |moment| &moment.after)
+    }
+
+    /// When the newest moment is.
+    #[must_use]
+    pub fn at(&self) -> Time {
+        let newest = self.count.checked_sub(1).and_then(|place| self.moments.get(place));
+        newest.map_or(self.base_at, |moment| moment.at)
+    }
+
+    /// The place of a moment, made where there is none; `None` where the ring is full of later ones.
+    fn moment(&mut self, at: Time) -> Option<usize> {
+        let used = self.moments.get(..self.count)?;
+        let mut place = match used.binary_search_by_key(&at, |moment| moment.at) {
+            Ok(place) => return Some(place),
+            Err(place) => place,
+        };
+        if self.count == self.moments.len() {
+            place = place.checked_sub(1)?;
+            let oldest = self.moments.first_mut()?;
+            std::mem::swap(&mut self.base, &mut oldest.after);
+            (self.base_at, self.is_base_taken) = (oldest.at, true);
+            self.moments.rotate_left(1);
+            self.count -= 1;
+        }
+        self.moments.get_mut(self.count)?.begin(at);
+        self.count += 1;
+        self.moments.get_mut(place..self.count)?.rotate_right(1);
+        Some(place)
+    }
+
+    /// Computes everything from a moment on.
+    fn replay(&mut self, from: usize) {
+        let before = from.checked_sub(1).and_then(|place| self.moments.get(place));
+        let (past, mut at) = before.map_or((&self.base, self.base_at), |moment| (&moment.after, moment.at));
+        self.now.clone_from(past);
+        self.method.restore(&self.now.memory);
+        let mut moments = std::mem::take(&mut self.moments);
+        for moment in moments.iter_mut().take(self.count).skip(from) {
+            self.step(moment, moment.at - at);
+            at = moment.at;
+        }
+        self.moments = moments;
+    }
+
+    /// One moment: on to it, its measurements, its controls.
+    fn step(&mut self, moment: &mut Moment, elapsed: Span) {
+        if elapsed > Span::ZERO && !self.method.predict(elapsed.seconds(), &self.now.controls) {
+            self.now.is_lost = true;
+        }
+        match self.options.gate {
+            Some(gate) => self.take_one_by_one(moment, gate),
+            None => self.take_together(moment),
+        }
+        for taken in moment.measured.iter_mut().flatten().filter(|taken| taken.is_masked) {
+            taken.innovation = self.method.innovation(&taken.measurement, &self.now.controls);
+            taken.verdict = Verdict::Masked;
+        }
+        let is_used = moment.measured.iter().flatten().any(|taken| taken.verdict == Verdict::Used);
+        if is_used {
+            (self.now.last_used, self.now.is_lost) = (Some(moment.at), false);
+        }
+        for (control, set) in self.now.controls.iter_mut().zip(&moment.set) {
+            *control = set.unwrap_or(*control);
+        }
+        self.method.save(&mut self.now.memory);
+        moment.after.clone_from(&self.now);
+    }
+
+    fn take_together(&mut self, moment: &mut Moment) {
+        self.stack.clear();
+        for taken in moment.measured.iter_mut().flatten().filter(|taken| !taken.is_masked) {
+            taken.innovation = self.method.innovation(&taken.measurement, &self.now.controls);
+            taken.verdict = if taken.innovation.is_some() { Verdict::Used } else { Verdict::Rejected };
+            if let Some(innovation) = taken.innovation {
+                self.stack.push(taken.measurement);
+                self.now.note(taken.measurement.sensor, innovation);
+            }
+        }
+        self.method.update(&self.stack, &self.now.controls);
+    }
+
+    fn take_one_by_one(&mut self, moment: &mut Moment, gate: Gate) {
+        for taken in moment.measured.iter_mut().flatten().filter(|taken| !taken.is_masked) {
+            let Measurement { sensor, .. } = taken.measurement;
+            taken.innovation = self.method.innovation(&taken.measurement, &self.now.controls);
+            let is_near = taken.innovation.is_some_and(|it| it.normalized_square() <= gate.threshold());
+            let is_used = match taken.innovation {
+                Some(innovation) if is_near => {
+                    self.method.update(&[taken.measurement], &self.now.controls);
+                    self.now.note(sensor, innovation);
+                    self.now.accept(sensor);
+                    true
+                }
+                Some(innovation) => {
+                    self.now.reject(&taken.measurement, innovation);
+                    self.reconsider(sensor, gate, innovation)
+                }
+                None => false,
+            };
+            taken.verdict = if is_used { Verdict::Used } else { Verdict::Rejected };
+        }
+    }
+
+    /// What is known of a moment, predicted from the newest measurement; `None` when nothing is: no measurement for too long, no
+    /// value of the model, or a conflict that no witness decides. Of a moment before that it is what is known now of the newest.
+    pub fn estimate(&mut self, at: Time) -> Option<Estimate<'_>> {
+        if !self.is_known(at) {
+            return None;
+        }
+        let elapsed = at - self.at();
+        self.now.clone_from(match self.count.checked_sub(1).and_then(|place| self.moments.get(place)) {
+            Some(moment) => &moment.after,
+            None => &self.base,
+        });
+        self.method.restore(&self.now.memory);
+        let is_there = elapsed <= Span::ZERO || self.method.predict(elapsed.seconds(), &self.now.controls);
+        is_there.then(|| Estimate { mean: self.method.mean(), spread: self.method.spread() })
+    }
+
+    /// Whether anything is known of a moment.
+    #[must_use]
+    pub fn is_known(&self, at: Time) -> bool {
+        let present = self.present();
+        let since = present.last_used.unwrap_or(self.base_at);
+        !present.is_lost && !present.is_doubtful() && at - since <= self.options.unknown_after
+    }
+
+    /// The last innovation of a sensor, and when: of one that counts against the prediction, of a masked one against what all
+    /// others say.
+    #[must_use]
+    pub fn innovation(&self, sensor: usize) -> Option<(Time, Innovation)> {
+        let used = self.moments.get(..self.count)?;
+        used.iter()
+            .rev()
+            .find_map(|moment| Some((moment.at, moment.measured.get(sensor)?.as_ref()?.innovation?)))
+    }
+
+    /// What has been seen of a sensor lately.
+    #[must_use]
+    pub fn watch(&self, sensor: usize) -> Option<&Watch> {
+        self.present().watches.get(sensor)
+    }
+
+    /// What became of a sensor's measurements.
+    #[must_use]
+    pub fn counts(&self, sensor: usize) -> Option<Counts> {
+        self.counts.get(sensor).copied()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,336 @@
+//! The Kalman filter and the extended Kalman filter: one algorithm over a [`System`], linear or linearised.
+//!
+//! Prediction: `x <- f(x, u, dt)`, `P <- F P F' + Q` with `F` the derivatives of `f` at the old state. Update: with the derivatives
+//! `H` of the sensors at the predicted state (one linearisation, no iteration) the measurements are made independent by the
+//! factors of their noise, `R = L D L'`, and taken in one by one: `k = P h / (h' P h + d)`, `x <- x + k e`, and Joseph's form
+//! `P <- (I - k h') P (I - k h')' + d k k'`, which stays positive where `P - k h' P` does not. The result is that of all at once.
+//!
+//! O(n^3) for a prediction (less where `F` has zeros), O(m n^2 + m^3) for an update of m measurements.
+//!
+//! R. E. Kalman 1960 (doi:10.1115/1.3662552); R. Bucy, P. Joseph 1968; the extended filter: A. Jazwinski, "Stochastic Processes and
+//! Filtering Theory", 1970 (doi:10.1016/s0076-5392(09)x6024-9); sequential updates: G. Bierman 1977
+//! (doi:10.1016/s0076-5392(08)x6064-3).
+//!
+//! # Outliers
+//! A [`Loss`] makes the update robust: each measurement counts by a weight that falls with its residual, found by iteration.
+//! Huber's: Z. Durovic, B. Kovacevic 1999 (doi:10.1109/9.769393); Student's t: G. Agamennoni and others 2012
+//! (doi:10.1109/TSP.2012.2208106).
+
+use crate::Error;
+use crate::matrix::{
+    Factors, Matrix, add_scaled, at, check_covariance, column, column_mut, dot, heal, multiply, propagate,
+    put, symmetrise,
+};
+use crate::method::{Innovation, Measurement, Method, Updated, restore, save};
+use crate::normal::log_density;
+use crate::system::{System, wrapped};
+
+/// How a measurement counts that lies far off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Loss {
+    /// By its square, as normal noise wants it.
+    Square,
+    /// By its square up to so many standard deviations, beyond in proportion (1.345 loses 5 % on normal noise).
+    Huber(f64),
+    /// As noise of Student's distribution wants it, with so many degrees of freedom: far outliers count for nothing.
+    Student(f64),
+}
+
+impl Loss {
+    /// The weight of a residual in standard deviations.
+    fn weight(self, residual: f64) -> f64 {
+        match self {
+            Loss::Square => 1.0,
+            Loss::Huber(limit) if residual.abs() > limit => limit / residual.abs(),
+            Loss::Huber(_) => 1.0,
+            Loss::Student(degrees) => (degrees + 1.0) / (degrees + residual * residual),
+        }
+    }
+}
+
+/// Iterations of a robust update: each makes the error of the weights several times smaller.
+const ITERATIONS: usize = 12;
+
+/// Below a tenth of this share the weights do not change any more.
+const SETTLED: f64 = 1e-6;
+
+/// A measurement that is independent of the others: its residual against the prediction, and its noise.
+#[derive(Clone, Copy, Debug, Default)]
+struct Scalar {
+    apart: f64,
+    variance: f64,
+    weight: f64,
+}
+
+/// A Kalman filter; over formulas that are not linear it is the extended one.
+#[derive(Clone, Debug)]
+pub struct Kalman<S> {
+    system: S,
+    loss: Loss,
+    mean: Vec<f64>,
+    p: Matrix,
+    next: Vec<f64>,
+    jacobian: Matrix,
+    work: Matrix,
+    noise: Matrix,
+    /// The gradient of measurement i as column i.
+    h: Matrix,
+    r: Matrix,
+    independent: Factors,
+    scalars: Vec<Scalar>,
+    /// Of which sensor each of them is.
+    sensors: Vec<usize>,
+    step: Vec<f64>,
+    ph: Vec<f64>,
+    gain: Vec<f64>,
+    check: Factors,
+    /// What the update began with.
+    before: Matrix,
+}
+
+impl<S: System> Kalman<S> {
+    /// Starts from a mean and its covariance.
+    ///
+    /// # Errors
+    /// Another size than the system's, a covariance that is not positive semidefinite, a loss whose number is not above 0.
+    pub fn new(system: S, mean: &[f64], spread: &Matrix, loss: Loss) -> Result<Kalman<S>, Error> {
+        let (n, m) = (system.states(), system.sensors());
+        if mean.len() != n {
+            return Err(Error::Size { what: "the initial state", found: mean.len(), wanted: n });
+        }
+        check_covariance("the initial covariance", spread, n)?;
+        if let Loss::Huber(value) | Loss::Student(value) = loss
+            && !(value > 0.0)
+        {
+            return Err(Error::Range { what: "the number of the loss", value, range: "above 0" });
+        }
+        Ok(Kalman {
+            system,
+            loss,
+            mean: mean.to_vec(),
+            p: spread.clone(),
+            next: vec![0.0; n],
+            jacobian: Matrix::zeros(n, n),
+            work: Matrix::zeros(n, n),
+            noise: Matrix::zeros(n, n),
+            h: Matrix::zeros(n, m),
+            r: Matrix::zeros(m, m),
+            independent: Factors::new(m),
+            scalars: vec![Scalar::default(); m],
+            sensors: vec![0; m],
+            step: vec![0.0; n],
+            ph: vec![0.0; n],
+            gain: vec![0.0; n],
+            check: Factors::new(n),
+            before: spread.clone(),
+        })
+    }
+
+    /// The variance of a measurement: its own, or that of the model.
+    fn variance(&mut self, measurement: &Measurement, controls: &[f64]) -> f64 {
+        let Measurement { sensor, variance, .. } = *measurement;
+        variance.unwrap_or_else(|| self.system.covariance(sensor, sensor, &self.mean, controls))
+    }
+
+    /// Fills gradients, residuals and noise of those measurements that have an expectation; returns how many they are.
+    fn linearise(&mut self, measurements: &[Measurement], controls: &[f64]) -> usize {
+        let mut count = 0;
+        for measurement in measurements.iter().take(self.scalars.len()) {
+            let gradient = column_mut(&mut self.h, count);
+            let expected = self.system.gradient(measurement.sensor, &self.mean, controls, gradient);
+            let is_smooth = gradient.iter().all(|slope| slope.is_finite());
+            let apart = wrapped(measurement.value - expected, self.system.turn(measurement.sensor));
+            let variance = self.variance(measurement, controls);
+            if !(is_smooth && apart.is_finite() && variance >= 0.0 && variance.is_finite()) {
+                continue;
+            }
+            let place = self.scalars.get_mut(count).zip(self.sensors.get_mut(count));
+            if let Some((scalar, sensor)) = place {
+                (*scalar, *sensor) = (Scalar { apart, variance, weight: 1.0 }, measurement.sensor);
+                count += 1;
+            }
+        }
+        count
+    }
+
+    /// Makes the noise of the first measurements independent: `y <- L^-1 y`, `H <- L^-1 H`, variances `D`.
+    fn separate(&mut self, count: usize, controls: &[f64]) {
+        let mut is_diagonal = true;
+        for (j, scalar) in self.scalars.iter().enumerate().take(count) {
+            put(&mut self.r, j, j, scalar.variance);
+            for i in j + 1..count {
+                let (one, other) = (self.sensors.get(j), self.sensors.get(i));
+                let (Some(one), Some(other)) = (one, other) else { continue };
+                let shared = self.system.covariance(*one, *other, &self.mean, controls);
+                put(&mut self.r, i, j, shared);
+                is_diagonal &= shared == 0.0;
+            }
+        }
+        if is_diagonal {
+            return;
+        }
+        self.independent.factor(&self.r, count);
+        for j in 0..count {
+            for k in 0..j {
+                let factor = -at(&self.independent.l, j, k);
+                let known = self.scalars.get(k).map_or(0.0, |scalar| scalar.apart);
+                if let Some(scalar) = self.scalars.get_mut(j) {
+                    scalar.apart += factor * known;
+                }
+                let n = self.mean.len();
+                let (left, right) = self.h.as_mut_slice().split_at_mut(j * n);
+                let (from, to) = (left.get(k * n..(k + 1) * n), right.get_mut(..n));
+                if let (Some(from), Some(to)) = (from, to) {
+                    add_scaled(to, factor, from);
+                }
+            }
+            let pivot = self.independent.d.get(j).copied().unwrap_or(0.0);
+            if let Some(scalar) = self.scalars.get_mut(j) {
+                scalar.variance = pivot;
+            }
+        }
+    }
+
+    /// Takes the first measurements in, one by one, into `step` and the covariance.
+    fn take_in(&mut self, count: usize) -> Updated {
+        let mut updated = Updated::NOTHING;
+        self.step.fill(0.0);
+        for (place, scalar) in self.scalars.iter().enumerate().take(count) {
+            let h = column(&self.h, place);
+            multiply(&self.p, h, &mut self.ph);
+            let noise = scalar.variance / scalar.weight;
+            let variance = dot(h, &self.ph) + noise;
+            // Certain before, and measured without noise: there is nothing to learn.
+            if variance.is_nan() || variance <= 0.0 {
+                continue;
+            }
+            let apart = scalar.apart - dot(h, &self.step);
+            for (step, ph) in self.step.iter_mut().zip(&self.ph) {
+                *step += ph * (apart / variance);
+            }
+            joseph(&mut self.p, h, &mut self.ph, variance, noise, &mut self.gain);
+            updated.used += 1;
+            updated.normalized_square += apart * apart / variance;
+            updated.log_likelihood += log_density(apart, variance);
+        }
+        updated
+    }
+
+    /// Takes the first measurements in with weights that belong to the residuals that they leave.
+    fn take_in_robustly(&mut self, count: usize) -> Updated {
+        self.before.copy_from(&self.p);
+        let mut updated = Updated::NOTHING;
+        for iteration in 0..ITERATIONS {
+            let mut change = 0.0_f64;
+            for place in 0..count {
+                let residual = self.residual(place, iteration == 0);
+                let weight = self.loss.weight(residual).max(f64::MIN_POSITIVE);
+                if let Some(scalar) = self.scalars.get_mut(place) {
+                    change = change.max((scalar.weight - weight).abs() / weight);
+                    scalar.weight = weight;
+                }
+            }
+            if iteration > 0 && change < SETTLED {
+                break;
+            }
+            self.p.copy_from(&self.before);
+            updated = self.take_in(count);
+        }
+        updated
+    }
+
+    /// A residual in standard deviations: of the prediction at first, of the estimate later.
+    fn residual(&mut self, place: usize, is_first: bool) -> f64 {
+        let Some(scalar) = self.scalars.get(place) else { return 0.0 };
+        let h = column(&self.h, place);
+        let (apart, variance) = if is_first {
+            multiply(&self.before, h, &mut self.ph);
+            (scalar.apart, scalar.variance + dot(h, &self.ph))
+        } else {
+            (scalar.apart - dot(h, &self.step), scalar.variance)
+        };
+        if variance > 0.0 { apart / variance.sqrt() } else { 0.0 }
+    }
+}
+
+/// Joseph's form for one measurement: `P <- (I - k h') P (I - k h')' + r k k'`, where `ph` is `P h`. O(n^2).
+fn joseph(p: &mut Matrix, h: &[f64], ph: &mut [f64], variance: f64, noise: f64, gain: &mut [f64]) {
+    for (gain, ph) in gain.iter_mut().zip(ph.iter()) {
+        *gain = ph / variance;
+    }
+    let n = gain.len();
+    for j in 0..n {
+        let factor = -ph.get(j).copied().unwrap_or(0.0);
+        add_scaled(column_mut(p, j), factor, gain);
+    }
+    // What is left beside `h` is computed anew, not taken to be what algebra says: that is what keeps it positive.
+    multiply(p, h, ph);
+    for j in 0..n {
+        let k = gain.get(j).copied().unwrap_or(0.0);
+        let to = column_mut(p, j);
+        add_scaled(to, -k, ph);
+        add_scaled(to, noise * k, gain);
+    }
+    symmetrise(p);
+}
+
+impl<S: System> Method for Kalman<S> {
+    fn mean(&self) -> &[f64] {
+        &self.mean
+    }
+
+    fn spread(&self) -> &Matrix {
+        &self.p
+    }
+
+    fn predict(&mut self, dt: f64, controls: &[f64]) -> bool {
+        self.system.linearised(&self.mean, controls, dt, &mut self.next, &mut self.jacobian);
+        self.system.noise(&self.mean, controls, dt, &mut self.noise);
+        let all = self.next.iter().chain(self.jacobian.iter()).chain(self.noise.iter());
+        if !all.copied().all(f64::is_finite) {
+            return false;
+        }
+        propagate(&self.jacobian, &mut self.p, &self.noise, &mut self.work);
+        self.mean.copy_from_slice(&self.next);
+        true
+    }
+
+    fn innovation(&mut self, measurement: &Measurement, controls: &[f64]) -> Option<Innovation> {
+        (self.linearise(&[*measurement], controls) == 1).then_some(())?;
+        let (h, scalar) = (column(&self.h, 0), self.scalars.first()?);
+        multiply(&self.p, h, &mut self.ph);
+        let variance = dot(h, &self.ph) + scalar.variance;
+        (variance > 0.0).then_some(Innovation { value: scalar.apart, variance })
+    }
+
+    fn update(&mut self, measurements: &[Measurement], controls: &[f64]) -> Updated {
+        let count = self.linearise(measurements, controls);
+        self.separate(count, controls);
+        let mut updated = match self.loss {
+            Loss::Square => self.take_in(count),
+            Loss::Huber(_) | Loss::Student(_) => self.take_in_robustly(count),
+        };
+        self.mean.iter_mut().zip(&self.step).for_each(|(mean, step)| *mean += step);
+        updated.healed = count > 0 && heal(&mut self.p, &mut self.check);
+        updated
+    }
+
+    fn widen(&mut self, factor: f64) {
+        self.p *= factor;
+    }
+
+    fn memory_len(&self) -> usize {
+        self.mean.len() + self.p.len()
+    }
+
+    fn save(&self, memory: &mut [f64]) {
+        save(memory, &[&self.mean, self.p.as_slice()]);
+    }
+
+    fn restore(&mut self, memory: &[f64]) {
+        restore(memory, &mut [&mut self.mean, self.p.as_mut_slice()]);
+    }
+}
+
+#[cfg(test)]
+mod tests;

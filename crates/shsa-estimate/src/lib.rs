@@ -1,0 +1,25 @@
+//! State estimation and sensor fusion: measurements in, estimates with their uncertainty out.
+//!
+//! The modules stand in reading order. All methods stand behind one trait, [`method::Method`]; those that need a model of the
+//! system take a [`system::System`], which is matrices ([`system::Linear`]) or formulas ([`formulas::Formulas`]).
+//!
+//! Nothing here reads a clock, a file or a socket, starts a thread, or allocates once it is made. The same inputs give the same
+//! bytes.
+
+pub mod matrix;
+pub mod random;
+pub mod normal;
+pub mod dual;
+pub mod average;
+pub mod interval_fusion;
+pub mod system;
+pub mod formulas;
+pub mod method;
+pub mod direct;
+pub mod kalman;
+pub mod unscented;
+pub mod particle;
+pub mod fusion;
+mod error;
+
+pub use error::Error;

@@ -1,0 +1,276 @@
+//! Kernels on small symmetric matrices: no allocation, zero pivots allowed.
+//!
+//! Matrices are those of `nalgebra`, whose columns are contiguous; the loops run down columns, and leave out zeros of the
+//! transition, of which most models have many.
+
+use crate::Error;
+use nalgebra::DMatrix;
+
+/// A dense matrix of `f64`.
+pub type Matrix = DMatrix<f64>;
+
+/// An element; 0 outside.
+#[inline]
+pub(crate) fn at(matrix: &Matrix, row: usize, column: usize) -> f64 {
+    matrix.get((row, column)).copied().unwrap_or(0.0)
+}
+
+/// Sets an element.
+#[inline]
+pub(crate) fn put(matrix: &mut Matrix, row: usize, column: usize, value: f64) {
+    if let Some(element) = matrix.get_mut((row, column)) {
+        *element = value;
+    }
+}
+
+/// Column `column` of a matrix with `rows` rows.
+pub(crate) fn column(matrix: &Matrix, column: usize) -> &[f64] {
+    let rows = matrix.nrows();
+    matrix.as_slice().get(column * rows..(column + 1) * rows).unwrap_or(&[])
+}
+
+/// The same to write to.
+pub(crate) fn column_mut(matrix: &mut Matrix, column: usize) -> &mut [f64] {
+    let rows = matrix.nrows();
+    matrix.as_mut_slice().get_mut(column * rows..(column + 1) * rows).unwrap_or(&mut [])
+}
+
+/// `to += factor * from`, element by element.
+#[inline]
+pub(crate) fn add_scaled(to: &mut [f64], factor: f64, from: &[f64]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to += factor * from;
+    }
+}
+
+/// The sum of the products.
+#[inline]
+pub(crate) fn dot(one: &[f64], other: &[f64]) -> f64 {
+    one.iter().zip(other).map(|(one, other)| one * other).sum()
+}
+
+/// `to = matrix * vector`.
+pub(crate) fn multiply(matrix: &Matrix, vector: &[f64], to: &mut [f64]) {
+    to.fill(0.0);
+    for (place, factor) in vector.iter().enumerate() {
+        add_scaled(to, *factor, column(matrix, place));
+    }
+}
+
+/// `p <- a p a' + q` for symmetric `p` and `q`, all n by n; `work` is n by n. O(n^3), less where `a` has zeros.
+pub fn propagate(a: &Matrix, p: &mut Matrix, q: &Matrix, work: &mut Matrix) {
+    let n = p.ncols();
+    for j in 0..n {
+        let (to, from) = (column_mut(work, j), column(p, j));
+        to.fill(0.0);
+        for (k, factor) in from.iter().enumerate() {
+            if *factor != 0.0 {
+                add_scaled(to, *factor, column(a, k));
+            }
+        }
+    }
+    for j in 0..n {
+        let to = column_mut(p, j);
+        to.copy_from_slice(column(q, j));
+        for k in 0..n {
+            let factor = at(a, j, k);
+            if factor != 0.0 {
+                add_scaled(to, factor, column(work, k));
+            }
+        }
+    }
+    symmetrise(p);
+}
+
+/// Both triangles become their mean. O(n^2).
+pub fn symmetrise(p: &mut Matrix) {
+    for j in 1..p.ncols() {
+        for i in 0..j {
+            let mean = 0.5 * (at(p, i, j) + at(p, j, i));
+            put(p, i, j, mean);
+            put(p, j, i, mean);
+        }
+    }
+}
+
+/// A pivot up to this share of its diagonal element is zero.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// How far below zero a pivot may lie by rounding alone, which small pivots before it magnify, as a share of its diagonal element.
+const LOST: f64 = 1e-10;
+
+/// The factors of `p = l diag(d) l'` with ones on the diagonal of `l`, of a symmetric positive semidefinite matrix.
+#[derive(Clone, Debug)]
+pub struct Factors {
+    /// Lower triangular, ones on the diagonal; zeros below a pivot that is zero.
+    pub l: Matrix,
+    /// The pivots, none negative.
+    pub d: Vec<f64>,
+    size: usize,
+}
+
+impl Factors {
+    /// Room for matrices of up to `n` rows.
+    #[must_use]
+    pub fn new(n: usize) -> Factors {
+        Factors { l: Matrix::zeros(n, n), d: vec![0.0; n], size: n }
+    }
+
+    /// Factors the first `n` rows and columns of a matrix, of which the lower triangle is read. Returns place and value of the
+    /// first pivot that is negative beyond rounding, or no number; it is taken for zero. O(n^3 / 6).
+    ///
+    /// G. Golub, C. Van Loan, "Matrix Computations", 4.1.2 and 4.2.8 (2013, doi:10.56021/9781421407944).
+    pub fn factor(&mut self, p: &Matrix, n: usize) -> Option<(usize, f64)> {
+        self.size = n;
+        let mut worst = None;
+        for j in 0..n {
+            let mut pivot = at(p, j, j);
+            for k in 0..j {
+                pivot -= at(&self.l, j, k) * at(&self.l, j, k) * self.d.get(k).copied().unwrap_or(0.0);
+            }
+            let slack = ROUNDING * at(p, j, j).abs();
+            if (pivot < -LOST * at(p, j, j).abs() || !pivot.is_finite()) && worst.is_none() {
+                worst = Some((j, pivot));
+            }
+            let is_zero = pivot <= slack || !pivot.is_finite();
+            if let Some(d) = self.d.get_mut(j) {
+                *d = if is_zero { 0.0 } else { pivot };
+            }
+            put(&mut self.l, j, j, 1.0);
+            for i in j + 1..n {
+                let mut sum = if is_zero { 0.0 } else { at(p, i, j) };
+                for k in 0..j {
+                    if !is_zero {
+                        sum -= at(&self.l, i, k) * at(&self.l, j, k) * self.d.get(k).copied().unwrap_or(0.0);
+                    }
+                }
+                put(&mut self.l, i, j, if is_zero { 0.0 } else { sum / pivot });
+            }
+        }
+        worst
+    }
+
+    /// `v <- l^-1 v`. O(n^2).
+    pub fn solve_lower(&self, v: &mut [f64]) {
+        for k in 0..self.size {
+            let known = v.get(k).copied().unwrap_or(0.0);
+            if known != 0.0 {
+                let below = column(&self.l, k).get(k + 1..self.size).unwrap_or(&[]);
+                add_scaled(v.get_mut(k + 1..).unwrap_or(&mut []), -known, below);
+            }
+        }
+    }
+
+    /// `to <- l diag(sqrt d) v`: standard normal numbers become correlated ones. O(n^2).
+    pub fn colour(&self, v: &[f64], to: &mut [f64]) {
+        to.fill(0.0);
+        for (k, (v, d)) in v.iter().zip(&self.d).take(self.size).enumerate() {
+            let factor = v * d.sqrt();
+            add_scaled(
+                to.get_mut(k..).unwrap_or(&mut []),
+                factor,
+                column(&self.l, k).get(k..).unwrap_or(&[]),
+            );
+        }
+    }
+
+    /// Puts the product of the factors into the first rows and columns of a matrix. O(n^3 / 3).
+    pub fn product(&self, p: &mut Matrix) {
+        for j in 0..self.size {
+            for i in j..self.size {
+                let terms = (0..=j).zip(&self.d).map(|(k, d)| at(&self.l, i, k) * d * at(&self.l, j, k));
+                let sum = terms.sum();
+                put(p, i, j, sum);
+                put(p, j, i, sum);
+            }
+        }
+    }
+}
+
+/// Makes a covariance one again that rounding has spoilt: negative pivots become zero. Says whether it had to. O(n^3 / 6).
+pub(crate) fn heal(p: &mut Matrix, factors: &mut Factors) -> bool {
+    let is_spoilt = factors.factor(p, p.ncols()).is_some();
+    if is_spoilt {
+        factors.product(p);
+    }
+    is_spoilt
+}
+
+/// Whether a matrix is a covariance of `n` numbers.
+///
+/// # Errors
+/// Another size, a negative pivot or an entry that is no number.
+pub fn check_covariance(what: &'static str, p: &Matrix, n: usize) -> Result<(), Error> {
+    if p.shape() != (n, n) {
+        return Err(Error::Size { what, found: p.len(), wanted: n * n });
+    }
+    if let Some((place, pivot)) = Factors::new(n).factor(p, n) {
+        return Err(Error::NotDefinite { what, place, pivot });
+    }
+    let mut rebuilt = p.clone();
+    let mut factors = Factors::new(n);
+    factors.factor(p, n);
+    factors.product(&mut rebuilt);
+    // A zero pivot hides the rest of its column: what is not there again was correlated with something certain.
+    for (place, (found, wanted)) in rebuilt.iter().zip(p).enumerate() {
+        let (i, j) = (place % n.max(1), place / n.max(1));
+        let scale = (at(p, i, i) * at(p, j, j)).sqrt();
+        if (found - wanted).abs() > 1e-9 * scale + f64::MIN_POSITIVE {
+            return Err(Error::NotDefinite { what, place: i.max(j), pivot: 0.0 });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn zero_pivots_are_no_loss_and_negative_ones_are_told() {
+        let mut factors = Factors::new(2);
+        let mut p = Matrix::from_row_slice(2, 2, &[0.0, 0.0, 0.0, 4.0]);
+        assert_eq!(factors.factor(&p, 2), None);
+        assert_eq!(factors.d, [0.0, 4.0]);
+        p = Matrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 1.0]);
+        assert_eq!(factors.factor(&p, 2), Some((1, -3.0)));
+        assert!(heal(&mut p, &mut factors));
+        assert_eq!(p, Matrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 4.0]));
+        assert!(!heal(&mut p, &mut factors));
+    }
+
+    #[test]
+    fn covariances_are_checked() {
+        let check = |numbers: &[f64]| check_covariance("P0", &Matrix::from_row_slice(2, 2, numbers), 2);
+        assert_eq!(check(&[1.0, 0.5, 0.5, 1.0]), Ok(()));
+        assert_eq!(check(&[0.0, 0.0, 0.0, 0.0]), Ok(()));
+        assert!(check(&[1.0, 2.0, 2.0, 1.0]).is_err());
+        assert!(check(&[0.0, 1.0, 1.0, 1.0]).is_err());
+        assert!(check(&[f64::NAN, 0.0, 0.0, 1.0]).is_err());
+        assert!(check(&[1.0, 0.5, 0.2, 1.0]).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn factors_give_the_matrix_again(numbers in prop::collection::vec(-3.0..3.0_f64, 12)) {
+            let half = Matrix::from_row_slice(4, 3, &numbers);
+            let p = &half * half.transpose();
+            let mut factors = Factors::new(4);
+            prop_assert_eq!(factors.factor(&p, 4), None);
+            let mut again = Matrix::zeros(4, 4);
+            factors.product(&mut again);
+            prop_assert!((&again - &p).amax() < 1e-9, "{} {}", again, p);
+        }
+
+        #[test]
+        fn propagation_is_that_of_nalgebra(numbers in prop::collection::vec(-3.0..3.0_f64, 27)) {
+            let a = Matrix::from_row_slice(3, 3, &numbers[..9]);
+            let half = Matrix::from_row_slice(3, 3, &numbers[9..18]);
+            let (mut p, q) = (&half * half.transpose(), Matrix::identity(3, 3));
+            let wanted = &a * &p * a.transpose() + &q;
+            propagate(&a, &mut p, &q, &mut Matrix::zeros(3, 3));
+            prop_assert!((&p - &wanted).amax() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! What a filter must know of the system that it watches: how the state goes on, and what each sensor says of it.
+
+use crate::matrix::{Matrix, add_scaled, check_covariance, column, column_mut, multiply};
+use crate::{Error, matrix};
+
+/// A model of a system: `x' = f(x, u, dt) + w`, `z_i = h_i(x, u) + v_i`, with covariances of `w` and `v`.
+///
+/// All numbers are in SI units. What has no value is not-a-number; the caller looks. Slices have the length that is said; nothing
+/// is allocated.
+pub trait System {
+    /// The numbers of a state.
+    fn states(&self) -> usize;
+
+    /// The sensors that may measure it.
+    fn sensors(&self) -> usize;
+
+    /// The state `dt` seconds later, without noise.
+    fn transition(&mut self, from: &[f64], controls: &[f64], dt: f64, to: &mut [f64]);
+
+    /// The same with its derivatives by the old state: row i of `jacobian` is the gradient of number i.
+    fn linearised(&mut self, from: &[f64], controls: &[f64], dt: f64, to: &mut [f64], jacobian: &mut Matrix);
+
+    /// The covariance of what the transition does not know.
+    fn noise(&mut self, from: &[f64], controls: &[f64], dt: f64, noise: &mut Matrix);
+
+    /// What a sensor says of a state, without noise.
+    fn expected(&mut self, sensor: usize, state: &[f64], controls: &[f64]) -> f64;
+
+    /// The same with its derivatives by the state.
+    fn gradient(&mut self, sensor: usize, state: &[f64], controls: &[f64], gradient: &mut [f64]) -> f64;
+
+    /// The covariance of the noise of two sensors; of one with itself its variance.
+    fn covariance(&mut self, one: usize, other: usize, state: &[f64], controls: &[f64]) -> f64;
+
+    /// After how much what a sensor says is the same again: a whole turn for an angle.
+    fn turn(&self, sensor: usize) -> Option<f64>;
+}
+
+/// A difference brought between minus and plus half a turn.
+#[inline]
+#[must_use]
+pub fn wrapped(difference: f64, turn: Option<f64>) -> f64 {
+    match turn {
+        Some(turn) => difference - turn * libm::floor(difference / turn + 0.5),
+        None => difference,
+    }
+}
+
+/// A linear system by its matrices, whose step is always the same: `x' = A x + B u + w`, `z = H x + v`.
+#[derive(Clone, Debug)]
+pub struct Linear {
+    a: Matrix,
+    b: Matrix,
+    /// Row i of `H` as column i.
+    h: Matrix,
+    q: Matrix,
+    r: Matrix,
+}
+
+impl Linear {
+    /// `a` and `q` are n by n, `b` is n by the number of controls (0 without), `h` is m by n, `r` is m by m.
+    ///
+    /// # Errors
+    /// A matrix of another size, noise that is not positive semidefinite.
+    pub fn new(a: Matrix, b: Matrix, h: &Matrix, q: Matrix, r: Matrix) -> Result<Linear, Error> {
+        let n = a.nrows();
+        let size = |what, matrix: &Matrix, wanted: (usize, usize)| {
+            let wanted_len = wanted.0 * wanted.1;
+            let is_right = matrix.shape() == wanted;
+            if is_right { Ok(()) } else { Err(Error::Size { what, found: matrix.len(), wanted: wanted_len }) }
+        };
+        size("A", &a, (n, n))?;
+        size("B", &b, (n, b.ncols()))?;
+        size("H", h, (h.nrows(), n))?;
+        check_covariance("Q", &q, n)?;
+        check_covariance("R", &r, h.nrows())?;
+        Ok(Linear { a, b, h: h.transpose(), q, r })
+    }
+}
+
+impl System for Linear {
+    fn states(&self) -> usize {
+        self.a.nrows()
+    }
+
+    fn sensors(&self) -> usize {
+        self.h.ncols()
+    }
+
+    fn transition(&mut self, from: &[f64], controls: &[f64], _: f64, to: &mut [f64]) {
+        multiply(&self.a, from, to);
+        for (place, control) in controls.iter().enumerate().take(self.b.ncols()) {
+            add_scaled(to, *control, column(&self.b, place));
+        }
+    }
+
+    fn linearised(&mut self, from: &[f64], controls: &[f64], dt: f64, to: &mut [f64], jacobian: &mut Matrix) {
+        self.transition(from, controls, dt, to);
+        jacobian.copy_from(&self.a);
+    }
+
+    fn noise(&mut self, _: &[f64], _: &[f64], _: f64, noise: &mut Matrix) {
+        noise.copy_from(&self.q);
+    }
+
+    fn expected(&mut self, sensor: usize, state: &[f64], _: &[f64]) -> f64 {
+        matrix::dot(column(&self.h, sensor), state)
+    }
+
+    fn gradient(&mut self, sensor: usize, state: &[f64], _: &[f64], gradient: &mut [f64]) -> f64 {
+        gradient.copy_from_slice(column_mut(&mut self.h, sensor));
+        matrix::dot(gradient, state)
+    }
+
+    fn covariance(&mut self, one: usize, other: usize, _: &[f64], _: &[f64]) -> f64 {
+        self.r.get((one, other)).copied().unwrap_or(f64::NAN)
+    }
+
+    fn turn(&self, _: usize) -> Option<f64> {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{PI, TAU};
+
+    #[test]
+    fn differences_of_angles_lie_within_half_a_turn() {
+        assert_eq!(wrapped(3.0, None), 3.0);
+        assert_eq!(wrapped(PI, Some(TAU)), -PI);
+        assert!((wrapped(TAU + 0.25, Some(TAU)) - 0.25).abs() < 1e-15);
+        assert!((wrapped(-6.0, Some(TAU)) - (TAU - 6.0)).abs() < 1e-15);
+    }
+}

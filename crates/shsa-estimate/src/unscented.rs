@@ -1,0 +1,376 @@
+//! The unscented Kalman filter: 2n + 1 points stand for the distribution, and go through the formulas as they are.
+//!
+//! With `L = alpha^2 (n + kappa) - n` the points are the mean, and the mean plus and minus the columns of the lower factor of
+//! `(n + L) P`; the weights are `L / (n + L)` for the mean (for covariances `+ 1 - alpha^2 + beta`) and `1 / (2 (n + L))` for the
+//! others. They are drawn again after the process noise was added. Zero pivots give columns of zeros. The mean of an angle is the
+//! first point's value and the weighted differences to it, each within half a turn.
+//!
+//! With `alpha` = 1, which is the default, no weight is large; the often copied 0.001 gives weights of a million that take six
+//! digits, and has reversed motions.
+//!
+//! O(n^3) and 2n + 1 evaluations for a prediction; O(m n^2 + m^3) and m (2n + 1) evaluations for an update.
+//!
+//! S. Julier, J. Uhlmann 2004 (doi:10.1109/JPROC.2003.823141); E. Wan, R. van der Merwe 2000 (doi:10.1109/ASSPCC.2000.882463).
+
+use crate::Error;
+use crate::matrix::{
+    Factors, Matrix, add_scaled, at, check_covariance, column, column_mut, heal, put, symmetrise,
+};
+use crate::method::{Innovation, Measurement, Method, Updated, restore, save};
+use crate::normal::log_density;
+use crate::system::{System, wrapped};
+
+/// How far out the points lie, and how they count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Points {
+    /// How far out; above 0.
+    pub alpha: f64,
+    /// What is known of the distribution: 2 for a normal one.
+    pub beta: f64,
+    /// Added to n; above -n.
+    pub kappa: f64,
+}
+
+impl Default for Points {
+    fn default() -> Points {
+        Points { alpha: 1.0, beta: 2.0, kappa: 0.0 }
+    }
+}
+
+/// The weights that belong to the points of n numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Weights {
+    /// The points lie this many times a column of the factor away, squared.
+    scale: f64,
+    mean: f64,
+    covariance: f64,
+    other: f64,
+}
+
+impl Points {
+    fn weights(self, n: usize) -> Result<Weights, Error> {
+        let n = n as f64;
+        let scale = self.alpha * self.alpha * (n + self.kappa);
+        if !(scale > 0.0 && scale.is_finite() && self.beta.is_finite()) {
+            return Err(Error::Range {
+                what: "alpha^2 (n + kappa) of the sigma points",
+                value: scale,
+                range: "finite and above 0",
+            });
+        }
+        let mean = (scale - n) / scale;
+        let covariance = mean + 1.0 - self.alpha * self.alpha + self.beta;
+        Ok(Weights { scale, mean, covariance, other: 0.5 / scale })
+    }
+}
+
+/// An unscented Kalman filter.
+#[derive(Clone, Debug)]
+pub struct Unscented<S> {
+    system: S,
+    weights: Weights,
+    mean: Vec<f64>,
+    p: Matrix,
+    factors: Factors,
+    /// One point a column.
+    points: Matrix,
+    moved: Matrix,
+    next: Vec<f64>,
+    noise: Matrix,
+    /// What each point says of each measurement, less the mean: one measurement a column.
+    said: Matrix,
+    /// Covariance of state and measurement i as column i.
+    cross: Matrix,
+    s: Matrix,
+    s_factors: Factors,
+    apart: Vec<f64>,
+    sensors: Vec<usize>,
+}
+
+impl<S: System> Unscented<S> {
+    /// Starts from a mean and its covariance.
+    ///
+    /// # Errors
+    /// Another size than the system's, a covariance that is not positive semidefinite, points that do not lie anywhere.
+    pub fn new(system: S, mean: &[f64], spread: &Matrix, points: Points) -> Result<Unscented<S>, Error> {
+        let (n, m) = (system.states(), system.sensors());
+        if mean.len() != n {
+            return Err(Error::Size { what: "the initial state", found: mean.len(), wanted: n });
+        }
+        check_covariance("the initial covariance", spread, n)?;
+        Ok(Unscented {
+            weights: points.weights(n)?,
+            system,
+            mean: mean.to_vec(),
+            p: spread.clone(),
+            factors: Factors::new(n),
+            points: Matrix::zeros(n, 2 * n + 1),
+            moved: Matrix::zeros(n, 2 * n + 1),
+            next: vec![0.0; n],
+            noise: Matrix::zeros(n, n),
+            said: Matrix::zeros(2 * n + 1, m),
+            cross: Matrix::zeros(n, m),
+            s: Matrix::zeros(m, m),
+            s_factors: Factors::new(m),
+            apart: vec![0.0; m],
+            sensors: vec![0; m],
+        })
+    }
+
+    /// Draws the points of the present estimate.
+    fn draw(&mut self) {
+        let n = self.mean.len();
+        self.factors.factor(&self.p, n);
+        column_mut(&mut self.points, 0).copy_from_slice(&self.mean);
+        for (place, pivot) in self.factors.d.iter().enumerate().take(n) {
+            let far = (self.weights.scale * pivot).sqrt();
+            for (point, sign) in [(1 + place, 1.0), (1 + n + place, -1.0)] {
+                let to = column_mut(&mut self.points, point);
+                to.copy_from_slice(&self.mean);
+                let factor = column(&self.factors.l, place).get(place..).unwrap_or(&[]);
+                add_scaled(to.get_mut(place..).unwrap_or(&mut []), sign * far, factor);
+            }
+        }
+    }
+
+    /// What all points say of a measurement, into column `place`, less their mean. The residual and the noise; `None` where
+    /// a point has no value.
+    fn hear(&mut self, place: usize, measurement: &Measurement, controls: &[f64]) -> Option<(f64, f64)> {
+        let turn = self.system.turn(measurement.sensor);
+        let column = column_mut(&mut self.said, place);
+        for (point, said) in self.points.column_iter().zip(column.iter_mut()) {
+            *said = self.system.expected(measurement.sensor, point.as_slice(), controls);
+        }
+        let first = *column.first()?;
+        let mut sum = 0.0;
+        for said in column.iter_mut() {
+            *said = wrapped(*said - first, turn);
+            sum += self.weights.other * *said;
+        }
+        column.iter_mut().for_each(|said| *said = wrapped(*said - sum, turn));
+        let own = self.system.covariance(measurement.sensor, measurement.sensor, &self.mean, controls);
+        let variance = measurement.variance.unwrap_or(own);
+        let apart = wrapped(measurement.value - (first + sum), turn);
+        (apart.is_finite() && variance >= 0.0 && variance.is_finite()).then_some((apart, variance))
+    }
+
+    /// The weighted sum of products of what is said of two measurements.
+    fn shared(&self, one: usize, other: usize) -> f64 {
+        let mut weight = self.weights.covariance;
+        let mut sum = 0.0;
+        for (one, other) in column(&self.said, one).iter().zip(column(&self.said, other)) {
+            sum += weight * one * other;
+            weight = self.weights.other;
+        }
+        sum
+    }
+
+    /// Hears all measurements; returns how many have an expectation.
+    fn hear_all(&mut self, measurements: &[Measurement], controls: &[f64]) -> usize {
+        let mut count = 0;
+        for measurement in measurements.iter().take(self.sensors.len()) {
+            let Some((apart, variance)) = self.hear(count, measurement, controls) else { continue };
+            if let (Some(own), Some(sensor)) = (self.apart.get_mut(count), self.sensors.get_mut(count)) {
+                (*own, *sensor) = (apart, measurement.sensor);
+            }
+            let own = variance + self.shared(count, count);
+            put(&mut self.s, count, count, own);
+            for other in 0..count {
+                let sensor = self.sensors.get(other).copied().unwrap_or(0);
+                let noise = self.system.covariance(measurement.sensor, sensor, &self.mean, controls);
+                let shared = noise + self.shared(count, other);
+                put(&mut self.s, count, other, shared);
+            }
+            let cross = column_mut(&mut self.cross, count);
+            cross.fill(0.0);
+            let mut weight = self.weights.covariance;
+            for (point, said) in self.points.column_iter().zip(column(&self.said, count)) {
+                for ((cross, point), mean) in cross.iter_mut().zip(point.as_slice()).zip(&self.mean) {
+                    *cross += weight * (point - mean) * said;
+                }
+                weight = self.weights.other;
+            }
+            count += 1;
+        }
+        count
+    }
+}
+
+impl<S: System> Method for Unscented<S> {
+    fn mean(&self) -> &[f64] {
+        &self.mean
+    }
+
+    fn spread(&self) -> &Matrix {
+        &self.p
+    }
+
+    fn predict(&mut self, dt: f64, controls: &[f64]) -> bool {
+        self.draw();
+        self.system.noise(&self.mean, controls, dt, &mut self.noise);
+        for (place, point) in self.points.column_iter().enumerate() {
+            self.system.transition(point.as_slice(), controls, dt, column_mut(&mut self.moved, place));
+        }
+        let mut all = self.moved.iter().chain(self.noise.iter());
+        if !all.all(|number| number.is_finite()) {
+            return false;
+        }
+        // Relative to the first point: large weights of both signs then have small numbers to cancel.
+        self.next.fill(0.0);
+        for place in 1..self.moved.ncols() {
+            let pairs = column(&self.moved, place).iter().zip(column(&self.moved, 0));
+            for (next, (moved, first)) in self.next.iter_mut().zip(pairs) {
+                *next += self.weights.other * (moved - first);
+            }
+        }
+        self.next.iter_mut().zip(column(&self.moved, 0)).for_each(|(next, first)| *next += first);
+        self.p.copy_from(&self.noise);
+        let mut weight = self.weights.covariance;
+        for place in 0..self.moved.ncols() {
+            let moved = column_mut(&mut self.moved, place);
+            moved.iter_mut().zip(&self.next).for_each(|(moved, next)| *moved -= next);
+            let moved = column(&self.moved, place);
+            for (j, factor) in moved.iter().enumerate() {
+                add_scaled(column_mut(&mut self.p, j), weight * factor, moved);
+            }
+            weight = self.weights.other;
+        }
+        self.mean.copy_from_slice(&self.next);
+        symmetrise(&mut self.p);
+        true
+    }
+
+    fn innovation(&mut self, measurement: &Measurement, controls: &[f64]) -> Option<Innovation> {
+        self.draw();
+        (self.hear_all(&[*measurement], controls) == 1).then_some(())?;
+        let (value, variance) = (*self.apart.first()?, *self.s.get((0, 0))?);
+        (variance > 0.0).then_some(Innovation { value, variance })
+    }
+
+    fn update(&mut self, measurements: &[Measurement], controls: &[f64]) -> Updated {
+        if measurements.is_empty() {
+            return Updated::NOTHING;
+        }
+        self.draw();
+        let count = self.hear_all(measurements, controls);
+        self.s_factors.factor(&self.s, count);
+        let n = self.mean.len();
+        let mut updated = Updated::NOTHING;
+        // The innovations made independent, one after the other: `S = L D L'`, `C <- C L'^-1`.
+        for j in 0..count {
+            for k in 0..j {
+                let factor = -at(&self.s_factors.l, j, k);
+                let known = self.apart.get(k).copied().unwrap_or(0.0);
+                if let Some(apart) = self.apart.get_mut(j) {
+                    *apart += factor * known;
+                }
+                let (left, right) = self.cross.as_mut_slice().split_at_mut(j * n);
+                if let (Some(from), Some(to)) = (left.get(k * n..(k + 1) * n), right.get_mut(..n)) {
+                    add_scaled(to, factor, from);
+                }
+            }
+            let (apart, variance) = (self.apart.get(j).copied(), self.s_factors.d.get(j).copied());
+            let (Some(apart), Some(variance)) = (apart, variance) else { continue };
+            if variance.is_nan() || variance <= 0.0 {
+                continue;
+            }
+            let cross = column(&self.cross, j);
+            add_scaled(&mut self.mean, apart / variance, cross);
+            for (place, factor) in cross.iter().enumerate() {
+                add_scaled(column_mut(&mut self.p, place), -factor / variance, cross);
+            }
+            updated.used += 1;
+            updated.normalized_square += apart * apart / variance;
+            updated.log_likelihood += log_density(apart, variance);
+        }
+        symmetrise(&mut self.p);
+        updated.healed = heal(&mut self.p, &mut self.factors);
+        updated
+    }
+
+    fn widen(&mut self, factor: f64) {
+        self.p *= factor;
+    }
+
+    fn memory_len(&self) -> usize {
+        self.mean.len() + self.p.len()
+    }
+
+    fn save(&self, memory: &mut [f64]) {
+        save(memory, &[&self.mean, self.p.as_slice()]);
+    }
+
+    fn restore(&mut self, memory: &[f64]) {
+        restore(memory, &mut [&mut self.mean, self.p.as_mut_slice()]);
+    }
+}
+
+/// The mean and covariance of `y = f(x)` and the covariance of x and y, by the points of x.
+///
+/// # Errors
+/// A covariance of another size or that is none, points that do not lie anywhere. Time: n^3 and 2n + 1 evaluations.
+pub fn transform(
+    mean: &[f64],
+    spread: &Matrix,
+    points: Points,
+    outputs: usize,
+    mut function: impl FnMut(&[f64], &mut [f64]),
+) -> Result<(Vec<f64>, Matrix, Matrix), Error> {
+    let n = mean.len();
+    check_covariance("the covariance", spread, n)?;
+    let weights = points.weights(n)?;
+    let mut factors = Factors::new(n);
+    factors.factor(spread, n);
+    let mut moves = vec![vec![0.0; n]];
+    for place in 0..n {
+        let far = (weights.scale * factors.d.get(place).copied().unwrap_or(0.0)).sqrt();
+        let column = column(&factors.l, place);
+        let below = |sign: f64| {
+            (0..n).zip(column).map(|(i, it)| if i < place { 0.0 } else { sign * far * it }).collect()
+        };
+        moves.extend([below(1.0), below(-1.0)]);
+    }
+    let said = moves.iter().map(|step| {
+        let x: Vec<f64> = mean.iter().zip(step).map(|(mean, step)| mean + step).collect();
+        let mut y = vec![0.0; outputs];
+        function(&x, &mut y);
+        y
+    });
+    let said: Vec<Vec<f64>> = said.collect();
+    let of_mean = |place: usize| if place == 0 { weights.mean } else { weights.other };
+    let of_spread = |place: usize| if place == 0 { weights.covariance } else { weights.other };
+    let mut y = vec![0.0; outputs];
+    said.iter().enumerate().for_each(|(place, it)| add_scaled(&mut y, of_mean(place), it));
+    let (mut own, mut cross) = (Matrix::zeros(outputs, outputs), Matrix::zeros(n, outputs));
+    for (place, (step, said)) in moves.iter().zip(&said).enumerate() {
+        for (j, (said_j, y_j)) in said.iter().zip(&y).enumerate() {
+            let factor = of_spread(place) * (said_j - y_j);
+            for (i, (said_i, y_i)) in said.iter().zip(&y).enumerate() {
+                let sum = at(&own, i, j) + factor * (said_i - y_i);
+                put(&mut own, i, j, sum);
+            }
+            add_scaled(column_mut(&mut cross, j), factor, step);
+        }
+    }
+    Ok((y, own, cross))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_that_lie_nowhere_are_refused() {
+        let weights = |kappa| Points { kappa, ..Points::default() }.weights(2);
+        assert!(weights(-2.0).is_err() && weights(f64::NAN).is_err() && weights(0.0).is_ok());
+    }
+
+    #[test]
+    fn a_linear_function_is_transformed_exactly() {
+        let spread = Matrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 2.0]);
+        let sum = |x: &[f64], y: &mut [f64]| y[0] = x[0] + 2.0 * x[1];
+        let (y, own, cross) = transform(&[1.0, 2.0], &spread, Points::default(), 1, sum).unwrap();
+        assert!((y[0] - 5.0).abs() < 1e-12 && (own[(0, 0)] - 16.0).abs() < 1e-12);
+        assert!((cross - Matrix::from_row_slice(2, 1, &[6.0, 5.0])).amax() < 1e-12);
+    }
+}
