@@ -1,9 +1,11 @@
 //! `shsa-bench oracle`: our answers beside those that others have recorded, one by one.
 //!
-//! A file is JSON with its `format`; what the formats hold stands at the readers ([`search`], [`monitor`]).
+//! A file is JSON with its `format`; what the formats hold stands at the readers ([`search`], [`monitor`], [`assurance`]).
 
 mod search;
 mod monitor;
+mod certificates;
+mod assurance;
 
 use crate::Outcome;
 use anyhow::Context;
@@ -41,6 +43,8 @@ enum Kind {
     Search,
     /// The published monitor (shsa-monitor-golden-1, shsa-monitor-unit-1), one answer a step.
     Monitor,
+    /// What certificates give under evidence, and why not more (shsa-assurance-golden-1), one answer a case and a step.
+    Assurance,
 }
 
 /// What was compared.
@@ -79,6 +83,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             }
             (Kind::Monitor, "shsa-monitor-unit-1") => {
                 monitor::compare_units(&read(path, &text)?, &mut compared)?;
+            }
+            (Kind::Assurance, "shsa-assurance-golden-1") => {
+                assurance::compare(&read(path, &text)?, &mut compared)?;
             }
             (kind, format) => {
                 let kind = format!("{kind:?}").to_lowercase();
