@@ -28,6 +28,7 @@ pub mod monitor;
 pub mod diagnosis;
 pub mod plan;
 pub mod residual_selection;
+pub mod assurance;
 pub mod service;
 pub mod engine;
 pub mod analysis;

@@ -1,9 +1,12 @@
 //! `shsa-bench oracle`: our answers beside those that others have recorded, one by one.
 //!
-//! A file is JSON with its `format`; what the formats hold stands at the readers ([`search`], [`monitor`], [`fusion`]).
+//! A file is JSON with its `format`; what the formats hold stands at the readers ([`search`], [`monitor`], [`assurance`],
+//! [`fusion`]).
 
 mod search;
 mod monitor;
+mod certificates;
+mod assurance;
 mod fusion;
 
 use crate::Outcome;
@@ -44,6 +47,8 @@ enum Kind {
     Monitor,
     /// State estimation and sensor fusion (shsa-fusion-oracle-1, shsa-fusion-sfpkg-1), one answer a step.
     Fusion,
+    /// What certificates give under evidence, and why not more (shsa-assurance-golden-1), one answer a case and a step.
+    Assurance,
 }
 
 /// What was compared.
@@ -86,6 +91,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             (Kind::Fusion, "shsa-fusion-oracle-1") => fusion::compare(&read(path, &text)?, &mut compared)?,
             (Kind::Fusion, "shsa-fusion-sfpkg-1") => {
                 fusion::compare_package(&read(path, &text)?, &mut compared)?;
+            }
+            (Kind::Assurance, "shsa-assurance-golden-1") => {
+                assurance::compare(&read(path, &text)?, &mut compared)?;
             }
             (kind, format) => {
                 let kind = format!("{kind:?}").to_lowercase();

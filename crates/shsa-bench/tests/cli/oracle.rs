@@ -130,3 +130,25 @@ fn the_monitor_answers_as_the_published_program_but_for_what_is_listed() {
     check_reference("monitor", "monitor_experiments.json", "160 of 168 equal", EXPERIMENT_DIFFERENCES);
     check_reference("monitor", "monitor_unit.json", "56 of 65 equal", UNIT_DIFFERENCES);
 }
+
+#[test]
+fn certificates_are_evaluated_as_recorded() {
+    check_reference("assurance", "assurance.json", "1450 of 1450 equal", "");
+}
+
+/// One guarantee on evidence that is not known; VERDICT is what it is then.
+const ASSURANCE: &str = r#"{ "format": "shsa-assurance-golden-1", "scales": { "asil": ["QM", "A"] },
+"units": { "": { "dimension": "none", "factor": 1.0 } }, "cases": [], "examples": [ { "id": "small", "services": [
+    { "name": "s", "kind": "application", "demands": [],
+      "guarantees": [{ "id": "g", "type": "t", "level": ["asil", "A"], "properties": [], "when": { "evidence": "e" } }],
+      "evidence": [{ "id": "e", "value": null }] } ],
+"expected": { "evidence": { "e": "unknown" }, "matches": {}, "holds": [], "holds_if_unknown_true": ["g"],
+    "greatest_fixed_point": [], "demands": {},
+    "guarantees": { "g": { "verdict": "VERDICT", "missing": [["e"]], "repairs": [["e"]], "causes": [["e"]] } } } } ] }"#;
+
+#[test]
+fn an_evaluation_that_differs_is_shown_by_its_place() {
+    check("assurance", &ASSURANCE.replace("VERDICT", "open"), 0, "1 of 1 equal\n");
+    let other = "0 of 1 equal\nsmall guarantees g verdict: recorded \"refused\", ours \"open\"\n";
+    check("assurance", &ASSURANCE.replace("VERDICT", "refused"), 1, other);
+}

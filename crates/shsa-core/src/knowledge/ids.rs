@@ -14,12 +14,12 @@ pub trait Id: Copy + Ord {
 }
 
 macro_rules! id {
-    ($(#[$doc:meta] $name:ident)*) => {$(
+    ($(#[$doc:meta] $vis:vis $name:ident)*) => {$(
         #[$doc]
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub struct $name(u32);
+        $vis struct $name(u32);
 
-        impl Id for $name {
+        impl $crate::knowledge::Id for $name {
             fn from_index(index: usize) -> Self {
                 $name(u32::try_from(index).unwrap_or(u32::MAX))
             }
@@ -30,17 +30,19 @@ macro_rules! id {
     )*};
 }
 
+pub(crate) use id;
+
 id! {
     /// A variable of a knowledge base, in file order.
-    VariableId
+    pub VariableId
     /// A relation of a knowledge base, in file order.
-    RelationId
+    pub RelationId
     /// A signal of a knowledge base, in file order.
-    SignalId
+    pub SignalId
     /// A need of a knowledge base, in file order.
-    NeedId
+    pub NeedId
     /// A common cause of a knowledge base, in the order in which signals name them.
-    CauseId
+    pub CauseId
 }
 
 impl VariableId {

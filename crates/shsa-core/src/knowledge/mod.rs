@@ -20,6 +20,7 @@ mod change;
 mod parts;
 mod places;
 
+pub(crate) use ids::id;
 pub(crate) use rows::Rows;
 
 pub use build::{build, build_from};

@@ -34,6 +34,7 @@ mod watch;
 mod trust;
 mod many;
 
+mod assurance;
 mod needs;
 mod switch;
 mod told;

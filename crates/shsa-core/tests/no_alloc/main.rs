@@ -14,6 +14,7 @@ mod plan_support;
 #[path = "../models/plant.rs"]
 mod plant;
 
+mod assurance;
 mod engine;
 mod formulas;
 mod plan;

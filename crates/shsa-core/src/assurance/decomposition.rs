@@ -1,0 +1,158 @@
+//! Whether a level that a file claims for two redundant sources is one that the standards allow.
+//!
+//! This only checks a claim. No level follows from redundancy by itself: each of the two must suffice on its own, they must be
+//! compared, and they must be shown independent. The mean of two sources is no decomposition.
+
+use super::level::{Level, Scales};
+use crate::knowledge::{Cause, CauseId, KnowledgeBase, SignalId, SignalSet};
+use alloc::vec::Vec;
+
+/// One level that is claimed for two parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Claim {
+    /// What the two are said to reach together.
+    pub original: Level,
+    /// What each reaches on its own.
+    pub parts: [Level; 2],
+}
+
+/// What is known of the two parts.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Redundancy {
+    /// Whether each meets the requirement on its own.
+    pub each_suffices: bool,
+    /// Whether they are compared with each other, and a difference is acted on.
+    pub are_compared: bool,
+    /// What both rest on.
+    pub in_common: Vec<Common>,
+}
+
+/// Something that two sources share, so that they can fail together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Common {
+    /// A signal.
+    Signal(SignalId),
+    /// A common cause: a device, a supply, a clock, what they run on.
+    Cause(CauseId),
+}
+
+/// Why a claim does not stand.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Objection {
+    /// The levels are of different scales.
+    OtherScale,
+    /// The scale has no rule of decomposition.
+    NoRule,
+    /// The parts reach less, or nothing of the scale.
+    TooLow(Level),
+    /// One of them does not suffice on its own.
+    Insufficient,
+    /// They are not compared.
+    NotCompared,
+    /// They are not independent.
+    Dependent(Vec<Common>),
+}
+
+impl Claim {
+    /// Everything that speaks against the claim; nothing when it stands.
+    #[must_use]
+    pub fn objections(&self, scales: &Scales, redundancy: &Redundancy) -> Vec<Objection> {
+        let [one, other] = self.parts;
+        let level = if one.scale != other.scale || one.scale != self.original.scale {
+            Some(Objection::OtherScale)
+        } else {
+            match level_of_pair(scales, one, other) {
+                None => Some(Objection::NoRule),
+                Some(reached) if !reached.reaches(self.original) => Some(Objection::TooLow(reached)),
+                Some(_) => None,
+            }
+        };
+        let insufficient = (!redundancy.each_suffices).then_some(Objection::Insufficient);
+        let apart = (!redundancy.are_compared).then_some(Objection::NotCompared);
+        let shared = &redundancy.in_common;
+        let dependent = (!shared.is_empty()).then(|| Objection::Dependent(shared.clone()));
+        [level, insufficient, apart, dependent].into_iter().flatten().collect()
+    }
+}
+
+/// The level that two sufficiently independent parts may be claimed to reach; `None` where no standard says.
+///
+/// ASIL (ISO 26262-9:2018, 5): QM 0, A 1, B 2, C 3, D 4 add up. SIL (IEC 61508-2:2010, 7.4.3): two of capability N count as
+/// N + 1, once. PL (ISO 13849-1) and DAL have rules about architectures, not about pairs.
+#[must_use]
+pub fn level_of_pair(scales: &Scales, one: Level, other: Level) -> Option<Level> {
+    if one.scale != other.scale {
+        return None;
+    }
+    let scale = scales.get(one.scale)?;
+    let top = u32::try_from(scale.levels.len()).ok()?.checked_sub(1)?;
+    let (low, high) = (one.rank.min(other.rank), one.rank.max(other.rank));
+    let rank = match scale.name.as_str() {
+        "asil" => low.saturating_add(high),
+        "sil" => high.max(low.saturating_add(1)),
+        _ => return None,
+    };
+    Some(Level { scale: one.scale, rank: rank.min(top) })
+}
+
+/// What two sets of signals share by what the knowledge base says: signals, those included from which signals are derived, and
+/// causes of failing together.
+///
+/// Time: linear in the signals of all causes.
+#[must_use]
+pub fn in_common(knowledge: &KnowledgeBase, one: &SignalSet, other: &SignalSet) -> Vec<Common> {
+    let (one, other) = (grounds(knowledge, one), grounds(knowledge, other));
+    let shares = |cause: &Cause, set: &SignalSet| cause.signals.iter().any(|&signal| set.contains(signal));
+    let signals = one.iter().filter(|&signal| other.contains(signal)).map(Common::Signal);
+    let causes = knowledge.causes().enumerate();
+    let causes = causes.filter(|(_, cause)| shares(cause, &one) && shares(cause, &other));
+    signals.chain(causes.map(|(id, _)| Common::Cause(id))).collect()
+}
+
+/// The signals and all from which they are derived; of those that are one measurement, one.
+fn grounds(knowledge: &KnowledgeBase, signals: &SignalSet) -> SignalSet {
+    let mut all = signals.clone();
+    signals.iter().for_each(|signal| all.extend(&knowledge.origins(signal)));
+    knowledge.as_witnesses(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec;
+
+    #[track_caller]
+    fn check(scale: &str, [original, one, other]: [&str; 3], expected: bool) {
+        let scales = Scales::standard();
+        let level = |name| scales.level(scale, name).unwrap();
+        let claim = Claim { original: level(original), parts: [level(one), level(other)] };
+        let redundancy = Redundancy { each_suffices: true, are_compared: true, in_common: vec![] };
+        assert_eq!(claim.objections(&scales, &redundancy).is_empty(), expected);
+    }
+
+    #[test]
+    fn pairs_of_the_standards_stand() {
+        for pair in [["D", "C", "A"], ["D", "B", "B"], ["D", "D", "QM"], ["C", "B", "A"], ["B", "A", "A"]] {
+            check("asil", pair, true);
+        }
+        check("asil", ["D", "B", "A"], false);
+        check("asil", ["C", "A", "A"], false);
+        check("sil", ["2", "1", "1"], true);
+        check("sil", ["3", "1", "2"], false);
+        check("sil", ["4", "3", "3"], true);
+        check("pl", ["d", "c", "c"], false);
+    }
+
+    #[test]
+    fn what_is_not_redundant_is_no_decomposition() {
+        let scales = Scales::standard();
+        let level = |name| scales.level("asil", name).unwrap();
+        let claim = Claim { original: level("D"), parts: [level("B"), level("B")] };
+        let common = vec![Common::Signal(crate::knowledge::Id::from_index(0))];
+        let mean = Redundancy { each_suffices: false, are_compared: false, in_common: common.clone() };
+        let expected = vec![Objection::Insufficient, Objection::NotCompared, Objection::Dependent(common)];
+        assert_eq!(claim.objections(&scales, &mean), expected);
+        let mixed = Claim { original: scales.level("sil", "2").unwrap(), ..claim };
+        assert_eq!(mixed.objections(&scales, &Redundancy::default()).first(), Some(&Objection::OtherScale));
+    }
+}

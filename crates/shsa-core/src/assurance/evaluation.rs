@@ -1,0 +1,355 @@
+//! Which guarantees and demands hold under the evidence of now, and what would have to change.
+
+use super::certificate::{Certificates, DemandId, EvidenceId, GuaranteeId, Problem, Quantifier};
+use super::circuit::{Circuit, NodeId};
+use super::fixed_point::FixedPoint;
+use super::level::Level;
+use super::minimal::{Question, Role, Sets};
+use crate::interval::{Interval, Truth};
+use crate::knowledge::{Id, IdVec};
+use crate::time::Time;
+use alloc::vec::Vec;
+
+/// Certificates that are composed: who can meet whose demands is settled.
+#[derive(Clone, Debug)]
+pub struct System {
+    certificates: Certificates,
+    circuit: Circuit,
+}
+
+impl System {
+    /// Composes certificates over the flow that their demands name.
+    ///
+    /// Time: linear in the certificates and in the pairs of a demand with a guarantee of a service that it asks.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the certificates.
+    pub fn new(certificates: Certificates) -> Result<System, Vec<Problem>> {
+        let problems = certificates.problems();
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        let circuit = Circuit::new(&certificates);
+        Ok(System { certificates, circuit })
+    }
+
+    /// What was composed.
+    #[must_use]
+    pub fn certificates(&self) -> &Certificates {
+        &self.certificates
+    }
+
+    /// The guarantees that meet a demand, whether they hold or not; of one service after the other, as it asks them.
+    pub fn matches(&self, demand: DemandId) -> impl Iterator<Item = GuaranteeId> {
+        let (row, all) = (&self.certificates.demands[demand], &self.certificates.guarantees);
+        let offered =
+            row.of.iter().flat_map(|&service| all.enumerate().filter(move |(_, it)| it.service == service));
+        offered.filter(|(_, given)| given.statement.meets(&row.statement)).map(|(id, _)| id)
+    }
+
+    /// Guarantees that say what a demand asks, whatever their level, of each service that is asked; those with a level of
+    /// the same scale.
+    fn ladder(&self, demand: DemandId) -> Vec<Vec<(GuaranteeId, Level)>> {
+        let row = &self.certificates.demands[demand];
+        let Some(asked) = row.statement.level else { return Vec::new() };
+        let rung = |(id, given): (GuaranteeId, &super::Guarantee)| {
+            let level = given.statement.level.filter(|level| level.scale == asked.scale)?;
+            given.statement.says(&row.statement).then_some((id, level))
+        };
+        let of =
+            |service| self.certificates.guarantees.enumerate().filter(move |(_, it)| it.service == service);
+        row.of.iter().map(|&service| of(service).filter_map(rung).collect()).collect()
+    }
+}
+
+/// Whether a guarantee can be given, or a demand is met, and if not, of which kind the reason is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// It holds.
+    Holds,
+    /// It would hold if all that is unknown were true.
+    Open,
+    /// Nothing contradicts it, but it rests on itself.
+    Circular,
+    /// Neither.
+    Refused,
+}
+
+/// A leaf of a condition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Leaf {
+    /// A demand of the same service.
+    Demand(DemandId),
+    /// Evidence of the same service.
+    Evidence(EvidenceId),
+}
+
+/// A level that evidence could give.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Higher {
+    /// Above the one that is given now.
+    pub level: Level,
+    /// Minimal sets of evidence that would give it.
+    pub repairs: Sets<EvidenceId>,
+}
+
+/// What holds in a system now. Evidence is unknown until it is told.
+#[derive(Clone, Debug)]
+pub struct Evaluation {
+    truth: IdVec<EvidenceId, Truth>,
+    /// When an observation ceases to count.
+    until: IdVec<EvidenceId, Time>,
+    /// What follows from true evidence.
+    least: FixedPoint,
+    /// What would follow if what is unknown were true.
+    hoped: FixedPoint,
+    /// What nothing derives the failure of is in the greatest fixed point: this derives failures.
+    failing: FixedPoint,
+}
+
+impl Evaluation {
+    /// Of a system of which nothing is known yet.
+    ///
+    /// Time and space: linear in the circuit. All later changes of evidence allocate nothing.
+    #[must_use]
+    pub fn new(system: &System) -> Evaluation {
+        let circuit = &system.circuit;
+        let fails = |node: NodeId| {
+            let children = circuit.children.row(node).len() as u32;
+            (children + 1).saturating_sub(circuit.needed[node])
+        };
+        let count = system.certificates.evidence.len();
+        let mut evaluation = Evaluation {
+            truth: IdVec::filled(count, |_| Truth::False),
+            until: IdVec::filled(count, |_| Time::MAX),
+            least: FixedPoint::new(circuit, circuit.needed.clone()),
+            hoped: FixedPoint::new(circuit, circuit.needed.clone()),
+            failing: FixedPoint::new(circuit, IdVec::filled(circuit.needed.len(), fails)),
+        };
+        for evidence in system.certificates.evidence.ids() {
+            evaluation.failing.set(circuit, circuit.evidence_node(evidence), true);
+            evaluation.put(system, evidence, Truth::Unknown);
+        }
+        evaluation.settle(system);
+        evaluation
+    }
+
+    /// Tells what evidence is from now on.
+    ///
+    /// Time: linear in what rests on it, at most; no allocation.
+    pub fn set(&mut self, system: &System, evidence: EvidenceId, truth: Truth) {
+        self.set_all(system, core::iter::once((evidence, truth)));
+    }
+
+    /// Tells of several at once what they are from now on.
+    pub fn set_all(&mut self, system: &System, changes: impl Iterator<Item = (EvidenceId, Truth)>) {
+        for (evidence, truth) in changes {
+            self.until[evidence] = Time::MAX;
+            self.put(system, evidence, truth);
+        }
+        self.settle(system);
+    }
+
+    /// Tells what was measured at a time; it counts as long as the evidence says.
+    pub fn observe(&mut self, system: &System, evidence: EvidenceId, measured: Interval, at: Time) {
+        let row = &system.certificates.evidence[evidence];
+        self.put(system, evidence, row.truth(measured));
+        self.until[evidence] = row.max_age.map_or(Time::MAX, |age| at + age);
+        self.settle(system);
+    }
+
+    /// Lets time pass: evidence that is too old is unknown. Time: linear in the evidence.
+    pub fn pass(&mut self, system: &System, now: Time) {
+        for evidence in system.certificates.evidence.ids() {
+            if self.until[evidence] < now {
+                self.until[evidence] = Time::MAX;
+                self.put(system, evidence, Truth::Unknown);
+            }
+        }
+        self.settle(system);
+    }
+
+    /// The last moment at which nothing that is known now is too old; `None` if nothing ever is.
+    #[must_use]
+    pub fn deadline(&self) -> Option<Time> {
+        self.until.iter().copied().min().filter(|&until| until < Time::MAX)
+    }
+
+    fn put(&mut self, system: &System, evidence: EvidenceId, truth: Truth) {
+        self.truth[evidence] = truth;
+        let (circuit, node) = (&system.circuit, system.circuit.evidence_node(evidence));
+        self.least.set(circuit, node, truth.is_true());
+        self.hoped.set(circuit, node, !truth.is_false());
+        self.failing.set(circuit, node, !truth.is_true());
+    }
+
+    fn settle(&mut self, system: &System) {
+        self.least.settle(&system.circuit);
+        self.hoped.settle(&system.circuit);
+        self.failing.settle(&system.circuit);
+    }
+
+    /// What evidence is now.
+    #[must_use]
+    pub fn truth(&self, evidence: EvidenceId) -> Truth {
+        self.truth[evidence]
+    }
+
+    /// Whether a guarantee can be given now.
+    #[must_use]
+    pub fn guarantee(&self, system: &System, guarantee: GuaranteeId) -> Verdict {
+        self.verdict(system.circuit.guarantee_node(guarantee))
+    }
+
+    /// Whether a demand is met now.
+    #[must_use]
+    pub fn demand(&self, system: &System, demand: DemandId) -> Verdict {
+        self.verdict(system.circuit.demand_node(demand))
+    }
+
+    /// Whether a guarantee is in the greatest fixed point: to compare, never to answer with.
+    #[must_use]
+    pub fn is_consistent(&self, system: &System, guarantee: GuaranteeId) -> bool {
+        !self.failing.holds(system.circuit.guarantee_node(guarantee))
+    }
+
+    fn verdict(&self, node: NodeId) -> Verdict {
+        if self.least.holds(node) {
+            Verdict::Holds
+        } else if self.hoped.holds(node) {
+            Verdict::Open
+        } else if !self.failing.holds(node) {
+            Verdict::Circular
+        } else {
+            Verdict::Refused
+        }
+    }
+
+    /// Minimal sets of unmet leaves of a guarantee's own condition that would make it true, all else being as it is.
+    ///
+    /// At most `most` evaluations.
+    #[must_use]
+    pub fn missing(&self, system: &System, guarantee: GuaranteeId, most: usize) -> Sets<Leaf> {
+        let circuit = &system.circuit;
+        let demands = system.certificates.demands.len();
+        let own = circuit.guarantee_node(guarantee);
+        let role = |node: NodeId| {
+            let is_leaf = circuit.evidence_of(node).is_some() || circuit.demand_of(node, demands).is_some();
+            match (is_leaf, self.least.holds(node)) {
+                (true, true) => Role::Fixed(true),
+                (true, false) => Role::Leaf,
+                (false, _) => Role::Inner,
+            }
+        };
+        let (sets, _) = Question::new(circuit, &[[own].into()], role).answer(most);
+        sets.map(|node| match circuit.evidence_of(node) {
+            Some(evidence) => Leaf::Evidence(evidence),
+            None => Leaf::Demand(circuit.demand_of(node, demands).unwrap_or(DemandId::from_index(0))),
+        })
+    }
+
+    /// Minimal sets of evidence that is not true which would make a guarantee hold if it were, and minimal sets that prevent
+    /// it even if all other evidence were true.
+    ///
+    /// At most `most` evaluations of what it rests on for each; exponential in the evidence without that bound.
+    #[must_use]
+    pub fn why_no_guarantee(
+        &self,
+        system: &System,
+        guarantee: GuaranteeId,
+        most: usize,
+    ) -> (Sets<EvidenceId>, Sets<EvidenceId>) {
+        self.why_not(system, &[[system.circuit.guarantee_node(guarantee)].into()], most)
+    }
+
+    /// As [`Evaluation::why_no_guarantee`] for a demand.
+    #[must_use]
+    pub fn why_unmet(
+        &self,
+        system: &System,
+        demand: DemandId,
+        most: usize,
+    ) -> (Sets<EvidenceId>, Sets<EvidenceId>) {
+        self.why_not(system, &[[system.circuit.demand_node(demand)].into()], most)
+    }
+
+    fn why_not(
+        &self,
+        system: &System,
+        goal: &[Vec<NodeId>],
+        most: usize,
+    ) -> (Sets<EvidenceId>, Sets<EvidenceId>) {
+        let circuit = &system.circuit;
+        let role = |node: NodeId| match circuit.evidence_of(node) {
+            Some(_) if self.least.holds(node) => Role::Fixed(true),
+            Some(_) => Role::Leaf,
+            None => Role::Inner,
+        };
+        let (repairs, causes) = Question::new(circuit, goal, role).answer(most);
+        let evidence = |node: NodeId| EvidenceId::from_index(node.index());
+        (repairs.map(evidence), causes.map(evidence))
+    }
+
+    /// The highest level of a demand's scale that is given now by type and properties, its own level left aside; of several
+    /// services that must all give, the least. `None`: nothing is given, the demand has no level or asks nobody.
+    #[must_use]
+    pub fn highest(&self, system: &System, demand: DemandId) -> Option<Level> {
+        highest(system, demand, &self.least)
+    }
+
+    /// As [`Evaluation::highest`], if all that is unknown were true.
+    #[must_use]
+    pub fn highest_if_unknown_true(&self, system: &System, demand: DemandId) -> Option<Level> {
+        highest(system, demand, &self.hoped)
+    }
+
+    /// The levels above the highest that evidence could give, the lowest first.
+    ///
+    /// At most `most` evaluations for each.
+    #[must_use]
+    pub fn higher(&self, system: &System, demand: DemandId, most: usize) -> Vec<Higher> {
+        let row = &system.certificates.demands[demand];
+        let Some(asked) = row.statement.level.filter(|_| !row.of.is_empty()) else { return Vec::new() };
+        let levels = system.certificates.scales.get(asked.scale).map_or(0, |scale| scale.levels.len() as u32);
+        let first = self.highest(system, demand).map_or(0, |level| level.rank + 1);
+        let ladder = system.ladder(demand);
+        let level = |rank| {
+            let goal = goal(system, &ladder, row.quantifier, rank);
+            let (repairs, _) = self.why_not(system, &goal, most);
+            Higher { level: Level { scale: asked.scale, rank }, repairs }
+        };
+        let could = |higher: &Higher| !higher.repairs.sets.is_empty() || !higher.repairs.is_complete;
+        (first..levels).map(level).filter(could).collect()
+    }
+}
+
+fn highest(system: &System, demand: DemandId, point: &FixedPoint) -> Option<Level> {
+    let best = |rungs: Vec<(GuaranteeId, Level)>| {
+        let given = rungs.into_iter().filter(|&(id, _)| point.holds(system.circuit.guarantee_node(id)));
+        given.map(|(_, level)| level).max()
+    };
+    let of_each = system.ladder(demand).into_iter().map(best);
+    match system.certificates.demands[demand].quantifier {
+        Quantifier::Any => of_each.flatten().max(),
+        // One that gives nothing is below all others.
+        Quantifier::All => of_each.min().flatten(),
+    }
+}
+
+/// What must hold for a demand to be met at a rank: of each group one.
+fn goal(
+    system: &System,
+    ladder: &[Vec<(GuaranteeId, Level)>],
+    quantifier: Quantifier,
+    rank: u32,
+) -> Vec<Vec<NodeId>> {
+    let high = |rungs: &Vec<(GuaranteeId, Level)>| {
+        let high = rungs.iter().filter(|(_, level)| level.rank >= rank);
+        high.map(|&(id, _)| system.circuit.guarantee_node(id)).collect::<Vec<_>>()
+    };
+    let groups: Vec<Vec<NodeId>> = ladder.iter().map(high).collect();
+    match quantifier {
+        Quantifier::Any => Vec::from([groups.concat()]),
+        Quantifier::All => groups,
+    }
+}

@@ -1,0 +1,153 @@
+//! The least set of nodes that holds, kept up to date as evidence changes.
+//!
+//! What holds is derived from evidence, never from itself: a component of nodes that rest on each other is derived anew from
+//! what lies outside of it whenever anything outside changes, so that no derivation outlives its ground. All else is counted.
+
+use super::circuit::{Circuit, ComponentId, NodeId};
+use crate::knowledge::{Id, IdVec};
+use alloc::vec::Vec;
+
+/// The least fixed point of a circuit, and the memory to keep it up to date without allocating.
+#[derive(Clone, Debug)]
+pub(super) struct FixedPoint {
+    /// How many children must hold.
+    needed: IdVec<NodeId, u32>,
+    /// How many children hold.
+    count: IdVec<NodeId, u32>,
+    holds: IdVec<NodeId, bool>,
+    /// Components to look at again, a bit each.
+    pending: Vec<u64>,
+    /// Nodes of one component that hold newly.
+    queue: Vec<NodeId>,
+    /// What the members of one component were before.
+    before: Vec<bool>,
+}
+
+impl FixedPoint {
+    /// While no source holds. `needed` are the thresholds of the nodes of `circuit`.
+    pub(super) fn new(circuit: &Circuit, needed: IdVec<NodeId, u32>) -> FixedPoint {
+        let components = circuit.is_cyclic.len();
+        let largest = circuit.is_cyclic.ids().map(|id| circuit.members.row(id).len()).max().unwrap_or(0);
+        let mut point = FixedPoint {
+            count: IdVec::filled(needed.len(), |_| 0),
+            holds: IdVec::filled(needed.len(), |_| false),
+            needed,
+            pending: (0..components.div_ceil(64)).map(|_| 0).collect(),
+            queue: Vec::with_capacity(largest),
+            before: Vec::with_capacity(largest),
+        };
+        circuit.is_cyclic.ids().for_each(|component| point.mark(component));
+        point.settle(circuit);
+        point
+    }
+
+    /// Whether a node holds.
+    pub(super) fn holds(&self, node: NodeId) -> bool {
+        self.holds[node]
+    }
+
+    /// Makes a source hold or not; [`FixedPoint::settle`] must follow.
+    pub(super) fn set(&mut self, circuit: &Circuit, source: NodeId, holds: bool) {
+        if self.holds[source] != holds {
+            self.holds[source] = holds;
+            self.pass_on(circuit, source, holds);
+        }
+    }
+
+    /// Derives again what rests on what has changed.
+    ///
+    /// Time: linear in the edges of the components of which an input has changed, plus a word for each 64 components.
+    pub(super) fn settle(&mut self, circuit: &Circuit) {
+        let mut word = 0;
+        // Only higher components become pending meanwhile, perhaps of the same word.
+        while let Some(bits) = self.pending.get_mut(word) {
+            if *bits == 0 {
+                word += 1;
+                continue;
+            }
+            let bit = bits.trailing_zeros() as usize;
+            *bits &= *bits - 1;
+            self.derive(circuit, ComponentId::from_index(word * 64 + bit));
+        }
+    }
+
+    fn mark(&mut self, component: ComponentId) {
+        if let Some(bits) = self.pending.get_mut(component.index() / 64) {
+            *bits |= 1 << (component.index() % 64);
+        }
+    }
+
+    fn derive(&mut self, circuit: &Circuit, component: ComponentId) {
+        let members = circuit.members.row(component);
+        match members {
+            [only] if !circuit.is_cyclic[component] => {
+                let holds = self.count[*only] >= self.needed[*only];
+                // A source is what it was set to.
+                if circuit.evidence_of(*only).is_none() && holds != self.holds[*only] {
+                    self.holds[*only] = holds;
+                    self.pass_on(circuit, *only, holds);
+                }
+            }
+            members => self.derive_anew(circuit, component, members),
+        }
+    }
+
+    /// Takes everything back that rests on the component itself, and derives from outside.
+    fn derive_anew(&mut self, circuit: &Circuit, component: ComponentId, members: &[NodeId]) {
+        self.before.clear();
+        self.before.extend(members.iter().map(|&member| self.holds[member]));
+        for &member in members {
+            if core::mem::take(&mut self.holds[member]) {
+                self.count_inside(circuit, component, member, false);
+            }
+        }
+        self.queue.clear();
+        for &member in members {
+            if self.count[member] >= self.needed[member] {
+                self.holds[member] = true;
+                self.queue.push(member);
+            }
+        }
+        while let Some(member) = self.queue.pop() {
+            self.count_inside(circuit, component, member, true);
+        }
+        for (at, &member) in members.iter().enumerate() {
+            let holds = self.holds[member];
+            if self.before.get(at) != Some(&holds) {
+                self.count_outside(circuit, component, member, holds);
+            }
+        }
+    }
+
+    /// Tells parents within the component, and queues those that hold by it.
+    fn count_inside(&mut self, circuit: &Circuit, component: ComponentId, node: NodeId, holds: bool) {
+        for &parent in circuit.parents.row(node) {
+            if circuit.component[parent] != component {
+                continue;
+            }
+            self.recount(parent, holds);
+            if holds && !self.holds[parent] && self.count[parent] >= self.needed[parent] {
+                self.holds[parent] = true;
+                self.queue.push(parent);
+            }
+        }
+    }
+
+    fn count_outside(&mut self, circuit: &Circuit, component: ComponentId, node: NodeId, holds: bool) {
+        for &parent in circuit.parents.row(node) {
+            if circuit.component[parent] != component {
+                self.recount(parent, holds);
+                self.mark(circuit.component[parent]);
+            }
+        }
+    }
+
+    fn pass_on(&mut self, circuit: &Circuit, node: NodeId, holds: bool) {
+        self.count_outside(circuit, circuit.component[node], node, holds);
+    }
+
+    fn recount(&mut self, node: NodeId, holds: bool) {
+        let count = &mut self.count[node];
+        *count = if holds { *count + 1 } else { count.saturating_sub(1) };
+    }
+}

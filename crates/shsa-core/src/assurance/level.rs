@@ -1,0 +1,137 @@
+//! Integrity levels: ordered scales, each of its own. Nothing converts one into another.
+
+use crate::knowledge::{IdVec, id};
+use alloc::borrow::ToOwned;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+id! {
+    /// A scale of levels, in the order in which scales were added.
+    pub ScaleId
+}
+
+/// The scales of the standards: name, and levels, the lowest first.
+///
+/// ISO 26262 (ASIL; QM is ordinary quality), IEC 61508 (SIL), ISO 13849-1 (PL), DO-178C (DAL), ISO 25119 (AgPL).
+pub const STANDARD_SCALES: [(&str, &[&str]); 5] = [
+    ("asil", &["QM", "A", "B", "C", "D"]),
+    ("sil", &["1", "2", "3", "4"]),
+    ("pl", &["a", "b", "c", "d", "e"]),
+    ("dal", &["E", "D", "C", "B", "A"]),
+    ("agpl", &["a", "b", "c", "d", "e"]),
+];
+
+/// How far a statement can be relied on: a place on one scale.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Level {
+    /// Whose level it is.
+    pub scale: ScaleId,
+    /// How many levels of the scale are lower.
+    pub rank: u32,
+}
+
+impl Level {
+    /// Whether it is of the same scale and at least as high.
+    #[must_use]
+    pub fn reaches(self, demanded: Level) -> bool {
+        self.scale == demanded.scale && self.rank >= demanded.rank
+    }
+}
+
+/// A scale: its name and its levels.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Scale {
+    /// As files name it.
+    pub name: String,
+    /// The lowest first.
+    pub levels: Vec<String>,
+}
+
+/// All scales that certificates may use.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scales {
+    rows: IdVec<ScaleId, Scale>,
+}
+
+impl Scales {
+    /// None yet.
+    #[must_use]
+    pub const fn new() -> Scales {
+        Scales { rows: IdVec::new() }
+    }
+
+    /// Those of [`STANDARD_SCALES`].
+    #[must_use]
+    pub fn standard() -> Scales {
+        let mut scales = Scales::new();
+        for (name, levels) in STANDARD_SCALES {
+            scales.add(name, levels.iter().map(|&level| level.to_owned()).collect());
+        }
+        scales
+    }
+
+    /// Adds a scale, its lowest level first.
+    pub fn add(&mut self, name: &str, levels: Vec<String>) -> ScaleId {
+        self.rows.push(Scale { name: name.to_owned(), levels })
+    }
+
+    /// The scale of an id that may be of other scales.
+    #[must_use]
+    pub fn get(&self, scale: ScaleId) -> Option<&Scale> {
+        self.rows.find(scale)
+    }
+
+    /// The scale of a name, without regard to case.
+    #[must_use]
+    pub fn named(&self, name: &str) -> Option<ScaleId> {
+        self.rows.enumerate().find(|(_, scale)| scale.name.eq_ignore_ascii_case(name)).map(|(id, _)| id)
+    }
+
+    /// A level by the names of its scale and itself.
+    #[must_use]
+    pub fn level(&self, scale: &str, level: &str) -> Option<Level> {
+        let scale = self.named(scale)?;
+        let rank = self.rows[scale].levels.iter().position(|known| known == level)?;
+        Some(Level { scale, rank: u32::try_from(rank).ok()? })
+    }
+
+    /// The name of a level, without its scale's; empty for a level of other scales.
+    #[must_use]
+    pub fn level_name(&self, level: Level) -> &str {
+        let scale = self.rows.find(level.scale);
+        scale.and_then(|scale| scale.levels.get(level.rank as usize)).map_or("", String::as_str)
+    }
+
+    /// All scales, in order.
+    pub fn iter(&self) -> impl Iterator<Item = (ScaleId, &Scale)> {
+        self.rows.enumerate()
+    }
+}
+
+impl Default for Scales {
+    fn default() -> Self {
+        Scales::standard()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(given: (&str, &str), demanded: (&str, &str), expected: bool) {
+        let scales = Scales::standard();
+        let level = |(scale, level)| scales.level(scale, level).unwrap();
+        assert_eq!(level(given).reaches(level(demanded)), expected);
+    }
+
+    #[test]
+    fn higher_levels_of_the_same_scale_reach() {
+        check(("asil", "B"), ("asil", "A"), true);
+        check(("asil", "QM"), ("asil", "A"), false);
+        check(("dal", "A"), ("dal", "B"), true);
+        check(("dal", "D"), ("dal", "C"), false);
+        check(("pl", "e"), ("agpl", "a"), false);
+        check(("sil", "4"), ("asil", "QM"), false);
+    }
+}
