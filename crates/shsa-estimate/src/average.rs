@@ -208,10 +208,11 @@ pub fn by_confidence(values: &[(Option<f64>, f64)], certain: Certain) -> Result<
     if present().next().is_none() {
         return Err(Error::Nothing);
     }
-    let zero = present().find(|(.., variance)| !(*variance > 0.0));
+    let is_certain = |variance: f64| variance.is_nan() || variance <= 0.0;
+    let zero = present().find(|(.., variance)| is_certain(*variance));
     match (zero, certain) {
         (Some((place, ..)), Certain::Refused) => return Err(Error::ZeroVariance { place }),
-        (Some(_), Certain::LeftOut) if present().all(|(.., variance)| !(variance > 0.0)) => {
+        (Some(_), Certain::LeftOut) if present().all(|(.., variance)| is_certain(variance)) => {
             return Ok(alike(present().map(|(_, value, _)| value)));
         }
         _ => {}

@@ -74,7 +74,7 @@ impl Direct {
             }
         }
         for (what, value) in [("the growth of the variance", growth), ("the initial variance", variance)] {
-            if !(value >= 0.0) {
+            if value.is_nan() || value < 0.0 {
                 return Err(Error::Range { what, value, range: "0 or more" });
             }
         }

@@ -100,7 +100,7 @@ impl<S: System> Kalman<S> {
         }
         check_covariance("the initial covariance", spread, n)?;
         if let Loss::Huber(value) | Loss::Student(value) = loss
-            && !(value > 0.0)
+            && (value.is_nan() || value <= 0.0)
         {
             return Err(Error::Range { what: "the number of the loss", value, range: "above 0" });
         }

@@ -9,27 +9,30 @@ use nalgebra::DMatrix;
 /// A dense matrix of `f64`.
 pub type Matrix = DMatrix<f64>;
 
-/// An element; 0 outside.
+/// An element; 0 beyond the last one.
 #[inline]
 pub(crate) fn at(matrix: &Matrix, row: usize, column: usize) -> f64 {
-    matrix.get((row, column)).copied().unwrap_or(0.0)
+    matrix.as_slice().get(column * matrix.nrows() + row).copied().unwrap_or(0.0)
 }
 
 /// Sets an element.
 #[inline]
 pub(crate) fn put(matrix: &mut Matrix, row: usize, column: usize, value: f64) {
-    if let Some(element) = matrix.get_mut((row, column)) {
+    let place = column * matrix.nrows() + row;
+    if let Some(element) = matrix.as_mut_slice().get_mut(place) {
         *element = value;
     }
 }
 
 /// Column `column` of a matrix with `rows` rows.
+#[inline]
 pub(crate) fn column(matrix: &Matrix, column: usize) -> &[f64] {
     let rows = matrix.nrows();
     matrix.as_slice().get(column * rows..(column + 1) * rows).unwrap_or(&[])
 }
 
 /// The same to write to.
+#[inline]
 pub(crate) fn column_mut(matrix: &mut Matrix, column: usize) -> &mut [f64] {
     let rows = matrix.nrows();
     matrix.as_mut_slice().get_mut(column * rows..(column + 1) * rows).unwrap_or(&mut [])
@@ -50,6 +53,7 @@ pub(crate) fn dot(one: &[f64], other: &[f64]) -> f64 {
 }
 
 /// `to = matrix * vector`.
+#[inline]
 pub(crate) fn multiply(matrix: &Matrix, vector: &[f64], to: &mut [f64]) {
     to.fill(0.0);
     for (place, factor) in vector.iter().enumerate() {

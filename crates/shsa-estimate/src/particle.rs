@@ -277,7 +277,7 @@ impl<S: System> Method for Particle<S> {
             total += *weight;
         }
         // All weight lay with those that the measurement rules out: it begins anew from what the measurement says.
-        let healed = !(total > 0.0);
+        let healed = total.is_nan() || total <= 0.0;
         let count = self.weights.len() as f64;
         self.weights
             .iter_mut()

@@ -3,6 +3,11 @@
 //! For a consistent filter `e' P^-1 e` is chi-square distributed with n degrees of freedom, and the mean over independent runs lies
 //! with a probability of 95 % inside of bounds around n (Y. Bar-Shalom and others, "Estimation with Applications to Tracking and
 //! Navigation", 2001, 5.4, doi:10.1002/0471221279).
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a test may fail loudly, in its helpers too"
+)]
 
 use shsa_core::expression::Formula;
 use shsa_estimate::formulas::{Draft, Formulas, Sensor, Vocabulary};

@@ -1,4 +1,5 @@
 //! No method allocates once it is made, nor does what is around it.
+#![allow(clippy::unwrap_used, reason = "a test may fail loudly, in its helpers too")]
 
 use shsa_core::time::{Span, Time};
 use shsa_estimate::average::{Filling, MovingAverage, Window};

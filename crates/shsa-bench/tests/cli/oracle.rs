@@ -77,6 +77,14 @@ const MONITOR: &str = r#"{ "format": "shsa-monitor-unit-1", "cases": [ {
     } ]
 } ] }"#;
 
+/// A number that is measured once; STATE is what is known of it then.
+const FUSION: &str = r#"{ "format": "shsa-fusion-oracle-1", "linear": [ {
+    "label": "small", "A": [[1.0]], "H": [[1.0]], "Q": [[1.0]], "R": [[1.0]], "x0": [0.0], "P0": [[1.0]],
+    "tolerance_x": 1e-9, "tolerance_P": 1e-9, "log_likelihood": -2.9682446775387277,
+    "steps": [{ "z": [3.0], "x": [STATE], "P": [0.6666666666666666], "nis": 3.0, "dof": 1 }]
+} ], "particle": [], "nonlinear": [], "out_of_sequence": [], "gating": [], "masking": [], "intervals": [],
+"moving": [], "recursive_average": [], "weighted_by_confidence": [] }"#;
+
 #[track_caller]
 fn check(kind: &str, text: &str, status: i32, expected: &str) {
     let folder = Folder::with(&[("recorded.json", text.as_bytes())]);
@@ -91,6 +99,9 @@ fn equal_answers_are_counted_and_others_are_shown() {
     check("monitor", &MONITOR.replace("FAILED", "2"), 0, "1 of 1 equal\n");
     let other = "0 of 1 equal\nsmall, step 0: Some(2) failed, not Some(0)\n";
     check("monitor", &MONITOR.replace("FAILED", "0"), 1, other);
+    check("fusion", &FUSION.replace("STATE", "2.0"), 0, "2 of 2 equal\n");
+    let other = "1 of 2 equal\nsmall step 0: state 0 is 2, not 2.5\n";
+    check("fusion", &FUSION.replace("STATE", "2.5"), 1, other);
 }
 
 #[test]
@@ -151,4 +162,10 @@ fn an_evaluation_that_differs_is_shown_by_its_place() {
     check("assurance", &ASSURANCE.replace("VERDICT", "open"), 0, "1 of 1 equal\n");
     let other = "0 of 1 equal\nsmall guarantees g verdict: recorded \"refused\", ours \"open\"\n";
     check("assurance", &ASSURANCE.replace("VERDICT", "refused"), 1, other);
+}
+
+#[test]
+fn estimates_are_those_computed_with_fifty_digits() {
+    check_reference("fusion", "fusion.json", "2911 of 2911 equal", "");
+    check_reference("fusion", "fusion_sfpkg.json", "354 of 354 equal", "");
 }

@@ -213,16 +213,14 @@ fn properties(publication: &Publication, publisher: PublisherId) -> v5::mqttbyte
         user_properties.push(("status".into(), provenance.quality.code().to_string()));
         user_properties.push(("source".into(), provenance.source.clone()));
     }
-    let response_topic = publication.answers.as_ref().map(|topic| topic.to_string());
-    let correlation_data = publication.correlation.clone();
-    // Whole seconds, and none is never.
-    let left = publication.until.map(|until| until.saturating_duration_since(Uptime::now()));
-    let message_expiry_interval = left.map(|left| u32::try_from(left.as_secs() + 1).unwrap_or(u32::MAX));
+    let seconds = |until: Uptime| until.saturating_duration_since(Uptime::now()).as_secs() + 1;
+    let expires = |until| u32::try_from(seconds(until)).unwrap_or(u32::MAX);
     v5::mqttbytes::v5::PublishProperties {
-        message_expiry_interval,
+        // In whole seconds; none is never.
+        message_expiry_interval: publication.until.map(expires),
         user_properties,
-        response_topic,
-        correlation_data,
+        response_topic: publication.answers.as_ref().map(|topic| topic.to_string()),
+        correlation_data: publication.correlation.clone(),
         ..Default::default()
     }
 }

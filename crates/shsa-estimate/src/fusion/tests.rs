@@ -55,8 +55,11 @@ fn bits(fusion: &mut Fusion) -> Vec<u64> {
     estimate.mean.iter().chain(estimate.spread.iter()).map(|number| number.to_bits()).collect()
 }
 
-/// Times in milliseconds within the horizon, sensors, values.
-fn arrivals() -> impl Strategy<Value = (Vec<(i64, usize, f64)>, Vec<(i64, usize, f64)>)> {
+/// A time in milliseconds, a sensor, a value.
+type Arrival = (i64, usize, f64);
+
+/// The same within the horizon, sorted and in any order.
+fn arrivals() -> impl Strategy<Value = (Vec<Arrival>, Vec<Arrival>)> {
     let one = (0_i64..40, 0_usize..3, -3.0..3.0_f64);
     prop::collection::vec(one, 1..40).prop_flat_map(|mut all| {
         all.iter_mut().for_each(|it| it.0 *= 40);
@@ -71,7 +74,7 @@ proptest! {
     #[test]
     fn the_order_of_arrival_does_not_matter((sorted, shuffled) in arrivals(), is_gated in any::<bool>()) {
         let gate = is_gated.then(|| Gate::new(0.9, 2));
-        let after = |all: &[(i64, usize, f64)]| {
+        let after = |all: &[Arrival]| {
             let mut fusion = fusion(gate);
             all.iter().for_each(|(at, sensor, value)| {
                 fusion.measure(millis(*at), measured(*sensor, *value));
@@ -83,7 +86,7 @@ proptest! {
 
     #[test]
     fn an_unscented_filter_does_not_mind_the_order_either((sorted, shuffled) in arrivals()) {
-        let after = |all: &[(i64, usize, f64)]| {
+        let after = |all: &[Arrival]| {
             let method = Unscented::new(line(), &[0.0, 0.0], &spread(), Points::default()).unwrap();
             let mut fusion = Fusion::new(Box::new(method), Time(0), (3, 0), OPTIONS).unwrap();
             all.iter().for_each(|(at, sensor, value)| {
