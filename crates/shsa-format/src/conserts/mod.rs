@@ -9,6 +9,7 @@ mod raw;
 mod yaml;
 mod xml;
 mod xmi;
+pub mod prolog;
 
 use crate::model::Report;
 use crate::model::reader::Reader;

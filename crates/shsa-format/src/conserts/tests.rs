@@ -1,12 +1,16 @@
 //! Small certificates of our own, and the public ones where they are there.
 
-use super::{compose, read};
-use shsa_core::assurance::{Content, Evaluation, EvidenceId, FailureMode, ServiceId, System, Tree, Verdict};
+use super::{compose, prolog, read};
+use shsa_core::assurance::{
+    Certificates, Content, Demand, Evaluation, Evidence, EvidenceId, FailureMode, Guarantee, Quantifier,
+    Service, ServiceId, ServiceKind, Statement, System, Tree, Verdict,
+};
 use shsa_core::interval::{Interval, Truth};
 use shsa_core::knowledge::Id;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write as _;
 use std::path::Path;
+use std::process::{Command, Stdio};
 
 const WHEEL: &str = "
 guarantees:
@@ -151,6 +155,95 @@ fn texts_that_are_cut_or_changed_anywhere_are_read_to_an_end() {
             }
         }
     }
+}
+
+/// Random conditions over each other: services ask services, cycles included.
+fn random_system(random: &mut impl FnMut(usize) -> usize) -> System {
+    let mut rows = Certificates::default();
+    let services = 2 + random(4);
+    for at in 0..services {
+        rows.services.push(Service { name: format!("s{at}\n:- halt."), kind: ServiceKind::Application });
+    }
+    let says = |random: &mut dyn FnMut(usize) -> usize| Statement {
+        service: ["t", "u"][random(2)].into(),
+        level: rows.scales.level("sil", ["1", "2", "3"][random(3)]),
+        properties: Vec::new(),
+    };
+    for at in 0..services {
+        let service = ServiceId::from_index(at);
+        let mut leaves = Vec::new();
+        for _ in 0..1 + random(2) {
+            let row = Evidence { name: "e\n:- halt.".into(), service, within: None, max_age: None };
+            leaves.push(Tree::Evidence(rows.evidence.push(row)));
+            let quantifier = [Quantifier::Any, Quantifier::All][random(4) / 3];
+            let of = (0..random(4)).map(|_| ServiceId::from_index(random(services))).collect();
+            let row = Demand { name: "d".into(), service, statement: says(random), of, quantifier };
+            leaves.push(Tree::Demand(rows.demands.push(row)));
+        }
+        for _ in 0..1 + random(3) {
+            let parts: Vec<Tree> = (0..random(4)).map(|_| leaves[random(leaves.len())].clone()).collect();
+            let inner = Tree::Any(parts.iter().take(2).cloned().collect());
+            let when = match random(4) {
+                0 => Tree::All(vec![inner, leaves[random(leaves.len())].clone()]),
+                1 => Tree::All(parts),
+                2 => Tree::Any(parts),
+                _ => Tree::AtLeast(2, parts),
+            };
+            rows.guarantees.push(Guarantee { name: "g".into(), service, statement: says(random), when });
+        }
+    }
+    System::new(rows).unwrap()
+}
+
+#[test]
+fn swi_prolog_derives_the_same() {
+    let mut state = 7_u64;
+    let mut random = |end: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % end
+    };
+    let mut held = 0;
+    for _ in 0..40 {
+        let system = random_system(&mut random);
+        let mut evaluation = Evaluation::new(&system);
+        let rows = system.certificates();
+        for id in rows.evidence.ids() {
+            evaluation.set(&system, id, [Truth::True, Truth::False, Truth::Unknown][random(3)]);
+        }
+        let program = prolog::write(&system, &evaluation);
+        let all = "forall(guarantee(G), (write(g(G)), nl)), forall(demand(D), (write(d(D)), nl)), halt";
+        let mut swipl = match Command::new("swipl")
+            .args(["-q", "-g", &format!("load_files(user, [stream(user_input)]), {all}")])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+        {
+            Ok(swipl) => swipl,
+            Err(error) => {
+                let _ = writeln!(
+                    std::io::stderr(),
+                    "SKIPPED: swipl: {error}: install SWI-Prolog (swi-prolog-nox)"
+                );
+                return;
+            }
+        };
+        swipl.stdin.take().unwrap().write_all(program.as_bytes()).unwrap();
+        let output = swipl.wait_with_output().unwrap();
+        assert!(output.stderr.is_empty(), "{}\n{program}", String::from_utf8_lossy(&output.stderr));
+        let theirs: BTreeSet<String> =
+            String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect();
+        let guarantees =
+            rows.guarantees.ids().filter(|&id| evaluation.guarantee(&system, id) == Verdict::Holds);
+        let demands = rows.demands.ids().filter(|&id| evaluation.demand(&system, id) == Verdict::Holds);
+        let ours: BTreeSet<String> = guarantees
+            .map(|id| format!("g({})", id.index()))
+            .chain(demands.map(|id| format!("d({})", id.index())))
+            .collect();
+        assert_eq!(theirs, ours, "{program}");
+        held += ours.len();
+    }
+    assert!(held > 40, "only {held} held in all: this compares nothing");
 }
 
 /// The public models, with what each demand is met by, by the strict rule; SKIPPED where they are absent.
