@@ -4,6 +4,7 @@ pub mod words;
 pub mod comparisons;
 pub mod event;
 pub mod drive;
+pub mod conserts;
 pub mod drawing;
 pub mod fault;
 pub mod journal;

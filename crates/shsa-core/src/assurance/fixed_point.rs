@@ -1,7 +1,7 @@
 //! The least set of nodes that holds, kept up to date as evidence changes.
 //!
 //! What holds is derived from evidence, never from itself: a component of nodes that rest on each other is derived anew from
-//! what lies outside of it whenever anything outside changes, so that no derivation outlives its ground. All else is counted.
+//! what lies outside of it whenever anything outside ceases to hold, so that no derivation outlives its ground. All else is counted.
 
 use super::circuit::{Circuit, ComponentId, NodeId};
 use crate::knowledge::{Id, IdVec};
@@ -17,6 +17,8 @@ pub(super) struct FixedPoint {
     holds: IdVec<NodeId, bool>,
     /// Components to look at again, a bit each.
     pending: Vec<u64>,
+    /// Those of them into which something came that holds no longer.
+    shrunk: Vec<u64>,
     /// Nodes of one component that hold newly.
     queue: Vec<NodeId>,
     /// What the members of one component were before.
@@ -33,10 +35,11 @@ impl FixedPoint {
             holds: IdVec::filled(needed.len(), |_| false),
             needed,
             pending: (0..components.div_ceil(64)).map(|_| 0).collect(),
+            shrunk: (0..components.div_ceil(64)).map(|_| 0).collect(),
             queue: Vec::with_capacity(largest),
             before: Vec::with_capacity(largest),
         };
-        circuit.is_cyclic.ids().for_each(|component| point.mark(component));
+        circuit.is_cyclic.ids().for_each(|component| mark(&mut point.pending, component));
         point.settle(circuit);
         point
     }
@@ -71,12 +74,6 @@ impl FixedPoint {
         }
     }
 
-    fn mark(&mut self, component: ComponentId) {
-        if let Some(bits) = self.pending.get_mut(component.index() / 64) {
-            *bits |= 1 << (component.index() % 64);
-        }
-    }
-
     fn derive(&mut self, circuit: &Circuit, component: ComponentId) {
         let members = circuit.members.row(component);
         match members {
@@ -88,7 +85,23 @@ impl FixedPoint {
                     self.pass_on(circuit, *only, holds);
                 }
             }
-            members => self.derive_anew(circuit, component, members),
+            members if take(&mut self.shrunk, component) => self.derive_anew(circuit, component, members),
+            members => self.derive_more(circuit, component, members),
+        }
+    }
+
+    /// Derives what follows beyond what holds: nothing that came in was lost.
+    fn derive_more(&mut self, circuit: &Circuit, component: ComponentId, members: &[NodeId]) {
+        self.queue.clear();
+        for &member in members {
+            if !self.holds[member] && self.count[member] >= self.needed[member] {
+                self.holds[member] = true;
+                self.queue.push(member);
+            }
+        }
+        while let Some(member) = self.queue.pop() {
+            self.count_inside(circuit, component, member, true);
+            self.count_outside(circuit, component, member, true);
         }
     }
 
@@ -137,7 +150,11 @@ impl FixedPoint {
         for &parent in circuit.parents.row(node) {
             if circuit.component[parent] != component {
                 self.recount(parent, holds);
-                self.mark(circuit.component[parent]);
+                let above = circuit.component[parent];
+                mark(&mut self.pending, above);
+                if !holds && circuit.is_cyclic[above] {
+                    mark(&mut self.shrunk, above);
+                }
             }
         }
     }
@@ -150,4 +167,19 @@ impl FixedPoint {
         let count = &mut self.count[node];
         *count = if holds { *count + 1 } else { count.saturating_sub(1) };
     }
+}
+
+fn mark(set: &mut [u64], component: ComponentId) {
+    if let Some(bits) = set.get_mut(component.index() / 64) {
+        *bits |= 1 << (component.index() % 64);
+    }
+}
+
+/// Takes a component out; whether it was in it.
+fn take(set: &mut [u64], component: ComponentId) -> bool {
+    let bit = 1 << (component.index() % 64);
+    let Some(bits) = set.get_mut(component.index() / 64) else { return false };
+    let was_in = *bits & bit != 0;
+    *bits &= !bit;
+    was_in
 }
