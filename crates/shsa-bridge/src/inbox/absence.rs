@@ -30,6 +30,8 @@ pub struct Absence {
 pub(super) struct Attendance {
     /// When somebody was seen last; `None`: nobody looks.
     seen: Option<Time>,
+    /// When whoever was away came back, until somebody asks.
+    back: Option<Time>,
     /// The present absence, whose messages may still come, and until when.
     present: Option<(Absence, Time)>,
     /// One that is over and was not told yet.
@@ -41,6 +43,7 @@ impl Attendance {
     pub(super) fn beat(&mut self, now: Time) {
         let away = self.seen.map_or(Span::ZERO, |seen| now - seen);
         if away >= AWAY {
+            self.back = Some(now);
             self.was_away(away, now);
         }
         // A message may be handed on later than it was received.
@@ -73,12 +76,12 @@ impl Attendance {
         has_waited
     }
 
-    /// Whether nobody was here until a moment ago: what was decided before may be of no use any more.
-    pub(super) fn is_back(&mut self, now: Time) -> bool {
+    /// Whether nobody was here until a moment ago; said once of an absence. What a broker has kept is none of ours.
+    pub(super) fn has_come_back(&mut self, now: Time) -> bool {
         if self.seen.is_some() {
             self.beat(now);
         }
-        self.present.is_some()
+        self.back.take().is_some_and(|back| now - back < AWAY)
     }
 
     /// An absence that is over, told once.
@@ -117,14 +120,14 @@ impl Inbox {
         self.lock().attendance.was_away(away, now);
     }
 
-    /// Whether nobody was here until a moment ago.
+    /// Whether nobody was here until a moment ago; said once of an absence.
     #[cfg_attr(
         not(feature = "mqtt"),
         allow(dead_code, reason = "only MQTT hands on what it cannot take back")
     )]
-    pub(crate) fn is_back(&self) -> bool {
+    pub(crate) fn has_come_back(&self) -> bool {
         let now = self.clock.now();
-        self.lock().attendance.is_back(now)
+        self.lock().attendance.has_come_back(now)
     }
 
     /// An absence whose messages have all come, told once.
@@ -174,5 +177,21 @@ mod tests {
         attendance.was_away(Span::from_millis(1_000), at(0));
         assert!(attendance.has_waited(at(300)));
         assert!(!attendance.has_waited(at(301)));
+    }
+
+    #[test]
+    fn who_comes_back_is_told_so_once_and_soon() {
+        let at = |seconds: f64| Time(0) + Span::from_seconds(seconds);
+        let mut attendance = Attendance::default();
+        attendance.beat(at(0.0));
+        assert!(!attendance.has_come_back(at(0.1)));
+        assert!(attendance.has_come_back(at(5.0)) && !attendance.has_come_back(at(5.1)));
+        // The broker was away, and not we.
+        attendance.was_away(Span::from_seconds(3.0), at(5.2));
+        assert!(!attendance.has_come_back(at(5.3)));
+        attendance.beat(at(9.0));
+        attendance.beat(at(9.9));
+        attendance.beat(at(10.8));
+        assert!(!attendance.has_come_back(at(10.9)), "too long ago");
     }
 }

@@ -35,7 +35,7 @@ impl Shared {
     /// were of now. Only an end of the connection takes it back. A broker that is merely slow is no reason for that.
     pub(in crate::mqtt) fn is_overtaken(&self) -> bool {
         let are_over = self.lock().leaving.are_over(Uptime::now());
-        are_over && self.inbox.is_back()
+        are_over && self.inbox.has_come_back()
     }
 }
 
