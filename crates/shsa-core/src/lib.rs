@@ -1,6 +1,6 @@
 //! Self-healing by structural adaptation: observations in, verdicts and substitutes out.
 //!
-//! The way of the data: `Observation -> alignment -> monitor -> diagnosis -> plan -> assurance -> service -> Output`.
+//! The way of the data: `Observation -> alignment -> monitor -> diagnosis -> plan -> service -> Output`.
 //! The modules stand in reading order; each uses only those above it.
 //!
 //! The core reads no clock, no file and no socket, and starts no thread. Time is an argument. The same inputs

@@ -92,7 +92,7 @@ impl Attendance {
 
 impl Inbox {
     /// Notices from now on when the process was suspended, or the machine stood still: what arrives then may have waited, and is
-    /// marked as [`Message::retained`]. A thread that does little else than sleep looks ten times a second, as long as the inbox is
+    /// marked as [`crate::Message::retained`]. A thread that does little else than sleep looks ten times a second, as long as the inbox is
     /// there. By a clock that somebody sets nobody is ever absent.
     ///
     /// # Errors

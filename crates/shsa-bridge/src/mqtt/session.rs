@@ -28,7 +28,7 @@ const GOODBYE: Duration = Duration::from_secs(1);
 /// After so many happenings at one go, whoever drives the connection looks at what they have brought.
 const AT_ONE_GO: u32 = 16;
 
-/// Why a connection is ended of which nothing is wrong.
+/// Why this client ends a sound connection by itself.
 const OVERTAKEN: &str = "nobody was here for a while, and what waited to be written is too old";
 
 /// Connects and serves until it is stopped.

@@ -55,15 +55,19 @@ struct Step {
     estimates: OfFilters<Estimate>,
 }
 
+/// The seconds from the last step to one, which is the last one then.
+fn elapsed(last: &mut Time, time_ns: i64) -> f64 {
+    let at = Time(time_ns);
+    (at - std::mem::replace(last, at)).seconds()
+}
+
 /// All three filters, step by step.
 pub(super) fn compare_nonlinear(case: &Nonlinear, compared: &mut Compared) -> anyhow::Result<()> {
     let (mut ekf, model, points) = (case.model.extended()?, &case.model, &case.sigma_points);
     let (mut ukf, mut wide) = (model.unscented(points.ukf.into())?, model.unscented(points.ukf_wide.into())?);
     let mut last = Time(0);
     for (place, step) in case.steps.iter().enumerate() {
-        let (at, measurements) = (Time(step.time_ns), model.measurements(&step.z)?);
-        let dt = (at - last).seconds();
-        last = at;
+        let (dt, measurements) = (elapsed(&mut last, step.time_ns), model.measurements(&step.z)?);
         let filters: [(&str, &mut dyn Method, &Estimate, f64); 3] = [
             ("ekf", &mut ekf, &step.estimates.ekf, case.tolerance.ekf),
             ("ukf", &mut ukf, &step.estimates.ukf, case.tolerance.ukf),
@@ -107,9 +111,7 @@ pub(super) fn compare_gating(case: &Gating, compared: &mut Compared) -> anyhow::
     let mut last = Time(0);
     for (place, step) in case.steps.iter().enumerate() {
         let label = format!("{} step {place}", case.label);
-        let at = Time(step.time_ns);
-        filter.predict((at - last).seconds(), &step.u);
-        last = at;
+        filter.predict(elapsed(&mut last, step.time_ns), &step.u);
         let mut differences = Vec::new();
         for measurement in case.model.measurements(&step.z)? {
             let name = case.model.measurements.keys().nth(measurement.sensor).map_or("", String::as_str);
@@ -158,9 +160,7 @@ pub(super) fn compare_masking(case: &Masking, compared: &mut Compared) -> anyhow
     let mut last = Time(0);
     for (place, step) in case.steps.iter().enumerate() {
         let label = format!("{} step {place}", case.label);
-        let at = Time(step.time_ns);
-        filter.predict((at - last).seconds(), &step.u);
-        last = at;
+        filter.predict(elapsed(&mut last, step.time_ns), &step.u);
         let mut masked = Vec::new();
         for name in &step.masked {
             masked.push(case.model.sensor(name)?);
