@@ -9,5 +9,6 @@ pub mod path;
 pub mod source;
 pub mod json;
 pub mod ros;
+pub mod protobuf;
 
 pub use error::MessageError;

@@ -12,6 +12,7 @@ mod demo;
 mod explain;
 mod fmt;
 mod help;
+mod info;
 mod log;
 mod man;
 mod monitor;
@@ -65,6 +66,8 @@ enum Command {
     Analyze(analyze::Arguments),
     /// Compare all ways of knowing a variable over recorded observations.
     Monitor(monitor::Arguments),
+    /// Tell what is in recordings: topics, fields, units, rates, gaps, and what is damaged; or the signals for a model.
+    Info(info::Arguments),
     /// Run the whole loop over recordings, with faults injected if you like.
     Replay(replay::Arguments),
     /// Heal a running system: watch its bus, and go on providing what is needed.
@@ -113,6 +116,7 @@ fn main() -> ExitCode {
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Analyze(arguments) => analyze::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Info(arguments) => info::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Scan(arguments) => scan::run(&arguments),

@@ -8,6 +8,7 @@ use shsa_message::MessageError;
 use shsa_message::json::{Kind, Place, Visitor, elements, unescaped, walk};
 use shsa_message::moment::{DateOrder, moment};
 use shsa_message::path::{Path as FieldPath, Step, is_text};
+use shsa_message::protobuf::{self, Found};
 use shsa_message::ros::{Body as RosBody, Count, Layout, Plan, Target};
 use shsa_message::stamp::{self, Zone};
 
@@ -37,6 +38,8 @@ pub(super) enum Locator {
     Json(Vec<Step>),
     /// The field of a message of ROS.
     Ros(Layout, Plan),
+    /// The field of a message of Protocol Buffers.
+    Protobuf(protobuf::Plan),
 }
 
 impl Fields {
@@ -52,6 +55,10 @@ impl Fields {
                 let path = FieldPath::parse(path).map_err(said)?;
                 Ok(Locator::Ros(*layout, Plan::new(types, *layout, kind, &path.steps).map_err(said)?))
             }
+            Fields::Protobuf(types, kind) => {
+                let path = FieldPath::parse(path).map_err(said)?;
+                Ok(Locator::Protobuf(protobuf::Plan::new(types, kind, &path.steps).map_err(said)?))
+            }
             Fields::Unknown(reason) => Err(reason.clone().into()),
         }
     }
@@ -59,7 +66,9 @@ impl Fields {
     /// The way to the stamp in the header of the messages; `None` where they have none.
     pub(super) fn header_stamp(&self) -> Option<Vec<Locator>> {
         match self {
-            Fields::Json => Some(STAMPS.iter().filter_map(|path| self.locate(path).ok()).collect()),
+            Fields::Json | Fields::Protobuf(..) => {
+                Some(STAMPS.iter().filter_map(|path| self.locate(path).ok()).collect())
+            }
             Fields::Ros { types, kind, layout } => {
                 let plan = Plan::new(types, *layout, kind, &types.header_stamp(kind)?).ok()?;
                 Some(vec![Locator::Ros(*layout, plan)])
@@ -123,6 +132,7 @@ impl Locator {
     pub(super) fn can_be_number(&self) -> bool {
         match self {
             Locator::Ros(_, plan) => matches!(plan.target, Target::Primitive(_) | Target::Time),
+            Locator::Protobuf(plan) => plan.is_number(),
             Locator::Named(..) | Locator::Json(_) => true,
         }
     }
@@ -135,7 +145,7 @@ impl Locator {
                 Target::Text => true,
                 Target::Message => false,
             },
-            Locator::Named(..) | Locator::Json(_) => true,
+            Locator::Named(..) | Locator::Json(_) | Locator::Protobuf(_) => true,
         }
     }
 
@@ -148,6 +158,7 @@ impl Locator {
                 of_json(text, json_at(text, steps)?, element)
             }
             (Locator::Ros(layout, plan), Body::Bytes(bytes)) => plan.value(of_ros(*layout, bytes)?, element),
+            (Locator::Protobuf(plan), Body::Bytes(bytes)) => of_protobuf(plan.find(bytes)?, element),
             _ => None,
         }
     }
@@ -165,6 +176,10 @@ impl Locator {
                 Some(unescaped(place.of(text)).into_owned())
             }
             (Locator::Ros(layout, plan), Body::Bytes(bytes)) => plan.text(of_ros(*layout, bytes)?),
+            (Locator::Protobuf(plan), Body::Bytes(bytes)) => match plan.find(bytes)? {
+                Found::Text(text) => Some(text),
+                _ => None,
+            },
             _ => None,
         }
     }
@@ -187,6 +202,16 @@ impl Locator {
             (Locator::Ros(layout, plan), Body::Bytes(bytes)) => {
                 plan.stamp(of_ros(*layout, bytes)?, step.unwrap_or(Span::from_millis(1_000)))?
             }
+            (Locator::Protobuf(plan), Body::Bytes(bytes)) => match plan.find(bytes)? {
+                Found::Time(seconds, nanoseconds) => {
+                    Time(seconds.checked_mul(1_000_000_000)?.checked_add(nanoseconds)?)
+                }
+                Found::Number(number) => {
+                    let step = step.unwrap_or_else(|| stamp::likely_step(number.abs() as u64));
+                    Time::from_seconds(number * step.seconds())
+                }
+                _ => return None,
+            },
             _ => return None,
         };
         // In a message zero means that nobody has stamped it; in a table it is a time.
@@ -210,6 +235,7 @@ impl Locator {
                 json_find(text, json_at(text, steps)?, asked)
             }
             (Locator::Ros(layout, plan), Body::Bytes(bytes)) => plan.find(of_ros(*layout, bytes)?, asked),
+            (Locator::Protobuf(plan), Body::Bytes(bytes)) => plan.find(bytes)?.says(asked),
             _ => None,
         }
     }
@@ -225,6 +251,18 @@ fn of_ros(layout: Layout, bytes: &[u8]) -> Option<RosBody<'_>> {
     match layout {
         Layout::Packed => Some(RosBody::packed(bytes)),
         Layout::Cdr => RosBody::cdr(bytes).ok(),
+    }
+}
+
+fn of_protobuf(found: Found, element: Option<usize>) -> Option<RawValue> {
+    match (found, element) {
+        (Found::Number(number), None) => Some(RawValue::Number(number)),
+        (Found::Numbers(numbers), None) => Some(RawValue::Vector(numbers)),
+        (Found::Numbers(numbers), Some(index)) => numbers.get(index).copied().map(RawValue::Number),
+        (Found::Time(seconds, nanoseconds), None) => {
+            Some(RawValue::Number(seconds as f64 + nanoseconds as f64 * 1e-9))
+        }
+        _ => None,
     }
 }
 

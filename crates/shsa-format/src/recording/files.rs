@@ -7,12 +7,34 @@ use super::unpack::{self, ZSTD_MAGIC};
 use std::fs;
 use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 /// A file of a known format.
 #[derive(Clone, Debug)]
 pub(super) struct File {
     pub(super) path: PathBuf,
     pub(super) row: &'static Row,
+}
+
+/// What standard input held, in a file that has no name: it can be read once only, and some formats must be read twice.
+static STANDARD_INPUT: OnceLock<fs::File> = OnceLock::new();
+
+/// The file of a path, from its beginning; `-` is standard input.
+fn opened(path: &Path) -> io::Result<fs::File> {
+    if path != Path::new("-") {
+        return fs::File::open(path);
+    }
+    let held = match STANDARD_INPUT.get() {
+        Some(held) => held,
+        None => {
+            let mut file = unpack::nameless()?;
+            io::copy(&mut io::stdin().lock(), &mut file)?;
+            STANDARD_INPUT.get_or_init(|| file)
+        }
+    };
+    let mut again = held.try_clone()?;
+    io::Seek::rewind(&mut again)?;
+    Ok(again)
 }
 
 /// The files that are meant: of folders those of known endings, part 2 before part 10.
@@ -66,7 +88,7 @@ fn counted(name: &str) -> Vec<(String, u64)> {
 /// As [`files_of`].
 pub(super) fn format_of_file(file: &Path) -> Result<&'static Row, RecordingError> {
     let mut head = Vec::new();
-    let read = fs::File::open(file).and_then(|opened| opened.take(1 << 16).read_to_end(&mut head));
+    let read = opened(file).and_then(|opened| opened.take(1 << 16).read_to_end(&mut head));
     read.map_err(|reason| unreadable(file, reason))?;
     if !head.starts_with(ZSTD_MAGIC) {
         head.truncate(HEAD as usize);
@@ -102,7 +124,7 @@ fn without_packing(file: &Path) -> PathBuf {
 /// When it cannot be opened or unpacked.
 pub(super) fn open(file: &Path) -> Result<Box<dyn Input>, RecordingError> {
     let open = || -> io::Result<fs::File> {
-        let mut opened = fs::File::open(file)?;
+        let mut opened = opened(file)?;
         let mut head = [0; 4];
         let length = opened.read(&mut head)?;
         io::Seek::rewind(&mut opened)?;

@@ -136,6 +136,7 @@ impl Entry {
                     self.info.unreadable = Some(problem.to_string());
                 }
             }
+            Fields::Protobuf(types, kind) => types.paths(kind, "", FIELDS_MAX, &mut paths),
             Fields::Json | Fields::Unknown(_) => {}
         }
         paths.into_iter().for_each(|path| self.add(path));

@@ -43,7 +43,7 @@ use shsa_message::stamp::Zone;
 pub use cut::{Cuts, Stretch};
 pub use error::RecordingError;
 use extraction::{Extraction, Naming};
-use files::{File, files_of, format_of, format_of_file, open};
+use files::{File, files_of, format_of, open};
 pub use format::{FORMATS, Format, Row};
 use gathered::{Destination, Gathered};
 use inventory::Inventory;
@@ -166,6 +166,14 @@ impl Recording {
     #[must_use]
     pub fn first(&self) -> Option<Time> {
         self.samples.first().map(|sample| sample.received)
+    }
+
+    /// Why there is no sample, where damage is the cause of that: the first thing that was lost.
+    #[must_use]
+    pub fn cause(&self) -> Option<String> {
+        let is_found = self.found.iter().any(|found| !found.places.is_empty());
+        let is_empty = self.found.iter().all(|found| found.samples == 0);
+        (self.degraded && is_found && is_empty).then(|| self.warnings.first().map(ToString::to_string))?
     }
 
     /// Every session with its samples, of which there is at least one.
@@ -327,23 +335,17 @@ fn read_with(
     }
 }
 
-/// What is in one file.
+/// What is in files, and what is damaged of them: topics, fields, rates, examples of values.
 ///
 /// # Errors
-/// As [`read`].
-pub fn topics(file: &Path) -> Result<Vec<TopicInfo>, RecordingError> {
-    Ok(inventory(file, &ReadOptions::default())?.topics)
-}
-
-/// What is in one file, and what is damaged of it.
-///
-/// # Errors
-/// As [`read`].
-pub fn inventory(file: &Path, options: &ReadOptions) -> Result<FileInfo, RecordingError> {
-    let row = format_of_file(file)?;
-    let mut inventory = Inventory::new(file);
-    read_with(row.format, &mut *open(file)?, options, &mut inventory)?;
-    Ok(inventory.finish(row.name))
+/// As [`read`]. Time grows with the files; memory with their topics and fields.
+pub fn inventory(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<FileInfo>, RecordingError> {
+    let of_file = |File { path, row }: &File| {
+        let mut inventory = Inventory::new(path);
+        read_with(row.format, &mut *open(path)?, options, &mut inventory)?;
+        Ok(inventory.finish(row.name))
+    };
+    files_of(paths)?.iter().map(of_file).collect()
 }
 
 fn understand(wanted: &[Wanted]) -> Result<Vec<Want<'_>>, RecordingError> {

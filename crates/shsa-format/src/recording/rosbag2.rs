@@ -60,6 +60,9 @@ struct Bag {
 impl Bag {
     fn read<R: Input>(&mut self, database: &mut Database<R>, listener: &mut dyn Listener) -> io::Result<()> {
         let mut is_damaged = false;
+        if !database.has_magic {
+            listener.damaged(Place::Offset(0), "the file does not begin as a database does".into());
+        }
         let mut told = |event: Event<'_>, listener: &mut dyn Listener| {
             if let Event::Damage(offset, problem) = event {
                 is_damaged = true;

@@ -52,6 +52,8 @@ pub(super) struct Database<R> {
     log: BTreeMap<u32, u64>,
     log_bytes: Vec<u8>,
     visited: Vec<u64>,
+    /// Whether the file begins as a database does.
+    pub(super) has_magic: bool,
 }
 
 impl<R: Read + Seek> Database<R> {
@@ -79,6 +81,7 @@ impl<R: Read + Seek> Database<R> {
             log: BTreeMap::new(),
             log_bytes: log,
             visited: Vec::new(),
+            has_magic: head.starts_with(MAGIC),
         };
         database.read_log();
         Ok(database)

@@ -3,6 +3,7 @@
 
 use super::Place;
 use shsa_core::time::Time;
+use shsa_message::protobuf;
 use shsa_message::ros::{Layout, Types};
 use std::io::{BufRead, Seek};
 use std::path::Path;
@@ -60,6 +61,8 @@ pub(super) enum Fields {
         /// How messages stand in the bytes.
         layout: Layout,
     },
+    /// A message of Protocol Buffers, of the type of this name: [`Body::Bytes`].
+    Protobuf(Arc<protobuf::Types>, String),
     /// Nobody knows how, for this reason; the messages can only be counted.
     Unknown(String),
 }

@@ -47,8 +47,10 @@ const NO_ZSTD: &str =
     "packed by zstd, which this program was built without: build it with the feature 'zstd'";
 
 /// A file for a while.
-#[cfg(feature = "zstd")]
-fn nameless() -> io::Result<File> {
+///
+/// # Errors
+/// When it cannot be made.
+pub(super) fn nameless() -> io::Result<File> {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let name = format!("shsa-unpacked-{}-{}", process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
     let path = std::env::temp_dir().join(name);

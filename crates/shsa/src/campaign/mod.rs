@@ -280,6 +280,9 @@ fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Reco
     let mut recording =
         recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
     recording.warnings.iter().for_each(show::warn);
+    if let Some(cause) = recording.cause() {
+        bail!("nothing of the recording can be read: {cause}");
+    }
     if recording.samples.is_empty() {
         bail!(
             "none of the model's signals is in the recording; `source` in the model says where each is found"

@@ -198,6 +198,9 @@ fn read_recordings(
         .collect::<anyhow::Result<_>>()?;
     let mut recording = recording::read(recordings, &wanted, &arguments.reading.options())?;
     recording.warnings.iter().for_each(show::warn);
+    if let Some(cause) = recording.cause() {
+        bail!("nothing of the recording can be read: {cause}");
+    }
     if recording.samples.is_empty() {
         bail!(
             "none of the model's signals is in the recording; `source` in the model says where each is found"

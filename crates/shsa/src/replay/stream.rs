@@ -89,8 +89,11 @@ fn source(knowledge: &KnowledgeBase, survey: Survey) -> Source {
     }
 }
 
-/// The bytes of a file, or of the files in a folder.
+/// The bytes of a file, or of the files in a folder; of standard input nobody knows.
 fn size(path: &Path) -> u64 {
+    if path == Path::new("-") {
+        return LONG;
+    }
     let length = |path: &Path| fs::metadata(path).map_or(0, |found| found.len());
     match path.read_dir() {
         Ok(entries) => entries.flatten().map(|entry| length(&entry.path())).sum(),

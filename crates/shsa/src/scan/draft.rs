@@ -84,7 +84,7 @@ fn signal(topic: &str, heard: &Heard, leaf: &Leaf, stamp: Option<&str>, variable
 }
 
 /// A text in YAML, which no character of it can break.
-fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
@@ -106,7 +106,7 @@ fn stamp_of(heard: &Heard) -> Option<&'static str> {
 }
 
 /// A name for a variable: the field's, with the topic's where that says too little.
-fn variable(topic: &str, path: &str) -> String {
+pub(crate) fn variable(topic: &str, path: &str) -> String {
     let words = |text: &str| -> Vec<String> {
         let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
         text.split(|c| !is_word(c)).filter(|word| !word.is_empty()).map(str::to_lowercase).collect()
@@ -115,7 +115,7 @@ fn variable(topic: &str, path: &str) -> String {
     if name.starts_with(|c: char| c.is_ascii_alphabetic()) { name } else { format!("v_{name}") }
 }
 
-fn unique(name: &str, names: &mut BTreeSet<String>) -> String {
+pub(crate) fn unique(name: &str, names: &mut BTreeSet<String>) -> String {
     let numbered = (2..).map(|number| format!("{name}_{number}"));
     let free = std::iter::once(name.to_owned()).chain(numbered).find(|name| !names.contains(name));
     let free = free.unwrap_or_default();
@@ -124,7 +124,7 @@ fn unique(name: &str, names: &mut BTreeSet<String>) -> String {
 }
 
 /// The unit that the nearest word of the field's or else the topic's name suggests.
-fn unit(path: &str, topic: &str) -> Option<&'static str> {
+pub(crate) fn unit(path: &str, topic: &str) -> Option<&'static str> {
     let of = |text: &str| {
         let text = text.to_lowercase();
         let words: Vec<&str> = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect();

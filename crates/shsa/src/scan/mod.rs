@@ -4,9 +4,9 @@
 
 mod heard;
 mod matched;
-mod draft;
+pub(crate) mod draft;
 mod json;
-mod text;
+pub(crate) mod text;
 
 use crate::bus::BusArguments;
 use crate::outcome::Outcome;

@@ -83,7 +83,7 @@ fn problem(heard: &Heard) -> String {
 }
 
 /// A rate to three digits.
-pub(super) fn rate(hz: f64) -> String {
+pub(crate) fn rate(hz: f64) -> String {
     let digits = if hz < 9.995 { 2 } else { usize::from(hz < 99.95) };
     format!("{hz:.digits$} Hz")
 }

@@ -2,11 +2,12 @@
 
 use crate::folder::Folder;
 
-const COMMANDS: [&str; 21] = [
+const COMMANDS: [&str; 22] = [
     "check",
     "plan",
     "analyze",
     "monitor",
+    "info",
     "replay",
     "run",
     "scan",

@@ -45,6 +45,7 @@ fn fields_of_recordings() {
         commands.iter().flat_map(|command| objects(&folder, command)).collect()
     };
     folder.write("change.yaml", "properties: { signals: { /level: { accuracy: 0.5 } } }\n");
+    check("info", &of(&["info run.csv", "info run.jsonl"]));
     check("monitor", &of(&["monitor tank.yaml level --observations run.jsonl"]));
     check(
         "replay",

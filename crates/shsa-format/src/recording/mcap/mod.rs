@@ -160,7 +160,8 @@ impl Reader<'_> {
         let packed = self.bytes(content_at + head.size, head.packed)?;
         let is_cut = length > there;
         self.records_of_chunk(&head, packed, is_cut, place, listener);
-        if is_cut { self.resumed(offset + 1) } else { Ok(content_at + length) }
+        // What stands in a chunk that is cut has been told.
+        Ok(if is_cut { self.length } else { content_at + length })
     }
 
     fn records_of_chunk(

@@ -4,6 +4,7 @@ use super::records::{Channel, Schema};
 use crate::recording::ros2;
 use crate::recording::topic::{Fields, Topic};
 use shsa_message::MessageError;
+use shsa_message::protobuf;
 use shsa_message::ros::{Layout, Types};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -54,6 +55,9 @@ impl Schemas {
             }
             ("cdr", "ros2msg") => ros2::fields(&self.types, name, &String::from_utf8_lossy(data)),
             ("cdr", "ros2idl" | "") => ros2::fields(&self.types, name, ""),
+            ("protobuf", _) => {
+                Fields::Protobuf(Arc::new(protobuf::Types::of_descriptors(data)), name.to_owned())
+            }
             (encoding, language) => Fields::Unknown(format!(
                 "messages encoded as '{encoding}' with a schema of '{language}' cannot be read here"
             )),

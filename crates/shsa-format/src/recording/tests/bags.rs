@@ -51,7 +51,7 @@ fn what_is_not_in_the_bag_is_said() {
 #[test]
 fn a_bag_lists_its_topics() {
     let folder = Folder::with(&[("a.bag", &small(Packing::Lz4))]);
-    let topics = topics(&folder.0.join("a.bag")).unwrap();
+    let topics = topics(&folder.0.join("a.bag"));
     let shown: Vec<_> =
         topics.iter().map(|t| format!("{} {} {} {:?}", t.name, t.kind, t.count, t.rate_hz)).collect();
     assert_eq!(shown, ["/odom nav/Twist 3 Some(10.0)", "dmin std_msgs/Float64 2 Some(10.0)"]);

@@ -3,10 +3,13 @@
 mod bag_writer;
 mod bags;
 mod lines;
+mod mcap_writer;
 mod mutated;
 mod real;
+mod ros2;
 mod samples;
 mod sessions;
+mod sqlite_writer;
 mod tables;
 
 use std::fs;
@@ -41,6 +44,11 @@ impl Drop for Folder {
     fn drop(&mut self) {
         fs::remove_dir_all(&self.0).ok();
     }
+}
+
+/// The topics of a file.
+fn topics(file: &Path) -> Vec<TopicInfo> {
+    inventory(&[file.into()], &ReadOptions::default()).unwrap().remove(0).topics
 }
 
 /// Sources as wanted signals of the same names.
@@ -154,7 +162,7 @@ fn formats_are_known_by_content_then_by_extension() {
     #[track_caller]
     fn check(name: &str, bytes: &[u8], expected: &str) {
         let folder = Folder::with(&[(name, bytes)]);
-        let said = match format_of_file(&folder.0.join(name)) {
+        let said = match files::format_of_file(&folder.0.join(name)) {
             Ok(row) => format!("{:?}", row.format),
             Err(RecordingError::UnknownFormat { .. }) => "unknown".into(),
             Err(error) => error.to_string(),

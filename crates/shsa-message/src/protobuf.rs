@@ -1,0 +1,492 @@
+//! Messages of Protocol Buffers: which fields a type has, as a set of file descriptors says, and where they stand in the bytes.
+//!
+//! Format: <https://protobuf.dev/programming-guides/encoding>; the descriptors are messages themselves, of `descriptor.proto`. Only
+//! the fields on the way to the wanted one are looked at; nothing is built.
+
+use crate::MessageError;
+use crate::path::{Step, is_text};
+use std::collections::BTreeMap;
+
+/// Types nest no deeper than this in a path or a descriptor.
+const DEPTH_MAX: usize = 32;
+
+/// What a field holds, or each element of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Kind {
+    Double,
+    Float,
+    /// Whole numbers of variable length: with a sign, without one, folded together (zigzag), and truth values.
+    Signed,
+    Unsigned,
+    Folded,
+    Fixed32,
+    Fixed64,
+    SignedFixed32,
+    SignedFixed64,
+    Text,
+    Bytes,
+    Message(String),
+}
+
+/// A field of a type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Member {
+    name: String,
+    number: u64,
+    kind: Kind,
+    is_list: bool,
+}
+
+/// Types by their full names, without a dot in front.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Types(BTreeMap<String, Vec<Member>>);
+
+/// What is found in a message.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Found {
+    /// A number.
+    Number(f64),
+    /// A list of numbers.
+    Numbers(Vec<f64>),
+    /// A text.
+    Text(String),
+    /// A list of texts.
+    Texts(Vec<String>),
+    /// Seconds and nanoseconds.
+    Time(i64, i64),
+}
+
+/// The way to one field.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Of each step the field's number, and which element of it.
+    steps: Vec<(u64, Option<usize>)>,
+    last: Member,
+}
+
+/// A field on the wire.
+#[derive(Clone, Copy)]
+enum Wire<'a> {
+    Number(u64),
+    Bytes(&'a [u8]),
+}
+
+/// Goes through the fields of a message; ends at what is none.
+#[derive(Clone, Copy)]
+struct Fields<'a>(&'a [u8]);
+
+impl<'a> Fields<'a> {
+    fn varint(&mut self) -> Option<u64> {
+        let mut number = 0_u64;
+        for index in 0..10 {
+            let (byte, rest) = self.0.split_first()?;
+            self.0 = rest;
+            number |= u64::from(byte & 0x7f).checked_shl(7 * index).unwrap_or(0);
+            if *byte < 0x80 {
+                return Some(number);
+            }
+        }
+        None
+    }
+
+    fn bytes(&mut self, length: usize) -> Option<&'a [u8]> {
+        let (own, rest) = self.0.split_at_checked(length)?;
+        self.0 = rest;
+        Some(own)
+    }
+}
+
+impl<'a> Iterator for Fields<'a> {
+    type Item = (u64, Wire<'a>);
+
+    fn next(&mut self) -> Option<(u64, Wire<'a>)> {
+        if self.0.is_empty() {
+            return None;
+        }
+        let tag = self.varint()?;
+        let value = match tag & 7 {
+            0 => Wire::Number(self.varint()?),
+            1 => Wire::Number(u64::from_le_bytes(*self.bytes(8)?.first_chunk()?)),
+            2 => {
+                let length = usize::try_from(self.varint()?).ok()?;
+                Wire::Bytes(self.bytes(length)?)
+            }
+            5 => Wire::Number(u32::from_le_bytes(*self.bytes(4)?.first_chunk()?).into()),
+            _ => return None,
+        };
+        Some((tag >> 3, value))
+    }
+}
+
+impl Types {
+    /// The types of a serialised `FileDescriptorSet`; what makes no sense in it is passed over.
+    #[must_use]
+    pub fn of_descriptors(set: &[u8]) -> Types {
+        let mut types = Types::default();
+        for (_, file) in Fields(set).filter(|(number, _)| *number == 1) {
+            let Wire::Bytes(file) = file else { continue };
+            let package = text(file, 2).unwrap_or_default();
+            for (number, message) in Fields(file) {
+                if let (4, Wire::Bytes(message)) = (number, message) {
+                    types.add(&package, message, 0);
+                }
+            }
+        }
+        types
+    }
+
+    fn add(&mut self, scope: &str, message: &[u8], depth: usize) {
+        let Some(name) = text(message, 1).filter(|_| depth < DEPTH_MAX) else { return };
+        let name = if scope.is_empty() { name } else { format!("{scope}.{name}") };
+        let mut members = Vec::new();
+        for (number, part) in Fields(message) {
+            match (number, part) {
+                (2, Wire::Bytes(field)) => members.extend(member(field)),
+                (3, Wire::Bytes(nested)) => self.add(&name, nested, depth + 1),
+                _ => {}
+            }
+        }
+        self.0.insert(name, members);
+    }
+
+    fn members(&self, name: &str) -> Result<&[Member], MessageError> {
+        let unknown = || MessageError::UnknownType { name: name.to_owned(), near: None };
+        self.0.get(name).map(Vec::as_slice).ok_or_else(unknown)
+    }
+
+    /// Appends the paths of all numbers, texts and lists of them in a type, until there are `at_most`; of a list of messages those
+    /// of the first one.
+    pub fn paths(&self, name: &str, from: &str, at_most: usize, paths: &mut Vec<String>) {
+        let depth = from.matches('.').count();
+        for member in self.0.get(name).into_iter().flatten() {
+            let dot = if from.is_empty() { "" } else { "." };
+            let element = if member.is_list && matches!(member.kind, Kind::Message(_)) { "[0]" } else { "" };
+            let path = format!("{from}{dot}{}{element}", member.name);
+            match &member.kind {
+                _ if paths.len() >= at_most => return,
+                Kind::Message(inner) if depth < DEPTH_MAX => self.paths(inner, &path, at_most, paths),
+                Kind::Message(_) | Kind::Bytes => {}
+                _ => paths.push(path),
+            }
+        }
+    }
+}
+
+fn member(field: &[u8]) -> Option<Member> {
+    let number = |asked: u64| {
+        Fields(field).filter(|(number, _)| *number == asked).find_map(|(_, value)| match value {
+            Wire::Number(value) => Some(value),
+            Wire::Bytes(_) => None,
+        })
+    };
+    let kind = match number(5)? {
+        1 => Kind::Double,
+        2 => Kind::Float,
+        3 | 5 | 14 => Kind::Signed,
+        4 | 8 | 13 => Kind::Unsigned,
+        6 => Kind::Fixed64,
+        7 => Kind::Fixed32,
+        9 => Kind::Text,
+        11 => Kind::Message(text(field, 6)?.trim_start_matches('.').to_owned()),
+        12 => Kind::Bytes,
+        15 => Kind::SignedFixed32,
+        16 => Kind::SignedFixed64,
+        17 | 18 => Kind::Folded,
+        _ => return None,
+    };
+    Some(Member { name: text(field, 1)?, number: number(3)?, kind, is_list: number(4) == Some(3) })
+}
+
+fn text(message: &[u8], asked: u64) -> Option<String> {
+    Fields(message).filter(|(number, _)| *number == asked).find_map(|(_, value)| match value {
+        Wire::Bytes(bytes) => std::str::from_utf8(bytes).ok().map(str::to_owned),
+        Wire::Number(_) => None,
+    })
+}
+
+impl Plan {
+    /// The way to the field at a path within a type. No steps: the field `data`.
+    ///
+    /// # Errors
+    /// Says which part of the path is not there, and what is.
+    pub fn new(types: &Types, name: &str, path: &[Step]) -> Result<Plan, MessageError> {
+        let data = [Step::Key("data".into())];
+        let path = if path.is_empty() { &data } else { path };
+        let (mut owner, mut steps, mut last) = (name, Vec::new(), None);
+        let mut path = path.iter().peekable();
+        while let Some(step) = path.next() {
+            let Step::Key(name) = step else { return Err(MessageError::NoList(owner.to_owned())) };
+            let members = types.members(owner)?;
+            let Some(member) = members.iter().find(|member| member.name == *name) else {
+                return Err(MessageError::UnknownField {
+                    name: name.clone(),
+                    owner: owner.to_owned(),
+                    known: members.iter().map(|member| member.name.clone()).collect(),
+                });
+            };
+            let index = path.peek().and_then(|step| index(step)).filter(|_| member.is_list);
+            if index.is_some() {
+                path.next();
+            }
+            steps.push((member.number, index));
+            match (&member.kind, path.peek()) {
+                (Kind::Message(_), Some(_)) if member.is_list && index.is_none() => {
+                    return Err(MessageError::List(name.clone()));
+                }
+                (Kind::Message(inner), Some(_)) => owner = inner,
+                (_, Some(_)) => return Err(MessageError::NoParts(name.clone())),
+                (_, None) => last = Some(member.clone()),
+            }
+        }
+        Ok(Plan { steps, last: last.ok_or(MessageError::NoField)? })
+    }
+
+    /// Whether there is a number at the end of the way, or a time.
+    #[must_use]
+    pub fn is_number(&self) -> bool {
+        match &self.last.kind {
+            Kind::Message(name) => is_time(name),
+            Kind::Text | Kind::Bytes => false,
+            _ => true,
+        }
+    }
+
+    /// What a message has there. A number that is not on the wire is zero, as the format says; `None` where a message on the way
+    /// is missing, a list has no such element, or the bytes are no message. `O(message)`.
+    #[must_use]
+    pub fn find(&self, message: &[u8]) -> Option<Found> {
+        let (last, way) = self.steps.split_last()?;
+        let mut message = message;
+        for (number, index) in way {
+            let of_field = Fields(message).filter(|(known, _)| known == number);
+            let mut parts = of_field.filter_map(|(_, value)| match value {
+                Wire::Bytes(bytes) => Some(bytes),
+                Wire::Number(_) => None,
+            });
+            message = match index {
+                Some(index) => parts.nth(*index)?,
+                // Of a field that comes twice the last counts.
+                None => parts.last()?,
+            };
+        }
+        let values = Fields(message).filter(|(known, _)| *known == last.0).map(|(_, value)| value);
+        self.of_last(values, last.1)
+    }
+
+    fn of_last<'a>(&self, values: impl Iterator<Item = Wire<'a>>, index: Option<usize>) -> Option<Found> {
+        match &self.last.kind {
+            Kind::Bytes => None,
+            Kind::Message(name) if is_time(name) => match values.last()? {
+                Wire::Bytes(time) => {
+                    let part = |asked: u64| {
+                        let found = Fields(time).filter(|(number, _)| *number == asked).last();
+                        found.map_or(0, |(_, value)| if let Wire::Number(it) = value { it as i64 } else { 0 })
+                    };
+                    Some(Found::Time(part(1), part(2)))
+                }
+                Wire::Number(_) => None,
+            },
+            Kind::Message(_) => None,
+            Kind::Text => {
+                let texts: Vec<String> = values
+                    .filter_map(|value| match value {
+                        Wire::Bytes(bytes) => Some(String::from_utf8_lossy(bytes).into_owned()),
+                        Wire::Number(_) => None,
+                    })
+                    .collect();
+                match (self.last.is_list, index) {
+                    (true, Some(index)) => texts.into_iter().nth(index).map(Found::Text),
+                    (true, None) => Some(Found::Texts(texts)),
+                    (false, _) => Some(Found::Text(texts.into_iter().next_back().unwrap_or_default())),
+                }
+            }
+            kind => {
+                let mut numbers = Vec::new();
+                for value in values {
+                    match value {
+                        Wire::Number(number) => numbers.push(kind.number(number)),
+                        Wire::Bytes(packed) => kind.unpack(packed, &mut numbers)?,
+                    }
+                }
+                match (self.last.is_list, index) {
+                    (true, Some(index)) => numbers.get(index).copied().map(Found::Number),
+                    (true, None) => Some(Found::Numbers(numbers)),
+                    (false, _) => Some(Found::Number(numbers.last().copied().unwrap_or(0.0))),
+                }
+            }
+        }
+    }
+}
+
+impl Found {
+    /// Where it says what is asked: `Some(None)` for one value that does, of a list the first element that does.
+    #[must_use]
+    pub fn says(&self, asked: &str) -> Option<Option<usize>> {
+        match self {
+            Found::Number(number) => is_text(&number.to_string(), asked).then_some(None),
+            Found::Text(text) => is_text(text, asked).then_some(None),
+            Found::Numbers(all) => all.iter().position(|it| is_text(&it.to_string(), asked)).map(Some),
+            Found::Texts(all) => all.iter().position(|it| is_text(it, asked)).map(Some),
+            Found::Time(..) => None,
+        }
+    }
+}
+
+impl Kind {
+    /// The number that stands on the wire as this.
+    fn number(&self, wire: u64) -> f64 {
+        match self {
+            Kind::Double => f64::from_bits(wire),
+            Kind::Float => f64::from(f32::from_bits(wire as u32)),
+            Kind::Signed | Kind::SignedFixed64 => wire as i64 as f64,
+            Kind::SignedFixed32 => f64::from(wire as u32 as i32),
+            Kind::Folded => ((wire >> 1) as i64 ^ -((wire & 1) as i64)) as f64,
+            _ => wire as f64,
+        }
+    }
+
+    /// Appends numbers that stand one behind the other; `None` where they do not end with the bytes.
+    fn unpack(&self, packed: &[u8], numbers: &mut Vec<f64>) -> Option<()> {
+        let mut rest = Fields(packed);
+        while !rest.0.is_empty() {
+            let wire = match self {
+                Kind::Double | Kind::Fixed64 | Kind::SignedFixed64 => {
+                    u64::from_le_bytes(*rest.bytes(8)?.first_chunk()?)
+                }
+                Kind::Float | Kind::Fixed32 | Kind::SignedFixed32 => {
+                    u32::from_le_bytes(*rest.bytes(4)?.first_chunk()?).into()
+                }
+                _ => rest.varint()?,
+            };
+            numbers.push(self.number(wire));
+        }
+        Some(())
+    }
+}
+
+/// Whether a type is a point in time or a duration.
+fn is_time(name: &str) -> bool {
+    matches!(name, "google.protobuf.Timestamp" | "google.protobuf.Duration")
+}
+
+/// The index that a step says: `[1]`, or the name `1`.
+fn index(step: &Step) -> Option<usize> {
+    match step {
+        Step::Index(index) => Some(*index),
+        Step::Key(key) => key.parse().ok(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::path::Path;
+    use proptest::prelude::*;
+
+    fn varint(mut number: u64) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        while number >= 0x80 {
+            bytes.push(number as u8 | 0x80);
+            number >>= 7;
+        }
+        bytes.push(number as u8);
+        bytes
+    }
+
+    fn sized(number: u64, content: &[u8]) -> Vec<u8> {
+        [varint(number << 3 | 2), varint(content.len() as u64), content.to_vec()].concat()
+    }
+
+    fn whole(number: u64, value: u64) -> Vec<u8> {
+        [varint(number << 3), varint(value)].concat()
+    }
+
+    fn field(name: &str, number: u64, kind: u64, label: u64, of: &str) -> Vec<u8> {
+        let mut own = [sized(1, name.as_bytes()), whole(3, number), whole(4, label), whole(5, kind)].concat();
+        if !of.is_empty() {
+            own.extend(sized(6, of.as_bytes()));
+        }
+        sized(2, &own)
+    }
+
+    fn types() -> Types {
+        let part = [
+            sized(1, b"Part"),
+            field("wear", 1, 2, 1, ""),
+            field("name", 2, 9, 1, ""),
+            field("turns", 3, 17, 1, ""),
+        ];
+        let robot = [
+            sized(1, b"Robot"),
+            field("speed", 1, 1, 1, ""),
+            field("ranges", 2, 1, 3, ""),
+            field("parts", 3, 11, 3, ".bot.Robot.Part"),
+            field("stamp", 4, 11, 1, ".google.protobuf.Timestamp"),
+            field("names", 5, 9, 3, ""),
+            sized(3, &part.concat()),
+        ];
+        let file = [sized(1, b"bot.proto"), sized(2, b"bot"), sized(4, &robot.concat())].concat();
+        Types::of_descriptors(&sized(1, &file))
+    }
+
+    fn message() -> Vec<u8> {
+        let double = |value: f64| value.to_le_bytes().to_vec();
+        let part = |wear: f32, turns: u64| {
+            let wear = [varint(1 << 3 | 5), wear.to_le_bytes().to_vec()].concat();
+            sized(3, &[wear, sized(2, b"left"), whole(3, turns)].concat())
+        };
+        [
+            [varint(1 << 3 | 1), double(1.5)].concat(),
+            sized(2, &[double(4.0), double(5.0)].concat()),
+            part(0.25, 3),
+            part(0.5, 4),
+            sized(4, &[whole(1, 12), whole(2, 500)].concat()),
+            sized(5, b"left"),
+            sized(5, b"right"),
+        ]
+        .concat()
+    }
+
+    #[track_caller]
+    fn check(path: &str, expected: &str) {
+        let plan = Plan::new(&types(), "bot.Robot", &Path::parse(path).unwrap().steps);
+        let shown = match plan {
+            Ok(plan) => format!("{:?}", plan.find(&message())),
+            Err(problem) => problem.to_string(),
+        };
+        assert_eq!(shown, expected);
+    }
+
+    #[test]
+    fn fields_are_found() {
+        check("speed", "Some(Number(1.5))");
+        check("ranges", "Some(Numbers([4.0, 5.0]))");
+        check("ranges[1]", "Some(Number(5.0))");
+        check("ranges[2]", "None");
+        check("parts[1].wear", "Some(Number(0.5))");
+        check("parts[0].turns", "Some(Number(-2.0))");
+        check("parts.1.turns", "Some(Number(2.0))");
+        check("parts[0].name", "Some(Text(\"left\"))");
+        check("stamp", "Some(Time(12, 500))");
+        check("names", "Some(Texts([\"left\", \"right\"]))");
+        check("sped", "no field 'sped' in bot.Robot; is it speed?");
+        check("parts.wear", "'parts' is a list; say which element: parts[0]");
+        check("speed.x", "'speed' has no parts");
+        assert_eq!(Found::Texts(vec!["left".into(), "right".into()]).says("right"), Some(Some(1)));
+        let mut paths = Vec::new();
+        types().paths("bot.Robot", "", 9, &mut paths);
+        assert_eq!(paths, ["speed", "ranges", "parts[0].wear", "parts[0].name", "parts[0].turns", "names"]);
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_survived(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+            let types = Types::of_descriptors(&bytes);
+            let _plan = Plan::new(&types, "a", &[Step::Key("a".into())]);
+            for path in ["speed", "ranges", "parts[1].wear", "stamp", "names"] {
+                let plan = Plan::new(&self::types(), "bot.Robot", &Path::parse(path).unwrap().steps).unwrap();
+                let _found = plan.find(&bytes);
+            }
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! What is in recordings, for programs: one object.
+
+use serde_json::{Value, json};
+use shsa_format::recording::{FileInfo, TopicInfo};
+
+pub(super) fn shown(files: &[FileInfo]) -> String {
+    let of_file = |file: &FileInfo| {
+        json!({
+            "file": file.file.display().to_string(),
+            "format": file.format,
+            "degraded": file.degraded,
+            "warnings": file.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "topics": file.topics.iter().map(of_topic).collect::<Vec<_>>(),
+        })
+    };
+    json!({ "files": files.iter().map(of_file).collect::<Vec<_>>() }).to_string()
+}
+
+fn of_topic(topic: &TopicInfo) -> Value {
+    let fields = topic.fields.iter().map(
+        |field| json!({ "path": field.path, "unit": field.unit, "kind": field.kind, "sample": field.sample }),
+    );
+    json!({
+        "topic": topic.name,
+        "source": topic.source,
+        "type": topic.kind,
+        "messages": topic.count,
+        "from_ns": topic.span.map(|(from, _)| from.0),
+        "to_ns": topic.span.map(|(_, to)| to.0),
+        "rate_hz": topic.rate_hz,
+        "longest_gap_s": topic.longest_gap.map(shsa_core::time::Span::seconds),
+        "unreadable": topic.unreadable,
+        "fields": fields.collect::<Vec<_>>(),
+    })
+}

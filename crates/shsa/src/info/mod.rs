@@ -1,0 +1,52 @@
+//! `shsa info`: what is in recordings, and what is damaged of them.
+//!
+//! `files -> inventory of each -> text, JSON, or the signals of a model`
+
+mod json;
+mod signals;
+mod text;
+
+use crate::outcome::Outcome;
+use crate::reading::ReadArguments;
+use crate::show;
+use shsa_format::recording::{self, FileInfo};
+use std::io::Write as _;
+use std::path::PathBuf;
+
+/// Arguments of `shsa info`.
+#[derive(clap::Args)]
+#[command(after_help = "Example: shsa info drive.mcap
+
+  shsa info bag/ --signals >> model.yaml      the variables and signals, to be completed by hand
+Exit status: 3 when something of a recording is lost.")]
+pub(crate) struct Arguments {
+    /// Files and folders of any format; `-` is standard input.
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
+    #[command(flatten)]
+    reading: ReadArguments,
+    /// Write the variables and signals of a model with all that is there.
+    #[arg(long, conflicts_with = "json")]
+    signals: bool,
+    /// Print one JSON object instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Tells what is in recordings.
+///
+/// # Errors
+/// When one cannot be read at all.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let files = recording::inventory(&arguments.recordings, &arguments.reading.options())?;
+    let told = match (arguments.json, arguments.signals) {
+        (true, _) => json::shown(&files),
+        (_, true) => signals::drafted(&files),
+        _ => text::shown(&files),
+    };
+    if !arguments.json {
+        files.iter().flat_map(|file| &file.warnings).for_each(show::warn);
+    }
+    writeln!(std::io::stdout().lock(), "{}", told.trim_end())?;
+    Ok(if files.iter().any(|file: &FileInfo| file.degraded) { Outcome::Degraded } else { Outcome::Done })
+}
