@@ -2,7 +2,7 @@
 //! suspect where it may be; else as one of a choice, once all that may yet decide has had its time.
 
 use super::case::Case;
-use super::evidence::{Dispute, rests_on, rests_on_any};
+use super::evidence::{Dispute, rests_on, rests_on_any, tells_apart};
 use super::recovery::{Ground, MOST_GROUNDS};
 use super::testimony::Testimony;
 use super::verdict::{Blame, Decision, Verdict};
@@ -116,7 +116,10 @@ impl Judge {
                 }
                 ResidualState::Conflict | ResidualState::Unknown => false,
             };
-            may_decide && rests_on_any(evidence, pair, accused) && !self.is_explained(evidence, pair, None)
+            may_decide
+                && rests_on_any(evidence, pair, accused)
+                && tells_apart((evidence, now), pair, accused)
+                && !self.is_explained(evidence, pair, None)
         };
         let open = || evidence.pairs().iter().filter(is_open);
         let Some(latency) = open().map(latency).max() else { return true };
