@@ -3,11 +3,12 @@
 use proptest::prelude::*;
 use shsa_core::expression::Symbol;
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, Draft, Id, KnowledgeBase, NeedDraft, RelationDraft, SignalDraft, Text, UtilityDraft,
-    VariableDraft, VariableId,
+    BodyDraft, Bounds, Draft, Id, KnowledgeBase, NeedDraft, RelationDraft, SignalDraft, SourceParts, Text,
+    UtilityDraft, VariableDraft, VariableId,
 };
 use shsa_format::model::thesis::prolog;
 use shsa_format::model::{load, read, write};
+use shsa_message::source::parts;
 use std::fs;
 use std::path::PathBuf;
 
@@ -193,6 +194,7 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
                 name,
                 variable,
                 source,
+                source_parts: SourceParts::default(),
                 unit,
                 scale,
                 offset,
@@ -283,7 +285,11 @@ fn draft() -> impl Strategy<Value = Draft> {
         pairs,
         functions,
         named(relation(), |relation, text| relation.name = text),
-        named(signal(), |signal, text| signal.name = text),
+        named(signal(), |signal, text| {
+            let source = signal.source.as_ref().map(|source| source.text.as_str());
+            signal.source_parts = parts(&text.text, source);
+            signal.name = text;
+        }),
         named(need(), |need, text| need.variable = text),
         utility(),
     );
