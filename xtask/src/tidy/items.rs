@@ -205,7 +205,7 @@ fn tuple(parameter: &[TokenTree]) -> Option<Vec<String>> {
             if names.delimiter() == Delimiter::Parenthesis && is_punct(colon, ':') =>
         {
             let names = names.stream().into_iter().filter_map(|token| match token {
-                TokenTree::Ident(name) => Some(name.to_string()),
+                TokenTree::Ident(name) if name != "mut" => Some(name.to_string()),
                 _ => None,
             });
             Some(names.collect())
