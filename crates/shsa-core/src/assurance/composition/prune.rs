@@ -7,7 +7,7 @@ use crate::assurance::certificate::{DemandId, GuaranteeId, ServiceId, Tree};
 use crate::assurance::evaluation::{Evaluation, System, Verdict};
 use crate::interval::Truth;
 use crate::knowledge::{
-    EvidenceSource, IdVec, KnowledgeBase, NeedId, RelationId, RelationSet, SignalSet, VariableId, Watched,
+    ContractId, EvidenceSource, IdVec, KnowledgeBase, NeedId, RelationId, RelationSet, SignalSet, VariableId, Watched,
 };
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
@@ -23,16 +23,18 @@ impl Assurance {
         &self,
         knowledge: &KnowledgeBase,
         need: NeedId,
-        mut truth: impl FnMut(&Watched) -> Truth,
+        mut truth: impl FnMut(ContractId, &Watched) -> Truth,
     ) -> (SignalSet, RelationSet) {
         let Joint { certificates, members, observed, .. } = Joint::new(knowledge, Flow::Any, &self.levels);
         let Ok(system) = System::new(certificates) else { return Default::default() };
         let mut evaluation = Evaluation::new(&system);
         let changes = observed.enumerate().map(|(id, observed)| {
-            let watched = observed.and_then(|(contract, at)| knowledge.contracts().rows()[contract].evidence.get(at));
-            let is = |watched: &Watched| match watched.source {
+            let watched = observed.and_then(|(contract, at)| {
+                Some((contract, knowledge.contracts().rows()[contract].evidence.get(at)?))
+            });
+            let is = |(contract, watched): (ContractId, &Watched)| match watched.source {
                 EvidenceSource::Source(_) => Truth::True,
-                EvidenceSource::Signal(..) | EvidenceSource::Told => truth(watched),
+                EvidenceSource::Signal(..) | EvidenceSource::Told => truth(contract, watched),
             };
             (id, watched.map_or(Truth::True, is))
         });

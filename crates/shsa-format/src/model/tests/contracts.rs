@@ -173,7 +173,7 @@ fn what_cannot_be_admissible_is_barred() {
         let relations = relations.iter().map(|id| scene.knowledge.relations()[id].name.clone());
         signals.chain(relations).collect::<Vec<_>>().join(" ")
     };
-    let barred = |truth: Truth| named(scene.assurance.barred(&scene.knowledge, scene.need(), |_| truth));
+    let barred = |truth: Truth| named(scene.assurance.barred(&scene.knowledge, scene.need(), |_, _| truth));
     assert_eq!(barred(Truth::True), "sonar_alone camera_alone");
     assert_eq!(barred(Truth::False), "/lidar both sonar_alone camera_alone");
 }
