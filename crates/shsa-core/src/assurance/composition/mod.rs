@@ -11,9 +11,8 @@ mod prune;
 
 use super::certificate::{DemandId, EvidenceId, GuaranteeId};
 use super::evaluation::{Evaluation, Leaf, System, Verdict};
-use crate::knowledge::{
-    ContractId, IdVec, KnowledgeBase, NeedId, Policy, Watched,
-};
+use crate::interval::Truth;
+use crate::knowledge::{ContractId, IdVec, KnowledgeBase, NeedId, Policy, Watched};
 use crate::statement::Level;
 use crate::substitution::Way;
 use alloc::string::String;
@@ -146,6 +145,16 @@ impl Composition {
             let (contract, watched) = observed.and_then(watched)?;
             Some((id, contract, watched))
         })
+    }
+
+    /// An evaluation in which each piece of evidence that can be measured in this flow is what is supposed of it.
+    #[must_use]
+    pub fn supposing(&self, truth: impl Fn(EvidenceId) -> Truth) -> Evaluation {
+        let mut evaluation = self.evaluation();
+        let measured = self.observed.enumerate().filter(|(_, observed)| observed.is_some());
+        let changes: Vec<_> = measured.map(|(id, _)| (id, truth(id))).collect();
+        evaluation.set_all(&self.system, changes.into_iter());
+        evaluation
     }
 
     /// What can be given under this evidence. Allocates nothing; O(guarantees that the need's demands may be met by).
