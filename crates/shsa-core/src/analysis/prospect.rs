@@ -59,7 +59,8 @@ impl Prospect {
         let is_complete = found.stop == StopReason::Complete && found.substitutions.len() < MOST_WAYS;
         let mut ways = Vec::new();
         for (substitution, utility) in &found.substitutions {
-            let usable = |signal| !options.forbidden_signals.contains(&signal) && knowledge.is_available(signal);
+            let usable =
+                |signal| !options.forbidden_signals.contains(&signal) && knowledge.is_available(signal);
             for way in Way::choices(knowledge, substitution, usable, MOST_CHOICES) {
                 ways.push(Candidacy::new(knowledge, assurance, need, (way, *utility)));
             }
@@ -92,7 +93,9 @@ impl Candidacy {
                 let (_, causes) = nothing.why_no_guarantee(composition.system(), root, MOST_EVALUATIONS);
                 causes.sets.into_iter().filter(|set| set.len() == 1).flatten().collect::<Vec<_>>()
             });
-            weak = all.reduce(|common, own| common.into_iter().filter(|it| own.contains(it)).collect()).unwrap_or_default();
+            weak = all
+                .reduce(|common, own| common.into_iter().filter(|it| own.contains(it)).collect())
+                .unwrap_or_default();
         }
         Candidacy { way, utility, composition, at_best, conditions, weak }
     }

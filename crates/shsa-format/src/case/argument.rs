@@ -4,6 +4,7 @@ use super::words;
 use shsa_core::assurance::{
     DemandId, Evaluation, EvidenceId, GuaranteeId, Quantifier, System, Tree, Verdict,
 };
+use shsa_core::knowledge::CONSUMER;
 use std::collections::BTreeMap;
 
 /// What lies deeper is left undeveloped: nobody reads more, and files of strangers may be deep.
@@ -62,8 +63,14 @@ impl Argument {
         root: GuaranteeId,
         observed: &dyn Fn(EvidenceId) -> String,
     ) -> Argument {
-        let mut builder =
-            Builder { system, evaluation, observed, nodes: Vec::new(), known: BTreeMap::new(), open: Vec::new() };
+        let mut builder = Builder {
+            system,
+            evaluation,
+            observed,
+            nodes: Vec::new(),
+            known: BTreeMap::new(),
+            open: Vec::new(),
+        };
         builder.element(Element::Guarantee(root));
         Argument { nodes: builder.nodes }
     }
@@ -129,7 +136,11 @@ impl Builder<'_> {
 
     /// True evidence is a solution; any other a goal that nothing supports.
     fn evidence(&mut self, text: String, state: Verdict) -> usize {
-        if state == Verdict::Holds { self.put(Kind::Solution, text, state) } else { self.undeveloped(text, state) }
+        if state == Verdict::Holds {
+            self.put(Kind::Solution, text, state)
+        } else {
+            self.undeveloped(text, state)
+        }
     }
 
     /// What is claimed, and how that stands.
@@ -140,7 +151,11 @@ impl Builder<'_> {
                 let row = &rows.guarantees[id];
                 let (who, what) =
                     (&rows.services[row.service].name, words::statement(&rows.scales, &row.statement));
-                (format!("{who} gives {}: {what}", row.name), now.guarantee(system, id))
+                let text = match (row.statement.service.as_str(), row.name.as_str()) {
+                    (CONSUMER, "served") => format!("{who} is given all that it asks"),
+                    _ => format!("{who} gives {}: {what}", row.name),
+                };
+                (text, now.guarantee(system, id))
             }
             Element::Demand(id) => {
                 let row = &rows.demands[id];
@@ -165,11 +180,16 @@ impl Builder<'_> {
     fn condition(&mut self, tree: &Tree) -> Vec<usize> {
         match tree {
             Tree::All(parts) if parts.is_empty() => {
-                vec![self.put(Kind::Solution, "its maker states it without a condition".to_owned(), Verdict::Holds)]
+                vec![self.put(
+                    Kind::Solution,
+                    "its maker states it without a condition".to_owned(),
+                    Verdict::Holds,
+                )]
             }
             Tree::All(parts) => {
                 let mut found: Vec<usize> = Vec::new();
-                for part in parts.iter().filter(|part| !matches!(part, Tree::All(inner) if inner.is_empty())) {
+                for part in parts.iter().filter(|part| !matches!(part, Tree::All(inner) if inner.is_empty()))
+                {
                     let nodes = self.condition(part);
                     found.extend(nodes.into_iter().filter(|node| !found.contains(node)).collect::<Vec<_>>());
                 }
@@ -198,7 +218,11 @@ impl Builder<'_> {
         }
         let branches: Vec<usize> = groups.into_iter().map(|group| self.together(group)).collect();
         let state = self.reached(needed, &branches);
-        let text = if needed == 1 { "one of these is enough".to_owned() } else { format!("{needed} of these are enough") };
+        let text = if needed == 1 {
+            "one of these is enough".to_owned()
+        } else {
+            format!("{needed} of these are enough")
+        };
         let node = self.put(Kind::Strategy, text, state);
         self.nodes[node].supported_by = branches;
         vec![node]
@@ -234,7 +258,11 @@ impl Builder<'_> {
             Quantifier::Any if matches.is_empty() => return Vec::new(),
             Quantifier::Any => vec![None],
             Quantifier::All if row.of.is_empty() => {
-                return vec![self.put(Kind::Solution, "nobody has to: it is a constant".to_owned(), Verdict::Holds)];
+                return vec![self.put(
+                    Kind::Solution,
+                    "nobody has to: it is a constant".to_owned(),
+                    Verdict::Holds,
+                )];
             }
             Quantifier::All => row.of.iter().copied().map(Some).collect(),
         };
@@ -242,9 +270,12 @@ impl Builder<'_> {
         for of in services {
             let own = matches.iter().copied().filter(|&id| of.is_none_or(|of| service(id) == of));
             let own: Vec<GuaranteeId> = own.collect();
-            let groups = own.into_iter().map(|id| vec![self.element(Element::Guarantee(id))]).collect::<Vec<_>>();
+            let groups =
+                own.into_iter().map(|id| vec![self.element(Element::Guarantee(id))]).collect::<Vec<_>>();
             match groups.is_empty() {
-                true => support.push(self.undeveloped("one of them guarantees nothing of it".to_owned(), Verdict::Refused)),
+                true => support.push(
+                    self.undeveloped("one of them guarantees nothing of it".to_owned(), Verdict::Refused),
+                ),
                 false => support.extend(self.one_of(1, groups)),
             }
         }

@@ -37,7 +37,9 @@ impl Moment {
         let mut moment = Moment::default();
         if let Some(root) = &tree.root {
             for (subject, node) in reader.entries(root, "who has a contract, with evidence", EXAMPLE) {
-                for (evidence, node) in reader.entries(node, "names of evidence with what was measured", EXAMPLE) {
+                for (evidence, node) in
+                    reader.entries(node, "names of evidence with what was measured", EXAMPLE)
+                {
                     let measured = measured(&mut reader, node);
                     moment.entries.extend(measured.map(|it| (subject.clone(), evidence.clone(), it)));
                 }
@@ -70,9 +72,14 @@ impl Moment {
             let own = known.iter().filter(|(of, _)| *of == subject.text).map(|(_, name)| *name);
             let (place, unknown, near): (Place, &str, _) = match own.clone().next() {
                 Some(_) => (evidence.place, &evidence.text, nearest(&evidence.text, own)),
-                None => (subject.place, &subject.text, nearest(&subject.text, known.iter().map(|(of, _)| *of))),
+                None => {
+                    (subject.place, &subject.text, nearest(&subject.text, known.iter().map(|(of, _)| *of)))
+                }
             };
-            let help = near.map_or_else(|| format!("write it like `{EXAMPLE}`"), |near| format!("did you mean `{near}`?"));
+            let help = near.map_or_else(
+                || format!("write it like `{EXAMPLE}`"),
+                |near| format!("did you mean `{near}`?"),
+            );
             reader.note(place, &format!("there is no evidence `{unknown}`"), &help);
         }
         match reader.problems.is_empty() {

@@ -18,11 +18,27 @@ const LEAN: f64 = 12.0;
 
 /// Goals are boxes, strategies lean, solutions are round; how a node stands is written in it.
 const RULES: [Rule; 9] = [
-    Rule { class: "node", light: "fill:#fff;stroke:#57606a;stroke-width:1.2", dark: "fill:#15181d;stroke:#a0aab5" },
+    Rule {
+        class: "node",
+        light: "fill:#fff;stroke:#57606a;stroke-width:1.2",
+        dark: "fill:#15181d;stroke:#a0aab5",
+    },
     Rule { class: "given", light: "stroke:#1a7f37;stroke-width:2", dark: "stroke:#57ab5a" },
-    Rule { class: "open", light: "stroke:#9a6700;stroke-width:2;stroke-dasharray:6 3", dark: "stroke:#d9b84a" },
-    Rule { class: "circular", light: "stroke:#9a6700;stroke-width:2;stroke-dasharray:2 3", dark: "stroke:#d9b84a" },
-    Rule { class: "refused", light: "stroke:#b3261e;stroke-width:2;stroke-dasharray:3 2", dark: "stroke:#ff8a80" },
+    Rule {
+        class: "open",
+        light: "stroke:#9a6700;stroke-width:2;stroke-dasharray:6 3",
+        dark: "stroke:#d9b84a",
+    },
+    Rule {
+        class: "circular",
+        light: "stroke:#9a6700;stroke-width:2;stroke-dasharray:2 3",
+        dark: "stroke:#d9b84a",
+    },
+    Rule {
+        class: "refused",
+        light: "stroke:#b3261e;stroke-width:2;stroke-dasharray:3 2",
+        dark: "stroke:#ff8a80",
+    },
     Rule { class: "said", light: "fill:#1d232b;font-size:12px;text-anchor:middle", dark: "fill:#e4e8ee" },
     Rule { class: "stands", light: "fill:#57606a;font-size:11px;text-anchor:middle", dark: "fill:#a0aab5" },
     Rule { class: "support", light: "fill:none;stroke:#8c959f;stroke-width:1.3", dark: "stroke:#77818c" },
@@ -63,7 +79,9 @@ pub fn argument(argument: &Argument) -> Result<String, TooLarge> {
 
 /// A link to what supports, with its tip there.
 fn link(sheet: &mut Sheet, shapes: &[Shape<'_>], layout: &Layout, edge: Edge, way: &Route) {
-    let (Some(left), Some(right)) = (layout.centres.get(way.left), layout.centres.get(way.right)) else { return };
+    let (Some(left), Some(right)) = (layout.centres.get(way.left), layout.centres.get(way.right)) else {
+        return;
+    };
     let half = |at: usize| shapes.get(at).map_or(0.0, |shape| shape.half.0);
     let (from, to) = ((left.0 + half(way.left), left.1), (right.0 - half(way.right), right.1));
     sheet.put(format_args!("<path class=\"shsa-support\" d=\"{}\"/>", route::path(way, from, to)));
@@ -83,7 +101,8 @@ struct Shape<'a> {
 impl<'a> Shape<'a> {
     fn new(node: &'a Node) -> Shape<'a> {
         let lines = wrapped(&node.text);
-        let widest = lines.iter().map(|line| width_of(line, TEXT)).fold(width_of("circular", STATE) + 20.0, f64::max);
+        let widest =
+            lines.iter().map(|line| width_of(line, TEXT)).fold(width_of("circular", STATE) + 20.0, f64::max);
         let side = if node.kind == Kind::Goal { PADDING } else { PADDING + LEAN };
         let height = (lines.len() as f64 + 1.0) * LINE + PADDING;
         Shape { node, lines, half: (widest / 2.0 + side, height / 2.0) }

@@ -297,9 +297,16 @@ fn contract() -> impl Strategy<Value = ContractDraft> {
     });
     let gives = named(given, |given, text| given.name = text);
     let asks = named(asked, |asked, text| asked.name = text);
-    (some(text()), some(text()), gives, asks, bounds()).prop_map(|(runs_on, policy, gives, asks, evidence)| {
-        ContractDraft { name: Text::default(), runs_on, policy, gives, asks, evidence }
-    })
+    (some(text()), some(text()), gives, asks, bounds()).prop_map(
+        |(runs_on, policy, gives, asks, evidence)| ContractDraft {
+            name: Text::default(),
+            runs_on,
+            policy,
+            gives,
+            asks,
+            evidence,
+        },
+    )
 }
 
 fn draft() -> impl Strategy<Value = Draft> {

@@ -18,8 +18,9 @@ pub(super) struct Claim<'a> {
 
 impl Claim<'_> {
     pub(super) fn argument(&self) -> Argument {
-        let observed =
-            |id: EvidenceId| self.observed.get(shsa_core::knowledge::Id::index(id)).cloned().unwrap_or_default();
+        let observed = |id: EvidenceId| {
+            self.observed.get(shsa_core::knowledge::Id::index(id)).cloned().unwrap_or_default()
+        };
         Argument::new(self.system, &self.evaluation, self.root, &observed)
     }
 

@@ -48,7 +48,9 @@ impl Report {
                 None => (id, Truth::True),
                 Some(None) => (id, Truth::Unknown),
                 Some(Some(Measured::Truth(truth))) => (id, truth),
-                Some(Some(Measured::Number(number))) => (id, system.certificates().evidence[id].truth(number)),
+                Some(Some(Measured::Number(number))) => {
+                    (id, system.certificates().evidence[id].truth(number))
+                }
             })
             .collect();
         evaluation.set_all(&system, said.into_iter());
@@ -140,7 +142,9 @@ impl Report {
 /// Every piece of evidence with the names of its service and of itself.
 fn evidence(system: &System) -> impl Iterator<Item = (EvidenceId, &str, &str)> {
     let rows = system.certificates();
-    rows.evidence.enumerate().map(|(id, row)| (id, rows.services[row.service].name.as_str(), row.name.as_str()))
+    rows.evidence
+        .enumerate()
+        .map(|(id, row)| (id, rows.services[row.service].name.as_str(), row.name.as_str()))
 }
 
 fn painted(verdict: Verdict) -> String {

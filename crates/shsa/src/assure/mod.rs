@@ -87,7 +87,16 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let is_given = report.is_given();
     match format {
         Format::Html => written(arguments, &page::page(&report))?,
-        _ => return answer(arguments, format, &report.claims(), text::text(&report), json::json(&report), is_given),
+        _ => {
+            return answer(
+                arguments,
+                format,
+                &report.claims(),
+                text::text(&report),
+                json::json(&report),
+                is_given,
+            );
+        }
     }
     Ok(if is_given { Outcome::Done } else { Outcome::No })
 }
@@ -139,9 +148,7 @@ fn each(
 
 fn written(arguments: &Arguments, text: &str) -> anyhow::Result<()> {
     match &arguments.out {
-        Some(path) => {
-            std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
-        }
+        Some(path) => std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display())),
         None => Ok(stdout().lock().write_all(text.as_bytes())?),
     }
 }
@@ -170,7 +177,9 @@ fn read_moment(path: &Path) -> anyhow::Result<Written> {
 
 /// Whether a text is a certificate rather than a model: XML, or with the keys of one.
 fn is_certificate(text: &str) -> bool {
-    let begins = |line: &str| ["guarantees:", "demands:", "evidence:", "tree_propagations:"].iter().any(|key| line.starts_with(key));
+    let begins = |line: &str| {
+        ["guarantees:", "demands:", "evidence:", "tree_propagations:"].iter().any(|key| line.starts_with(key))
+    };
     text.trim_start().starts_with('<') || text.lines().any(begins)
 }
 

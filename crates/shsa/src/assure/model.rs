@@ -75,7 +75,11 @@ impl<'a> Report<'a> {
         let (candidacy, (evaluation, assessment)) = (need.prospect.ways.get(at)?, need.now.get(at)?);
         let root = assessment.guarantee.or(candidacy.composition.roots().last().copied())?;
         let by = candidacy.way.describe(self.knowledge);
-        let when = if self.is_moment { "with the evidence of one moment" } else { "with all evidence as it should be" };
+        let when = if self.is_moment {
+            "with the evidence of one moment"
+        } else {
+            "with all evidence as it should be"
+        };
         let rows = &candidacy.composition.system().certificates().evidence;
         let observed = rows.ids().map(|id| self.observed(candidacy, id)).collect();
         Some(Claim {
@@ -135,7 +139,9 @@ impl Need {
 
     /// What would have to change for a way to be admissible: minimal sets of leaves.
     pub(super) fn why(&self, at: usize) -> Vec<Vec<Lacking>> {
-        let (Some(candidacy), Some((evaluation, assessment))) = (self.prospect.ways.get(at), self.now.get(at)) else {
+        let (Some(candidacy), Some((evaluation, assessment))) =
+            (self.prospect.ways.get(at), self.now.get(at))
+        else {
             return Vec::new();
         };
         match assessment.verdict {

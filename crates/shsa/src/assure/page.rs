@@ -18,7 +18,11 @@ const CASE: &str = "The argument for what is given, or against it: claims that r
 
 /// Of a model.
 pub(super) fn page(report: &Report<'_>) -> String {
-    let when = if report.is_moment { "with the evidence of one moment" } else { "with all evidence as it should be" };
+    let when = if report.is_moment {
+        "with the evidence of one moment"
+    } else {
+        "with all evidence as it should be"
+    };
     let lead = format!("{}, {when}.", counted(report.needs.len(), "need"));
     let needs: String = report.needs.iter().map(|need| of_need(report, need)).collect();
     document(&escaped(&report.title), "assurance case", &lead, &needs)
@@ -26,7 +30,8 @@ pub(super) fn page(report: &Report<'_>) -> String {
 
 /// Of certificates that are no model.
 pub(super) fn of_claims(claims: &[Claim<'_>]) -> String {
-    let case = |claim: &Claim<'_>| section(&escaped(&claim.name), &escaped(&claim.brief), &case(&claim.argument()));
+    let case =
+        |claim: &Claim<'_>| section(&escaped(&claim.name), &escaped(&claim.brief), &case(&claim.argument()));
     let lead = counted(claims.len(), "guarantee");
     document("Certificates", "assurance case", &lead, &claims.iter().map(case).collect::<String>())
 }
@@ -65,7 +70,10 @@ fn ways(report: &Report<'_>, need: &Need) -> String {
             escaped(&conditions)
         )
     };
-    table(&["Way", "Level", "Stands", "On condition that, or lacks"], (0..need.prospect.ways.len()).map(row).collect())
+    table(
+        &["Way", "Level", "Stands", "On condition that, or lacks"],
+        (0..need.prospect.ways.len()).map(row).collect(),
+    )
 }
 
 fn losses(report: &Report<'_>, need: &Need) -> String {

@@ -38,7 +38,10 @@ fn of_need(report: &Report<'_>, need: &Need) -> String {
 
 /// The levels and conditions of each way.
 fn ways(report: &Report<'_>, need: &Need) -> String {
-    let row = |(at, (candidacy, (_, assessment))): (usize, (&shsa_core::analysis::Candidacy, &(_, shsa_core::assurance::Assessment)))| {
+    let row = |(at, (candidacy, (_, assessment))): (
+        usize,
+        (&shsa_core::analysis::Candidacy, &(_, shsa_core::assurance::Assessment)),
+    )| {
         let verdict = words::verdict(assessment.verdict);
         let mode = report.mode(candidacy, assessment).filter(|mode| mode != "served");
         let verdict = mode.map_or(verdict.to_owned(), |mode| format!("{verdict} ({mode})"));
@@ -98,5 +101,6 @@ fn losses(report: &Report<'_>, need: &Need) -> Option<String> {
 fn weak(report: &Report<'_>, need: &Need) -> Option<String> {
     let candidacy = need.prospect.ways.get(need.served?)?;
     let names: Vec<String> = candidacy.weak.iter().map(|&id| report.observed(candidacy, id)).collect();
-    (!names.is_empty()).then(|| format!("\nWithout any of these it is not given: {}.", names.join("; ")))
+    let way = candidacy.way.describe(report.knowledge);
+    (!names.is_empty()).then(|| format!("\n{way} gives nothing without any of these: {}.", names.join("; ")))
 }

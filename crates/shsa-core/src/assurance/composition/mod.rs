@@ -39,7 +39,8 @@ impl Assurance {
         if !demands.iter().any(|demands| *demands) {
             return None;
         }
-        let asked = contracts.rows().iter().flat_map(|row| &row.asks).filter_map(|asked| asked.statement.level);
+        let asked =
+            contracts.rows().iter().flat_map(|row| &row.asks).filter_map(|asked| asked.statement.level);
         let letters = knowledge.needs().iter().filter_map(|need| need.integrity).map(String::from);
         let scale = crate::knowledge::INTEGRITY_SCALE;
         let integrity = letters.filter_map(|letter| contracts.scales().level(scale, &letter));
@@ -180,12 +181,16 @@ impl Composition {
         let mut sets: Vec<Vec<Lacking>> = Vec::new();
         for &root in &self.roots {
             let (repairs, _) = evaluation.why_no_guarantee(&self.system, root, most);
-            let named = repairs.sets.into_iter().map(|set| set.into_iter().map(|id| self.lacking(Leaf::Evidence(id))).collect());
+            let named = repairs
+                .sets
+                .into_iter()
+                .map(|set| set.into_iter().map(|id| self.lacking(Leaf::Evidence(id))).collect());
             sets.extend(named);
         }
         if let (true, Some(&root)) = (sets.is_empty(), self.roots.last()) {
             let missing = evaluation.missing(&self.system, root, most);
-            let named = missing.sets.into_iter().map(|set| set.into_iter().map(|leaf| self.lacking(leaf)).collect());
+            let named =
+                missing.sets.into_iter().map(|set| set.into_iter().map(|leaf| self.lacking(leaf)).collect());
             sets.extend(named);
         }
         sets.sort_by_key(Vec::len);

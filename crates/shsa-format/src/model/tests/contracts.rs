@@ -86,12 +86,17 @@ impl Scene {
 
     fn composed(&self, way: &str) -> Composition {
         let ways = self.ways();
-        let (_, way) = ways.iter().find(|(name, _)| name == way).unwrap_or_else(|| panic!("{way} of {ways:?}"));
+        let (_, way) =
+            ways.iter().find(|(name, _)| name == way).unwrap_or_else(|| panic!("{way} of {ways:?}"));
         self.assurance.compose(&self.knowledge, self.need(), way)
     }
 
     /// Everything is as it should be, but for what is told.
-    fn evaluated(&self, composition: &Composition, but: &dyn Fn(EvidenceSource) -> Option<Interval>) -> Evaluation {
+    fn evaluated(
+        &self,
+        composition: &Composition,
+        but: &dyn Fn(EvidenceSource) -> Option<Interval>,
+    ) -> Evaluation {
         let mut evaluation = composition.evaluation();
         for (id, _, watched) in composition.evidence(&self.knowledge) {
             match (but(watched.source), watched.within) {
@@ -144,17 +149,23 @@ fn lidar_or_both_others_reach_the_level_and_neither_alone() {
 fn the_platform_and_age_count() {
     let scene = Scene::new(ROBOT);
     let id = scene.knowledge.signal("/computer/idle").unwrap();
-    let busy = move |source| (source == EvidenceSource::Signal(id, Measure::Value)).then_some(Interval::point(0.1));
+    let busy =
+        move |source| (source == EvidenceSource::Signal(id, Measure::Value)).then_some(Interval::point(0.1));
     scene.check("/lidar", &busy, "Refused, SIL 2");
-    let unclear = move |source| (source == EvidenceSource::Signal(id, Measure::Value)).then_some(Interval::new(0.1, 0.3));
+    let unclear = move |source| {
+        (source == EvidenceSource::Signal(id, Measure::Value)).then_some(Interval::new(0.1, 0.3))
+    };
     scene.check("/lidar", &unclear, "Open, SIL 2");
     let lidar = scene.knowledge.signal("/lidar").unwrap();
-    let old = move |source| (source == EvidenceSource::Signal(lidar, Measure::Age)).then_some(Interval::point(0.4));
+    let old =
+        move |source| (source == EvidenceSource::Signal(lidar, Measure::Age)).then_some(Interval::point(0.4));
     scene.check("/lidar", &old, "Refused, no level");
     let composition = scene.composed("/lidar");
     let why = composition.why(&scene.evaluated(&composition, &old), 100);
-    let names: Vec<Vec<_>> =
-        why.iter().map(|set| set.iter().map(|leaf| format!("{} of {}", leaf.name, leaf.subject)).collect()).collect();
+    let names: Vec<Vec<_>> = why
+        .iter()
+        .map(|set| set.iter().map(|leaf| format!("{} of {}", leaf.name, leaf.subject)).collect())
+        .collect();
     assert_eq!(names, [["fresh of /lidar"]]);
 }
 
@@ -211,7 +222,8 @@ fn sources_that_share_something_are_no_decomposition() {
 #[test]
 fn no_relation_gives_more_than_this_program() {
     let with = |level: &str| format!("{ROBOT}  shsa: {{ gives: {{ computing: {{ level: {level} }} }} }}\n");
-    let check = |level: &str, way: &str, expected: &str| Scene::new(&with(level)).check(way, &nothing, expected);
+    let check =
+        |level: &str, way: &str, expected: &str| Scene::new(&with(level)).check(way, &nothing, expected);
     check("SIL 2", "/sonar, /camera by both", "Holds, SIL 2");
     check("SIL 1", "/sonar, /camera by both", "Refused, no level");
     check("SIL 1", "/lidar", "Holds, SIL 2");
@@ -251,7 +263,10 @@ fn contracts_are_written_as_they_are_read() {
 fn what_is_wrong_is_told_with_its_place() {
     let head = "shsa: 1\nvariables: { x: { unit: m } }\nsignals: { wheel: { variable: x, rate: 1 Hz } }\nneeds: { x: { max_age: 1 s } }\n";
     let check = |contracts: &str, expected: &str| check(&format!("{head}contracts:\n{contracts}"), expected);
-    check("  weel: { gives: {} }\n", "6:3 error: there is no signal, relation or need `weel` (did you mean `wheel`?)");
+    check(
+        "  weel: { gives: {} }\n",
+        "6:3 error: there is no signal, relation or need `weel` (did you mean `wheel`?)",
+    );
     check(
         "  wheel: { gives: { a: { error: below 3 m } } }\n",
         "6:33 error: `below 3 m` is no bound of `error` (write `at most 0.5 m`, `at least 64 MiB`, `between 5 V and 6 V`, `one of slow or stop`, `covers day and night` or `yes`)",
@@ -266,6 +281,6 @@ fn what_is_wrong_is_told_with_its_place() {
     );
     check(
         "  wheel: { gives: { a: { error: at most 3 s } } }\n",
-        "6:33 error: `at most 3 s` does not count in `m`",
+        "6:33 error: `3 s` does not count in `m` (write a number, which counts in `m`, or a unit like it)",
     );
 }

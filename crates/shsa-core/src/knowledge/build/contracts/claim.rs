@@ -80,9 +80,7 @@ fn is_selection(formula: &Formula) -> bool {
         Operation::Symbol(_) => true,
         Operation::Binary(Binary::Min | Binary::Max)
         | Operation::Reduce(Reduction::Min | Reduction::Max)
-        | Operation::List => {
-            formula.arguments().iter().all(is_selection)
-        }
+        | Operation::List => formula.arguments().iter().all(is_selection),
         _ => false,
     }
 }
@@ -141,7 +139,8 @@ fn told(
         ),
         Objection::Insufficient => (
             "one of the two is not enough on its own".to_string(),
-            "ask of each what is given, and compute `min` or `max` of the two: a mean is no decomposition".to_string(),
+            "ask of each what is given, and compute `min` or `max` of the two: a mean is no decomposition"
+                .to_string(),
         ),
         Objection::NotCompared => (
             "the two are not compared".to_string(),
