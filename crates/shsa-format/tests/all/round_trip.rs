@@ -1,10 +1,13 @@
 //! What is written loads to the same again: drafts as YAML and JSON, formulas by way of Prolog.
 
+mod contracts;
+
+use contracts::contract;
 use proptest::prelude::*;
 use shsa_core::expression::Symbol;
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, ContractDraft, DemandDraft, Draft, GuaranteeDraft, Id, KnowledgeBase, NeedDraft,
-    RelationDraft, SignalDraft, Text, UtilityDraft, VariableDraft, VariableId,
+    BodyDraft, Bounds, ContractDraft, Draft, Id, KnowledgeBase, NeedDraft, RelationDraft, SignalDraft, Text,
+    UtilityDraft, VariableDraft, VariableId,
 };
 use shsa_format::model::thesis::prolog;
 use shsa_format::model::{load, read, write};
@@ -275,38 +278,6 @@ fn named<T: std::fmt::Debug + Clone>(
             })
             .collect()
     })
-}
-
-fn contract() -> impl Strategy<Value = ContractDraft> {
-    let bounds = || named((Just(Text::default()), text()), |(name, _), text| *name = text);
-    let given = (some(text()), some(text()), some(text()), some(names(2)), bounds()).prop_map(
-        |(of, level, when, redundant, properties)| GuaranteeDraft {
-            name: Text::default(),
-            of,
-            level,
-            when,
-            redundant,
-            properties,
-        },
-    );
-    let asked = (some(text()), some(text()), bounds()).prop_map(|(of, level, properties)| DemandDraft {
-        name: Text::default(),
-        of,
-        level,
-        properties,
-    });
-    let gives = named(given, |given, text| given.name = text);
-    let asks = named(asked, |asked, text| asked.name = text);
-    (some(text()), some(text()), gives, asks, bounds()).prop_map(
-        |(runs_on, policy, gives, asks, evidence)| ContractDraft {
-            name: Text::default(),
-            runs_on,
-            policy,
-            gives,
-            asks,
-            evidence,
-        },
-    )
 }
 
 fn draft() -> impl Strategy<Value = Draft> {

@@ -3,6 +3,7 @@
 //!
 //! Some hundreds of random systems run with each test. `SHSA_SEEDS=0..10000` runs others, and more.
 
+mod drawn;
 mod composition;
 mod definition;
 
