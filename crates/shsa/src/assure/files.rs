@@ -5,7 +5,9 @@ use super::{Written, check_moment, read};
 use crate::outcome::AlreadyTold;
 use crate::show::{self, Paint};
 use serde_json::{Value, json};
-use shsa_core::assurance::{Certificates, Evaluation, EvidenceId, GuaranteeId, Leaf, System, Verdict};
+use shsa_core::assurance::{
+    Certificates, Evaluation, EvidenceId, GuaranteeId, Leaf, ServiceId, System, Verdict,
+};
 use shsa_core::interval::Truth;
 use shsa_format::case::{Measured, words};
 use shsa_format::conserts;
@@ -58,10 +60,18 @@ impl Report {
         Ok(Report { system, evaluation, title: names.collect::<Vec<_>>().join(", ") })
     }
 
-    /// Whether every demand is met.
+    /// Whether every service gives one of its guarantees, and is given one of its demands, where it has such: of several, the
+    /// lesser ones stand in for the better.
     pub(super) fn is_given(&self) -> bool {
-        let demands = &self.system.certificates().demands;
-        demands.ids().all(|id| self.evaluation.demand(&self.system, id) == Verdict::Holds)
+        let (rows, now, system) = (self.system.certificates(), &self.evaluation, &self.system);
+        let is_met = |of: ServiceId| {
+            let own = rows.guarantees.enumerate().filter(|(_, row)| row.service == of);
+            let given: Vec<bool> = own.map(|(id, _)| now.guarantee(system, id) == Verdict::Holds).collect();
+            let own = rows.demands.enumerate().filter(|(_, row)| row.service == of);
+            let asked: Vec<bool> = own.map(|(id, _)| now.demand(system, id) == Verdict::Holds).collect();
+            [given, asked].iter().all(|each| each.is_empty() || each.contains(&true))
+        };
+        rows.services.ids().all(is_met)
     }
 
     /// A claim for each guarantee that no demand of these files takes.

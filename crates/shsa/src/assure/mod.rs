@@ -68,7 +68,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// Composes contracts; the answer is no where a need cannot be given what it asks, or a demand of a certificate is not met.
+/// Composes contracts; the answer is no where a need cannot be given what it asks, or a certificate gives, or is given, nothing.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let format = if arguments.json { Format::Json } else { arguments.format };
     let moment = arguments.with.as_deref().map(read_moment).transpose()?;
