@@ -113,7 +113,8 @@ impl World {
             ..NeedDraft::default()
         }];
         let asks = (0..1 + random.below(2)).map(|_| (needed, says(random))).collect();
-        world.contract(random, format!("v{needed}"), asks, random_gives(random));
+        let gives = random_gives(random);
+        world.contract(random, format!("v{needed}"), asks, gives);
         world
     }
 
@@ -137,7 +138,8 @@ impl World {
             ..SignalDraft::default()
         });
         if random.chance(0.6) {
-            self.contract(random, name, Vec::new(), 1 + random.below(2));
+            let gives = 1 + random.below(2);
+            self.contract(random, name, Vec::new(), gives);
         }
     }
 
@@ -161,7 +163,8 @@ impl World {
         });
         if random.chance(0.5) {
             let asks = inputs.into_iter().map(|input| (input, says(random))).collect();
-            self.contract(random, name, asks, 1 + random.below(2));
+            let gives = 1 + random.below(2);
+            self.contract(random, name, asks, gives);
         }
     }
 
