@@ -169,7 +169,7 @@ impl Locator {
         }
     }
 
-    /// The field as a stamp, where a step of a number is so long; `None` as in [`Locator::value`], and for zero.
+    /// The field as a stamp, where a step of a number is so long; `None` as in [`Locator::value`], and for a message's zero.
     pub(super) fn stamp(&self, body: Body<'_>, step: Option<Span>) -> Option<Time> {
         let stamp = match (self, body) {
             (Locator::Named(at, None), Body::Values(values)) => match *values.get(*at)? {
@@ -189,7 +189,8 @@ impl Locator {
             }
             _ => return None,
         };
-        (stamp.0 != 0).then_some(stamp)
+        // In a message zero means that nobody has stamped it; in a table it is a time.
+        (stamp.0 != 0 || matches!(self, Locator::Named(..))).then_some(stamp)
     }
 
     /// Where the field says what is asked: `Some(None)` for one value that does, of a list the first element that does.

@@ -9,6 +9,7 @@ use shsa_core::time::Time;
 use super::cut::Stretch;
 use super::session::{Group, Piece, Session, groups};
 use super::stamps::Stamps;
+use super::stream::Surveyed;
 use super::{Found, Place, RawValue, Recording, RecordingError, Sample, Want, Warning, clock, names};
 
 /// Samples handed over at once.
@@ -25,19 +26,6 @@ pub(super) enum Destination {
     Surveyed(Surveyed),
     /// They go to another thread.
     Sent(SyncSender<Batch>),
-}
-
-/// The order of samples that are not kept.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Surveyed {
-    /// How many there are.
-    pub(super) count: usize,
-    /// The earliest and the latest reception.
-    pub(super) span: Option<(Time, Time)>,
-    /// Whether a file has one that was received before the one ahead of it, or so long after it that its clock may have been set.
-    pub(super) is_mixed: bool,
-    /// The last reception in the current file.
-    last: Option<Time>,
 }
 
 /// A recording in the making.
@@ -127,7 +115,7 @@ impl Gathered {
             stream.is_believed = false;
         }
         if let Destination::Surveyed(surveyed) = &mut self.destination {
-            surveyed.last = None;
+            surveyed.begin();
         }
     }
 
@@ -376,16 +364,6 @@ impl Gathered {
                 Some(format!("{backward} time stamps are before the one ahead of them in the file"))
             }
         }
-    }
-}
-
-impl Surveyed {
-    fn see(&mut self, received: Time) {
-        self.count += 1;
-        self.is_mixed |= self.last.is_some_and(|last| received < last || received - last > clock::LEAP);
-        self.last = Some(received);
-        let (from, to) = self.span.unwrap_or((received, received));
-        self.span = Some((from.min(received), to.max(received)));
     }
 }
 

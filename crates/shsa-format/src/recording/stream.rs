@@ -3,8 +3,9 @@
 //! A thread for each file reads ahead by a bounded number of samples; the files are merged by reception. The samples are
 //! those of [`super::read`], in its order, for recordings whose files are each in the order of reception.
 
+use super::clock::LEAP;
 use super::files::{File, files_of};
-use super::gathered::{Batch, Destination, Gathered, Surveyed};
+use super::gathered::{Batch, Destination, Gathered};
 use super::{ReadOptions, Recording, RecordingError, Sample, Wanted, read_all, understand};
 use shsa_core::time::Time;
 use std::collections::BTreeSet;
@@ -52,6 +53,35 @@ pub fn survey(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Re
         unstamped,
         can_stream: is_one_session && !surveyed.is_mixed && files.len() <= MOST_FILES,
     })
+}
+
+/// The order of samples that are not kept.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Surveyed {
+    /// How many there are.
+    pub(super) count: usize,
+    /// The earliest and the latest reception.
+    pub(super) span: Option<(Time, Time)>,
+    /// Whether a file has one that was received before the one ahead of it, or so long after it that its clock may have been set.
+    pub(super) is_mixed: bool,
+    /// The last reception in the current file.
+    last: Option<Time>,
+}
+
+impl Surveyed {
+    /// Another file begins.
+    pub(super) fn begin(&mut self) {
+        self.last = None;
+    }
+
+    /// Takes in a reception.
+    pub(super) fn see(&mut self, received: Time) {
+        self.count += 1;
+        self.is_mixed |= self.last.is_some_and(|last| received < last || received - last > LEAP);
+        self.last = Some(received);
+        let (from, to) = self.span.unwrap_or((received, received));
+        self.span = Some((from.min(received), to.max(received)));
+    }
 }
 
 /// The samples of recordings that were surveyed, read while they are taken.
