@@ -133,7 +133,8 @@ impl Fusion {
     pub fn new(
         method: Box<dyn Method>,
         at: Time,
-        (sensors, controls): (usize, usize),
+        sensors: usize,
+        controls: usize,
         options: Options,
     ) -> Result<Fusion, Error> {
         if options.moments == 0 {
