@@ -31,17 +31,33 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// A recorded signal: folder, source, what it is called here, unit.
-const SIGNALS: [(&str, &str, &str, &str); 9] = [
-    ("comma2k19", "wheel_speed#wheel_1", "car, wheel", "m/s"),
-    ("comma2k19", "gyro#gyro_z", "car, yaw rate", "rad/s"),
-    ("comma2k19", "steering_angle#steering_angle", "car, steering", "deg"),
-    ("husky", "/imu/data#angular_velocity.y", "husky, yaw rate", "rad/s"),
-    ("husky", "/husky_velocity_controller/odom#twist.twist.linear.x", "husky, speed", "m/s"),
-    ("husky", "/husky_velocity_controller/odom#pose.pose.position.x", "husky, position", "m"),
-    ("turtlebot3", "/odom#twist.twist.linear.x", "turtlebot, speed", "m/s"),
-    ("turtlebot3", "/odom#pose.pose.position.x", "turtlebot, position", "m"),
-    ("battery", "discharge_1c#Voltage(V)", "cell, voltage", "V"),
+/// A recorded signal.
+struct Signal {
+    folder: &'static str,
+    source: &'static str,
+    name: &'static str,
+    unit: &'static str,
+}
+
+const fn signal(
+    folder: &'static str,
+    source: &'static str,
+    name: &'static str,
+    unit: &'static str,
+) -> Signal {
+    Signal { folder, source, name, unit }
+}
+
+const SIGNALS: [Signal; 9] = [
+    signal("comma2k19", "wheel_speed#wheel_1", "car, wheel", "m/s"),
+    signal("comma2k19", "gyro#gyro_z", "car, yaw rate", "rad/s"),
+    signal("comma2k19", "steering_angle#steering_angle", "car, steering", "deg"),
+    signal("husky", "/imu/data#angular_velocity.y", "husky, yaw rate", "rad/s"),
+    signal("husky", "/husky_velocity_controller/odom#twist.twist.linear.x", "husky, speed", "m/s"),
+    signal("husky", "/husky_velocity_controller/odom#pose.pose.position.x", "husky, position", "m"),
+    signal("turtlebot3", "/odom#twist.twist.linear.x", "turtlebot, speed", "m/s"),
+    signal("turtlebot3", "/odom#pose.pose.position.x", "turtlebot, position", "m"),
+    signal("battery", "discharge_1c#Voltage(V)", "cell, voltage", "V"),
 ];
 
 /// Of how many samples one is kept.
@@ -52,8 +68,7 @@ const ACCESSES: usize = 3;
 
 /// A signal at a period.
 struct Measured {
-    name: &'static str,
-    unit: &'static str,
+    signal: &'static Signal,
     period_s: f64,
     order: usize,
     errors: [Errors; ACCESSES],
@@ -64,14 +79,14 @@ struct Measured {
 /// Measures all signals that are there.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut all = Vec::new();
-    for (folder, source, name, unit) in SIGNALS {
-        let path = arguments.folder.join(folder);
-        let samples = if path.exists() { samples(&path, source)? } else { Vec::new() };
+    for signal in &SIGNALS {
+        let path = arguments.folder.join(signal.folder);
+        let samples = if path.exists() { samples(&path, signal.source)? } else { Vec::new() };
         if samples.len() < 100 {
-            tell(&format!("SKIPPED: {name}: {} has {} values of it", path.display(), samples.len()));
+            tell(&format!("SKIPPED: {}: {} has {} values of it", signal.name, path.display(), samples.len()));
             continue;
         }
-        all.extend(THINNED.iter().filter_map(|thinned| measure((name, unit), &samples, *thinned)));
+        all.extend(THINNED.iter().filter_map(|thinned| measure(signal, &samples, *thinned)));
     }
     for measured in all.iter().filter(|_| arguments.json) {
         writeln!(stdout().lock(), "{}", object(measured))?;
@@ -81,7 +96,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         writeln!(stdout().lock(), "{table}")?;
     }
     if let Some(folder) = &arguments.out {
-        write_document(folder, "alignment", ("Temporal alignment", INTRODUCTION), &[table])?;
+        write_document(folder, "alignment", "Temporal alignment", INTRODUCTION, &[table])?;
     }
     Ok(if all.is_empty() { Outcome::No } else { Outcome::Done })
 }
@@ -100,11 +115,7 @@ fn samples(folder: &Path, source: &str) -> anyhow::Result<Vec<(Time, f64)>> {
 }
 
 /// Fits on the first half of what is left, judges by all values of the second half between what is left.
-fn measure(
-    (name, unit): (&'static str, &'static str),
-    samples: &[(Time, f64)],
-    thinned: usize,
-) -> Option<Measured> {
+fn measure(signal: &'static Signal, samples: &[(Time, f64)], thinned: usize) -> Option<Measured> {
     let (first, second) = samples.split_at(samples.len() / 2);
     let kept: Vec<(Time, f64)> = first.iter().copied().step_by(thinned).collect();
     let model = Kinematic::fit(1..=2, &kept)?;
@@ -127,12 +138,12 @@ fn measure(
         }
         *cost = begun.elapsed().as_nanos() as f64 / asked;
     }
-    Some(Measured { name, unit, period_s: period.seconds(), order: model.order(), errors, costs_ns })
+    Some(Measured { signal, period_s: period.seconds(), order: model.order(), errors, costs_ns })
 }
 
 fn object(measured: &Measured) -> serde_json::Value {
     json!({
-        "signal": measured.name, "unit": measured.unit, "period_s": measured.period_s, "order": measured.order,
+        "signal": measured.signal.name, "unit": measured.signal.unit, "period_s": measured.period_s, "order": measured.order,
         "rms": measured.errors.map(|errors| errors.rms()), "greatest": measured.errors.map(|errors| errors.greatest()),
         "ns": measured.costs_ns,
     })
@@ -143,7 +154,7 @@ fn table(all: &[Measured]) -> Table {
         let [port, estimate, both] = measured.errors.map(|errors| errors.rms());
         let [port_ns, estimate_ns, _] = measured.costs_ns;
         vec![
-            format!("{} [{}]", measured.name, measured.unit),
+            format!("{} [{}]", measured.signal.name, measured.signal.unit),
             format!("{:.3}", measured.period_s),
             measured.order.to_string(),
             format!("{port:.4}"),

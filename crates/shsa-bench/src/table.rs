@@ -29,7 +29,8 @@ impl Display for Table {
 pub(crate) fn write_document(
     folder: &Path,
     name: &str,
-    (title, introduction): (&str, &str),
+    title: &str,
+    introduction: &str,
     tables: &[Table],
 ) -> anyhow::Result<()> {
     fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;

@@ -53,7 +53,9 @@ const SHARE: f64 = 0.95;
 /// An input with an estimator behind it. Nothing is allocated once it is made.
 pub struct Extrapolation {
     access: Access,
-    model: Kinematic,
+    /// How far to both sides of a measurement the truth may be, and how many standard deviations that is.
+    reach: f64,
+    deviations: f64,
     fusion: Option<Fusion>,
     latest: Option<(Time, f64)>,
     unknown_after: Span,
@@ -83,10 +85,12 @@ impl Extrapolation {
             Access::Port => None,
             Access::Estimate | Access::Both(_) => {
                 let filter = model.filter(0.0, reach)?;
-                Some(Fusion::new(Box::new(filter), Time(0), (1, 0), options)?)
+                Some(Fusion::new(Box::new(filter), Time(0), 1, 0, options)?)
             }
         };
-        Ok(Extrapolation { access, model, fusion, latest: None, unknown_after })
+        let deviations = two_sided(SHARE);
+        let reach = deviations * model.variance().sqrt();
+        Ok(Extrapolation { access, reach, deviations, fusion, latest: None, unknown_after })
     }
 
     /// Takes a value in, at its time of validity; late ones count where they belong. One that is no number changes nothing.
@@ -113,22 +117,21 @@ impl Extrapolation {
             return None;
         }
         match self.access {
-            Access::Port => Some(self.port(value)),
-            Access::Both(fresh) if age <= fresh => Some(self.port(value)),
+            Access::Port => Some(aligned(value, self.reach, Origin::Port)),
+            Access::Both(fresh) if age <= fresh => Some(aligned(value, self.reach, Origin::Port)),
             Access::Both(_) | Access::Estimate => self.estimated(at),
         }
     }
 
-    fn port(&self, value: f64) -> Aligned {
-        let reach = two_sided(SHARE) * self.model.variance().sqrt();
-        Aligned { value, interval: Interval::new(value - reach, value + reach), origin: Origin::Port }
-    }
-
     fn estimated(&mut self, at: Time) -> Option<Aligned> {
         let estimate = self.fusion.as_mut()?.estimate(at)?;
-        let value = *estimate.mean.first()?;
-        Some(Aligned { value, interval: estimate.interval(0, SHARE), origin: Origin::Estimate })
+        let (value, variance) = (*estimate.mean.first()?, *estimate.spread.get((0, 0))?);
+        Some(aligned(value, self.deviations * variance.max(0.0).sqrt(), Origin::Estimate))
     }
+}
+
+fn aligned(value: f64, reach: f64, origin: Origin) -> Aligned {
+    Aligned { value, interval: Interval::new((value - reach).next_down(), (value + reach).next_up()), origin }
 }
 
 #[cfg(test)]

@@ -71,7 +71,7 @@ fn fusion(gate: Option<Gate>) -> Result<Fusion, Error> {
         Options { horizon: Span(500_000_000), moments: 64, gate, unknown_after: Span(2_000_000_000) };
     let p = Matrix::identity(5, 5);
     let filter = Kalman::new(system(), &[0.0, 0.0, 0.0, 1.0, 0.0], &p, Loss::Square)?;
-    Fusion::new(Box::new(filter), Time(0), (SENSORS.len(), 0), options)
+    Fusion::new(Box::new(filter), Time(0), SENSORS.len(), 0, options)
 }
 
 /// x, y, heading, speed, turn rate after so many steps of 20 ms.

@@ -1,6 +1,6 @@
 //! The ways of knowing the charge, and what may happen to their inputs.
 
-use super::cell::Row;
+use super::cell::{Row, half};
 use super::circuit::{Circuit, PAIR_S, through_pair};
 use shsa_core::time::{Span, Time};
 use shsa_estimate::formulas::{Draft, Formulas, Sensor, Vocabulary};
@@ -91,8 +91,9 @@ pub(super) fn run_method(
     method: Method,
     scenario: Scenario,
     circuit: &Circuit,
-    (rows, half): (&[Row], usize),
+    rows: &[Row],
 ) -> anyhow::Result<(Vec<f64>, Option<f64>)> {
+    let half = half(rows);
     let inputs =
         rows.iter().enumerate().map(|(place, row)| (row.at_s, scenario.measured(row, place >= half)));
     let inputs: Vec<(f64, [Option<f64>; 2])> = inputs.collect();
@@ -198,7 +199,7 @@ fn fuse(
     };
     let time = |at_s: f64| Time((1e9 * at_s) as i64);
     let options = Options { horizon: Span(0), moments: 2, gate: None, unknown_after: Span(300_000_000_000) };
-    let mut fusion = Fusion::new(filter, time(0.0), (2, 0), options)?;
+    let mut fusion = Fusion::new(filter, time(0.0), 2, 0, options)?;
     let mut before = 0.0;
     let (mut charges, mut resistance) = (Vec::with_capacity(inputs.len()), None);
     for (at_s, [current, voltage]) in inputs {

@@ -50,7 +50,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut results = Vec::new();
     for scenario in Scenario::ALL {
         for method in Method::ALL {
-            results.push(measure(method, scenario, &circuit, (&rows, half))?);
+            results.push(measure(method, scenario, &circuit, &rows)?);
         }
     }
     for result in results.iter().filter(|_| arguments.json) {
@@ -69,19 +69,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         writeln!(stdout().lock(), "{table}")?;
     }
     if let Some(folder) = &arguments.out {
-        write_document(folder, "charge", ("State of charge", &introduction(&circuit)), &[table])?;
+        write_document(folder, "charge", "State of charge", &introduction(&circuit), &[table])?;
     }
     Ok(Outcome::Done)
 }
 
 /// The errors of a method: from the failure on where a sensor fails, else after the first hour.
-fn measure(
-    method: Method,
-    scenario: Scenario,
-    circuit: &Circuit,
-    (rows, half): (&[Row], usize),
-) -> anyhow::Result<Result> {
-    let (estimates, resistance) = run_method(method, scenario, circuit, (rows, half))?;
+fn measure(method: Method, scenario: Scenario, circuit: &Circuit, rows: &[Row]) -> anyhow::Result<Result> {
+    let half = cell::half(rows);
+    let (estimates, resistance) = run_method(method, scenario, circuit, rows)?;
     let mut errors = Errors::default();
     let from = if scenario.fails() { half } else { rows.partition_point(|row| row.at_s < 3600.0) };
     for (pair, estimate) in rows.windows(2).zip(estimates.iter().skip(1)).skip(from) {

@@ -176,9 +176,13 @@ fn fusion(start: [f64; 5], begin: Time) -> anyhow::Result<Fusion> {
     })?;
     let spread = Matrix::from_fn(5, 5, |i, j| if i == j { [4.0, 4.0, 0.1, 1.0, 1.0][i] } else { 0.0 });
     let filter = Kalman::new(system, &start, &spread, Loss::Square)?;
-    let options =
-        Options { horizon: Span(1_000_000_000), moments: 64, gate, unknown_after: Span(10_000_000_000) };
-    Ok(Fusion::new(Box::new(filter), begin, (SOURCES.len(), 0), options)?)
+    let options = Options {
+        horizon: Span(1_000_000_000),
+        moments: 64,
+        gate: None,
+        unknown_after: Span(10_000_000_000),
+    };
+    Ok(Fusion::new(Box::new(filter), begin, SOURCES.len(), 0, options)?)
 }
 
 /// How far two runs are apart, from a time on.

@@ -171,7 +171,7 @@ impl Separate {
             let variances: Vec<f64> =
                 sensors.iter().map(|sensor| DEVICES[*sensor].deviation.powi(2)).collect();
             let direct = Direct::new(rule, &variances, 0.1, (0.0, 100.0))?;
-            anyhow::Ok(Fusion::new(Box::new(direct), Time(0), (sensors.len(), 0), OPTIONS)?)
+            anyhow::Ok(Fusion::new(Box::new(direct), Time(0), sensors.len(), 0, OPTIONS)?)
         };
         // Of one fix nothing can be outvoted: interval fusion is left with the fix itself.
         let of_fixes = match rule {
@@ -238,7 +238,7 @@ fn joint(method: Method) -> anyhow::Result<Fusion> {
         _ => Box::new(kalman(Loss::Square)?),
     };
     let gate = (method == Method::Gated).then(|| Gate::new(0.9999, 20));
-    Ok(Fusion::new(filter, Time(0), (DEVICES.len(), 0), Options { gate, ..OPTIONS })?)
+    Ok(Fusion::new(filter, Time(0), DEVICES.len(), 0, Options { gate, ..OPTIONS })?)
 }
 
 /// Position, heading, speed, turn rate; speed and turn rate change at random.

@@ -73,7 +73,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         tables.iter().try_for_each(|table| writeln!(stdout().lock(), "{table}"))?;
     }
     if let Some(folder) = &arguments.out {
-        write_document(folder, "navigation", ("Navigation", &introduction(arguments)), &tables)?;
+        write_document(folder, "navigation", "Navigation", &introduction(arguments), &tables)?;
     }
     Ok(Outcome::Done)
 }
