@@ -144,12 +144,12 @@ fn check_named(liar: usize, within_s: f64, fault: impl Fn(i64, f64) -> f64) {
         let mut seen = run(seed, |sensor, step, value| {
             Some((step, if sensor == liar && step > 1000 { fault(step, value) } else { value }))
         });
-        let (named, at) = seen.named.expect("it is named");
+        let (named, at) = seen.named.unwrap();
         assert!(named == liar && at > 20.0 && at <= 20.0 + within_s, "seed {seed}: {named} at {at} s");
         assert!(seen.greatest < 5.0, "seed {seed}: {} m", seen.greatest);
         // A conflict that nothing decides for a moment makes it unknown for as long.
         assert!(seen.unknown <= 50, "seed {seed}: {}", seen.unknown);
-        let others = seen.fusion.without(liar).unwrap().estimate(time(3000)).expect("the others know");
+        let others = seen.fusion.without(liar).unwrap().estimate(time(3000)).unwrap();
         let error = (others.mean[0] - truth[0]).hypot(others.mean[1] - truth[1]);
         assert!(error < 1.5, "seed {seed}: {error} m");
     }
@@ -187,7 +187,7 @@ fn fixes_that_move_off_slowly_are_named() {
             let off = if sensor == FIX_X { 0.3 * 0.02 * (step - 1000).max(0) as f64 } else { 0.0 };
             Some((step, value + off))
         });
-        let (named, at) = seen.named.expect("it is named");
+        let (named, at) = seen.named.unwrap();
         assert!(named == FIX_X && at < 50.0, "seed {seed}: {named} at {at} s");
         let truth = drive(3000)[2999];
         let others = seen.fusion.without(FIX_X).unwrap().estimate(time(3000)).unwrap();

@@ -142,7 +142,7 @@ fn positions(heard: &[Heard], frozen: Option<Time>, its: Use) -> anyhow::Result<
 fn start(heard: &[Heard], begin: Time) -> [f64; 5] {
     let last = |sensor: usize| {
         let early = heard.iter().filter(|one| one.at < begin + Span(5_000_000_000));
-        early.filter(|one| one.sensor == sensor).last().map_or(0.0, |one| one.value)
+        early.filter(|one| one.sensor == sensor).next_back().map_or(0.0, |one| one.value)
     };
     [0.0, 0.0, last(FIXES[1]).atan2(last(FIXES[0])), 1.0, 0.0]
 }
