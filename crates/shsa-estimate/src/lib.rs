@@ -3,6 +3,8 @@
 //! The modules stand in reading order. All methods stand behind one trait, [`method::Method`]; those that need a model of the
 //! system take a [`system::System`], which is matrices ([`system::Linear`]) or formulas ([`formulas::Formulas`]).
 //!
+//! [`node`] has the fusions of a model at work beside the engine.
+//!
 //! Nothing here reads a clock, a file or a socket, starts a thread, or allocates once it is made. The same inputs give the same
 //! bytes.
 
@@ -14,12 +16,14 @@ pub mod average;
 pub mod interval_fusion;
 pub mod system;
 pub mod formulas;
+pub mod continuous;
 pub mod method;
 pub mod direct;
 pub mod kalman;
 pub mod unscented;
 pub mod particle;
 pub mod fusion;
+pub mod node;
 mod error;
 
 pub use error::Error;

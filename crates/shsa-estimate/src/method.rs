@@ -53,7 +53,7 @@ impl Updated {
 ///
 /// Measurements are given in the declared order of their sensors, none twice; of more than there are sensors the rest is left
 /// out.
-pub trait Method {
+pub trait Method: Send {
     /// The present estimate, n numbers.
     fn mean(&self) -> &[f64];
 

@@ -7,7 +7,7 @@ use crate::{Error, matrix};
 ///
 /// All numbers are in SI units. What has no value is not-a-number; the caller looks. Slices have the length that is said; nothing
 /// is allocated.
-pub trait System {
+pub trait System: Send {
     /// The numbers of a state.
     fn states(&self) -> usize;
 

@@ -1,9 +1,12 @@
 //! A model as it is written: pieces of text, each with its place, before anything is checked.
 
+mod fusion;
+
 pub use crate::expression::Severity;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::ops::Range;
+pub use fusion::{FusionDraft, FusionInputDraft, FusionOutputDraft, FusionStateDraft};
 
 /// A range of bytes in the source that a draft was read from.
 ///
@@ -57,6 +60,8 @@ pub struct Draft {
     pub relations: Vec<RelationDraft>,
     /// What carries variables.
     pub signals: Vec<SignalDraft>,
+    /// Signals that are computed from others by estimation.
+    pub fusions: Vec<FusionDraft>,
     /// What must stay available.
     pub needs: Vec<NeedDraft>,
     /// The figure of merit; `norm` when absent.
@@ -99,6 +104,8 @@ pub trait Source {
     fn relations(&mut self, take: &mut dyn FnMut(&RelationDraft));
     /// Gives all signals.
     fn signals(&mut self, take: &mut dyn FnMut(&SignalDraft));
+    /// Gives all fusions.
+    fn fusions(&mut self, take: &mut dyn FnMut(&FusionDraft));
     /// Gives all needs.
     fn needs(&mut self, take: &mut dyn FnMut(&NeedDraft));
     /// The figure of merit.
@@ -115,6 +122,7 @@ impl Draft {
         source.functions(&mut |function| draft.functions.push(function.clone()));
         source.relations(&mut |relation| draft.relations.push(relation.clone()));
         source.signals(&mut |signal| draft.signals.push(signal.clone()));
+        source.fusions(&mut |fusion| draft.fusions.push(fusion.clone()));
         source.needs(&mut |need| draft.needs.push(need.clone()));
         draft
     }
@@ -135,6 +143,9 @@ impl Source for &Draft {
     }
     fn signals(&mut self, take: &mut dyn FnMut(&SignalDraft)) {
         self.signals.iter().for_each(take);
+    }
+    fn fusions(&mut self, take: &mut dyn FnMut(&FusionDraft)) {
+        self.fusions.iter().for_each(take);
     }
     fn needs(&mut self, take: &mut dyn FnMut(&NeedDraft)) {
         self.needs.iter().for_each(take);

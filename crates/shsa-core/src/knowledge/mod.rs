@@ -10,10 +10,11 @@ mod properties;
 mod id_set;
 mod variable;
 mod signal;
+mod draft;
+mod fusion;
 mod need;
 mod utility;
 mod sources;
-mod draft;
 mod build;
 mod lineage;
 mod change;
@@ -26,8 +27,13 @@ pub(crate) use rows::Rows;
 pub use build::{build, build_from};
 pub use change::{Edit, Model, Section};
 pub use draft::{
-    BodyDraft, Bounds, Diagnostic, Draft, NeedDraft, Place, PropertyDrafts, RelationDraft, Severity,
-    SignalDraft, Source, Text, UtilityDraft, VariableDraft,
+    BodyDraft, Bounds, Diagnostic, Draft, FusionDraft, FusionInputDraft, FusionOutputDraft, FusionStateDraft,
+    NeedDraft, Place, PropertyDrafts, RelationDraft, Severity, SignalDraft, Source, Text, UtilityDraft,
+    VariableDraft,
+};
+pub use fusion::{
+    Fusion, FusionInput, FusionMethod, FusionOutput, FusionPlaces, FusionPrediction, FusionSettings,
+    FusionState,
 };
 pub use id_set::{IdSet, RelationSet, SignalSet};
 pub use ids::{CauseId, Id, IdVec, NeedId, RelationId, SignalId, VariableId};
@@ -85,6 +91,10 @@ pub struct KnowledgeBase {
     signals: IdVec<SignalId, Signal>,
     needs: IdVec<NeedId, Need>,
     causes: IdVec<CauseId, Cause>,
+    fusions: Vec<Fusion>,
+    /// Their outputs, and all signals that they compute.
+    fused: SignalSet,
+    computed: SignalSet,
     utility: Utility,
     available: IdVec<SignalId, bool>,
     /// Relations that can produce each variable, ascending.
@@ -338,6 +348,9 @@ impl KnowledgeBase {
             signals,
             needs,
             causes: IdVec::new(),
+            fusions: Vec::new(),
+            fused: SignalSet::new(),
+            computed: SignalSet::new(),
             utility: Utility::default(),
             available,
             producers,

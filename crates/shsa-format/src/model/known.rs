@@ -52,6 +52,31 @@ impl<'r, 'n> Known<'r, 'n> {
         self.reader.properties(node)
     }
 
+    /// Names, each with a name.
+    pub(crate) fn texts(&mut self, key: &str) -> Vec<(Text, Text)> {
+        let read = self.read(key, |reader, node, key| {
+            let entries = reader.entries(node, key.what, key.example);
+            let one = |(name, node): &(Text, Node)| {
+                Some((name.clone(), reader.text(node, "a name", written(key))?))
+            };
+            Some(entries.iter().filter_map(one).collect())
+        });
+        read.unwrap_or_default()
+    }
+
+    /// Names, each with what `one` makes of it.
+    pub(crate) fn entries<T>(
+        &mut self,
+        key: &str,
+        mut one: impl FnMut(&mut Reader, &(Text, Node)) -> T,
+    ) -> Vec<T> {
+        let read = self.read(key, |reader, node, key| {
+            let entries = reader.entries(node, key.what, written(key));
+            Some(entries.iter().map(|entry| one(reader, entry)).collect())
+        });
+        read.unwrap_or_default()
+    }
+
     fn read<T>(
         &mut self,
         key: &str,

@@ -43,7 +43,12 @@ impl Reader {
 
     /// The entries of a mapping with free names; none for null. `what` says what was expected, `example` how it is
     /// written.
-    pub(crate) fn entries<'n>(&mut self, node: &'n Node, what: &str, example: &str) -> &'n [(Text, Node)] {
+    pub(crate) fn entries<'n>(
+        &mut self,
+        node: &'n Node,
+        what: &str,
+        example: impl Display,
+    ) -> &'n [(Text, Node)] {
         match &node.value {
             Value::Map(entries) => entries,
             Value::Null | Value::Unread => &[],

@@ -1,10 +1,11 @@
 //! The shape of a model file: which keys there are and what they hold.
 
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, Draft, NeedDraft, RelationDraft, Severity, SignalDraft, Source, Text, UtilityDraft,
-    VariableDraft,
+    BodyDraft, Bounds, Draft, FusionDraft, NeedDraft, RelationDraft, Severity, SignalDraft, Source, Text,
+    UtilityDraft, VariableDraft,
 };
 
+use super::fusion;
 use super::json::{Entry, Json};
 use super::keys::{NEED, RELATION, SECTIONS, SIGNAL, UTILITY, VARIABLE};
 use super::known::Known;
@@ -95,6 +96,11 @@ impl Source for Model<'_, '_, '_> {
     fn signals(&mut self, take: &mut dyn FnMut(&SignalDraft)) {
         let example = "/scan: { variable: distances }";
         self.section("signals", example, &mut |reader, entry| take(&signal(reader, entry)));
+    }
+
+    fn fusions(&mut self, take: &mut dyn FnMut(&FusionDraft)) {
+        let example = "motion: { method: kalman, states: .., inputs: .., outputs: .. }";
+        self.section("fusion", example, &mut |reader, entry| take(&fusion::read(reader, entry)));
     }
 
     fn needs(&mut self, take: &mut dyn FnMut(&NeedDraft)) {

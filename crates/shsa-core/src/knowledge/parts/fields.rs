@@ -2,8 +2,8 @@
 
 use crate::expression::parse_quantity;
 use crate::knowledge::draft::{
-    BodyDraft, Bounds, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text, UtilityDraft,
-    VariableDraft,
+    BodyDraft, Bounds, FusionDraft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text,
+    UtilityDraft, VariableDraft,
 };
 use crate::unit::Unit;
 use alloc::format;
@@ -177,4 +177,10 @@ pub(super) fn need_fields(draft: &NeedDraft) -> Fields {
         ("isolation", words(draft.isolation.as_ref())),
     ]
     .into()
+}
+
+/// All that a fusion says, in its order.
+pub(super) fn fusion_fields(draft: &FusionDraft) -> Fields {
+    let said: Vec<String> = draft.words().into_iter().map(|text| text.text).collect();
+    Vec::from([("fusion", said.join(", "))])
 }

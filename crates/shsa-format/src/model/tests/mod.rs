@@ -1,5 +1,6 @@
 //! Models in, knowledge bases and reports out.
 
+mod fusion;
 mod hostile;
 mod json;
 mod layout;
