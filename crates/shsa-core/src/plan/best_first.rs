@@ -11,6 +11,7 @@ mod open;
 
 pub(super) use open::{Open, Progress};
 
+use super::admission::Admission;
 use super::decisions::Decisions;
 use super::graph::{Graph, Options, View};
 use super::greedy;
@@ -43,6 +44,8 @@ pub struct BestFirst<'a> {
     stop: Option<StopReason>,
     /// What must be met along substitutions.
     paths: Option<Box<Paths<'a>>>,
+    /// What has to agree to an answer.
+    admission: Option<&'a dyn Admission>,
     /// What the caller keeps, in states.
     kept: usize,
     /// The utility of the answer that was read off.
@@ -91,6 +94,7 @@ impl<'a> BestFirst<'a> {
             found: 0,
             stop,
             paths: None,
+            admission: None,
             kept: 0,
             rated: None,
         }
@@ -124,6 +128,17 @@ impl<'a> BestFirst<'a> {
             self.paths = Some(Box::new(paths));
         }
         self
+    }
+
+    /// Only what is admitted is an answer, and what cannot be admitted is pruned inside the search.
+    #[must_use]
+    pub fn admitted_by(self, admission: &'a dyn Admission) -> BestFirst<'a> {
+        BestFirst { admission: Some(admission), ..self }
+    }
+
+    /// Whether anything but the graph decides what is an answer.
+    fn is_restricted(&self) -> bool {
+        self.paths.is_some() || self.admission.is_some()
     }
 
     fn subproblem(&self) -> &Subproblem {
@@ -293,12 +308,18 @@ impl<'a> BestFirst<'a> {
 
     /// Whether something that follows from the decisions made may meet the requirements.
     fn may_meet(&self, decisions: &Decisions) -> bool {
-        let Some(paths) = &self.paths else { return true };
-        let steps = decisions.steps(self.subproblem());
-        match decisions.next() {
-            Some(_) => paths.allow(self.root, &steps),
-            None => paths.admit(&self.graph.substitution(self.root, steps)),
+        if !self.is_restricted() {
+            return true;
         }
+        let (paths, admission) = (self.paths.as_deref(), self.admission);
+        let steps = decisions.steps(self.subproblem());
+        if decisions.next().is_some() {
+            return paths.is_none_or(|paths| paths.allow(self.root, &steps))
+                && admission.is_none_or(|admission| admission.may_admit(&steps));
+        }
+        let substitution = self.graph.substitution(self.root, steps);
+        paths.is_none_or(|paths| paths.admit(&substitution))
+            && admission.is_none_or(|admission| admission.admits(&substitution))
     }
 }
 
@@ -310,10 +331,10 @@ impl BestFirst<'_> {
         if self.stop.is_some() {
             return None;
         }
-        let utility = if self.found == 0 && self.subproblem().is_exact() && self.paths.is_none() {
+        let utility = if self.found == 0 && self.subproblem().is_exact() && !self.is_restricted() {
             self.read_off(answer)
         } else {
-            if self.found == 1 && self.open.is_none() && self.paths.is_none() {
+            if self.found == 1 && self.open.is_none() && !self.is_restricted() {
                 // The search begins with what was read off, and decides it again.
                 self.read = 0;
                 self.search();

@@ -20,10 +20,12 @@ mod decisions;
 mod greedy;
 mod frontier;
 pub mod requirements;
+mod admission;
 mod best_first;
 mod parallel;
 mod contingency;
 
+pub use admission::Admission;
 pub use best_first::BestFirst;
 pub use contingency::{Contingency, Preparation};
 pub use depth_first::{Take, depth_first};

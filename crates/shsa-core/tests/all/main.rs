@@ -18,6 +18,7 @@ mod analysis;
 mod analysis_structure;
 mod isolability;
 
+mod plan_admission;
 mod plan_carried_over;
 mod plan_contingency;
 mod plan_engines;
