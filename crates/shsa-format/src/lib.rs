@@ -2,9 +2,11 @@
 
 pub mod words;
 pub mod comparisons;
+pub mod measurements;
 pub mod event;
 pub mod drive;
 pub mod conserts;
+pub mod case;
 pub mod drawing;
 pub mod fault;
 pub mod journal;

@@ -27,22 +27,36 @@ pub fn schema() -> Value {
 }
 
 fn of_section(section: &Section) -> Value {
-    let named = |entry: Value| json!({ "type": ["object", "null"], "additionalProperties": entry });
     match section.holds {
         Holds::Version => json!({ "enum": [1, "1"] }),
         Holds::Values(form) => named(of_form(form)),
         Holds::Mapping(keys) => json!({ "anyOf": [word(), of_keys(keys)] }),
-        Holds::Entries(keys, short) => named(match short {
-            Short::None => of_keys(keys),
-            Short::Text => json!({ "anyOf": [word(), of_keys(keys)] }),
-            Short::List => json!({ "anyOf": [of_keys(keys), { "type": "array", "items": of_keys(keys) }] }),
-        }),
+        Holds::Entries(keys, short) => of_entries(keys, short),
     }
+}
+
+fn named(entry: Value) -> Value {
+    json!({ "type": ["object", "null"], "additionalProperties": entry })
+}
+
+fn of_entries(keys: &[Key], short: Short) -> Value {
+    named(match short {
+        Short::None => of_keys(keys),
+        Short::Text => json!({ "anyOf": [word(), of_keys(keys)] }),
+        Short::List => json!({ "anyOf": [of_keys(keys), { "type": "array", "items": of_keys(keys) }] }),
+    })
 }
 
 fn of_keys(keys: &[Key]) -> Value {
     let properties: Map<String, Value> = keys.iter().map(|key| (key.name.to_owned(), of_key(key))).collect();
     json!({ "type": ["object", "null"], "properties": properties, "additionalProperties": false })
+}
+
+/// Keys, and bounds under other names.
+fn of_statement(keys: &[Key]) -> Value {
+    let mut schema = of_keys(keys);
+    schema["additionalProperties"] = word();
+    schema
 }
 
 fn of_key(key: &Key) -> Value {
@@ -63,6 +77,11 @@ fn of_form(form: Form) -> Value {
         Form::Pair => pair(),
         Form::Names => json!({ "anyOf": [{ "type": ["string", "null"] }, names()] }),
         Form::Numbers => numbers(),
+        Form::Words => json!({ "type": ["object", "null"], "additionalProperties": { "type": "string" } }),
+        Form::Statements(keys) => {
+            json!({ "type": ["object", "null"], "additionalProperties": of_statement(keys) })
+        }
+        Form::Entries(keys, short) => of_entries(keys, short),
         Form::Shares => json!({ "anyOf": [{ "type": "string" }, names(), numbers()] }),
     }
 }

@@ -1,13 +1,17 @@
 //! What is written loads to the same again: drafts as YAML and JSON, formulas by way of Prolog.
 
+mod contracts;
+
+use contracts::contract;
 use proptest::prelude::*;
 use shsa_core::expression::Symbol;
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, Draft, Id, KnowledgeBase, NeedDraft, RelationDraft, SignalDraft, Text, UtilityDraft,
-    VariableDraft, VariableId,
+    BodyDraft, Bounds, ContractDraft, Draft, Id, KnowledgeBase, NeedDraft, RelationDraft, SignalDraft,
+    SourceParts, Text, UtilityDraft, VariableDraft, VariableId,
 };
 use shsa_format::model::thesis::prolog;
 use shsa_format::model::{load, read, write};
+use shsa_message::source::parts;
 use std::fs;
 use std::path::PathBuf;
 
@@ -94,6 +98,22 @@ signals:
   "null": { variable: heavy, time_error: 5 ms, timeout: none, derived_from: [/scan, /odom/speed], shares: [base, "two words"] }
   "- \"quoted\" \\ \u2028 \u00e4": { variable: humidity }
   "true": { variable: heavy }
+fusion:
+  motion:
+    method: particle
+    states: { speed: { unit: m/s, initial: 1 km/h, spread: 2, noise: 0.1 m/s + 1 % * abs(speed), transition: speed + push * dt * 1 m/s^2 } }
+    controls: { push: "true" }
+    inputs: { /odom/speed: { measures: speed, noise: 0.3 } }
+    outputs: { fused/speed: speed, other: { value: 2 * speed, variable: speed, confidence: 95 %, properties: { accuracy: 1 } } }
+    period: 50 ms
+    horizon: 1 s
+    unknown_after: 3 s
+    gate: none
+    witnesses: none
+    faulty: 0
+    window: 3
+    particles: 50
+    seed: 9
 needs:
   dmin: { signal: /stop, max_age: 250 ms, max_width: 50 cm, integrity: B, hold: 0 s, probation: 1 min, blend: 10 ms, hysteresis: 5 %, isolation: process }
   speed:
@@ -193,6 +213,7 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
                 name,
                 variable,
                 source,
+                source_parts: SourceParts::default(),
                 unit,
                 scale,
                 offset,
@@ -259,23 +280,25 @@ fn utility() -> impl Strategy<Value = Option<UtilityDraft>> {
     some(prop_oneof![text().prop_map(UtilityDraft::Named), own])
 }
 
+/// Some, each with a name of its own.
+fn named<T: std::fmt::Debug + Clone>(
+    of: impl Strategy<Value = T>,
+    name: fn(&mut T, Text),
+) -> impl Strategy<Value = Vec<T>> {
+    let many = prop::collection::vec(of, 4);
+    (names(4), many).prop_map(move |(names, items)| {
+        names
+            .into_iter()
+            .zip(items)
+            .map(|(text, mut item)| {
+                name(&mut item, text);
+                item
+            })
+            .collect()
+    })
+}
+
 fn draft() -> impl Strategy<Value = Draft> {
-    fn named<T: std::fmt::Debug + Clone>(
-        of: impl Strategy<Value = T>,
-        name: fn(&mut T, Text),
-    ) -> impl Strategy<Value = Vec<T>> {
-        let many = prop::collection::vec(of, 4);
-        (names(4), many).prop_map(move |(names, items)| {
-            names
-                .into_iter()
-                .zip(items)
-                .map(|(text, mut item)| {
-                    name(&mut item, text);
-                    item
-                })
-                .collect()
-        })
-    }
     let pairs = named((Just(Text::default()), bounds()), |(name, _), text| *name = text);
     let functions = named((Just(Text::default()), text()), |(name, _), text| *name = text);
     let parts = (
@@ -283,17 +306,25 @@ fn draft() -> impl Strategy<Value = Draft> {
         pairs,
         functions,
         named(relation(), |relation, text| relation.name = text),
-        named(signal(), |signal, text| signal.name = text),
+        named(signal(), |signal, text| {
+            let source = signal.source.as_ref().map(|source| source.text.as_str());
+            signal.source_parts = parts(&text.text, source);
+            signal.name = text;
+        }),
         named(need(), |need, text| need.variable = text),
+        named(contract(), |contract, text| contract.name = text),
         utility(),
     );
-    parts.prop_map(|(variables, constants, functions, relations, signals, needs, utility)| Draft {
+    parts.prop_map(|(variables, constants, functions, relations, signals, needs, contracts, utility)| Draft {
         variables,
         constants,
         functions,
         relations,
         signals,
+        fusions: Vec::new(),
         needs,
+        platform: contracts.iter().cloned().map(|it| ContractDraft { policy: None, ..it }).collect(),
+        contracts,
         utility,
     })
 }

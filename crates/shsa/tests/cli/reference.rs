@@ -36,6 +36,20 @@ fn fields_of_models() {
         .map(|name| format!("analyze PROJECT/models/{name}.yaml"));
     let analyses = models.iter().map(String::as_str).chain(["analyze tank.yaml"]).collect::<Vec<_>>();
     check("analyze", &of(&analyses));
+    folder.write("none.yaml", "computer: { spare: 1 % }\n");
+    let certificate = "guarantees: [{ id: G, dimensions: [{ Binary: { type: T } }] }]\nevidence: []\n\
+        demands: [{ id: D, dimensions: [{ Binary: { type: T } }] }]\ngates: []\ntree_propagations: []\n\
+        required_services: [{ id: R, functional_service_type: S, demands: [D] }]\n\
+        provided_services: [{ id: P, functional_service_type: S, guarantees: [G] }]\n";
+    folder.write("certificate.yaml", certificate);
+    check(
+        "assure",
+        &of(&[
+            "assure PROJECT/models/stop.yaml",
+            "assure PROJECT/models/stop.yaml --with none.yaml",
+            "assure certificate.yaml",
+        ]),
+    );
 }
 
 #[test]
@@ -46,12 +60,15 @@ fn fields_of_recordings() {
     };
     folder.write("change.yaml", "properties: { signals: { /level: { accuracy: 0.5 } } }\n");
     check("info", &of(&["info run.csv", "info run.jsonl"]));
+    let fusion = "fusion:\n  tank: { method: kalman, states: { level: { spread: 5, noise: 0.1 } }, inputs: { level: level }, outputs: { fused: level } }\n";
+    folder.write("fused.yaml", &format!("{}{fusion}", tank::MODEL));
     check("monitor", &of(&["monitor tank.yaml level --observations run.jsonl"]));
     check(
         "replay",
         &of(&[
             "replay tank.yaml run.csv --inject drop:/volume@40s.. --reload change.yaml@10s",
             "replay tank.yaml run.csv --skip 10s..20s",
+            "replay fused.yaml run.csv",
         ]),
     );
     check(

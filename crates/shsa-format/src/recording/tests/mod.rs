@@ -2,6 +2,7 @@
 
 mod bag_writer;
 mod bags;
+pub(super) mod independent;
 mod lines;
 mod mcap_writer;
 mod mutated;
@@ -11,6 +12,7 @@ mod samples;
 mod sessions;
 mod sqlite_writer;
 mod tables;
+pub(super) mod told;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,7 +22,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use super::*;
 
 /// A folder of its own for one test, removed at its end.
-struct Folder(PathBuf);
+pub(super) struct Folder(pub(super) PathBuf);
 
 impl Folder {
     fn new() -> Folder {
@@ -31,7 +33,7 @@ impl Folder {
         Folder(folder)
     }
 
-    fn with(files: &[(&str, &[u8])]) -> Folder {
+    pub(super) fn with(files: &[(&str, &[u8])]) -> Folder {
         let folder = Folder::new();
         for (name, bytes) in files {
             fs::write(folder.0.join(name), bytes).unwrap();
