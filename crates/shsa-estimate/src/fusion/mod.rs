@@ -129,7 +129,8 @@ impl Fusion {
     pub fn new(
         method: Box<dyn Method>,
         at: Time,
-        (sensors, controls): (usize, usize),
+        sensors: usize,
+        controls: usize,
         options: Options,
     ) -> Result<Fusion, Error> {
         if options.moments == 0 {

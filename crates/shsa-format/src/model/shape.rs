@@ -4,6 +4,7 @@ use shsa_core::knowledge::{
     BodyDraft, Bounds, ContractDraft, DemandDraft, Draft, GuaranteeDraft, NeedDraft, RelationDraft, Severity,
     SignalDraft, Source, Text, UtilityDraft, VariableDraft,
 };
+use shsa_message::source;
 
 use super::json::{Entry, Json};
 use super::keys::{
@@ -227,10 +228,12 @@ fn body(keys: &mut Known, name: &Text) -> Option<BodyDraft> {
 fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
     let example = "/scan: { variable: distances, rate: 10 Hz }";
     let mut keys = Known::of(reader, node, &SIGNAL, "a signal's keys", example);
+    let source = keys.text("source");
     SignalDraft {
         name: name.clone(),
         variable: keys.text("variable"),
-        source: keys.text("source"),
+        source_parts: source::parts(&name.text, source.as_ref().map(|source| source.text.as_str())),
+        source,
         unit: keys.text("unit"),
         scale: keys.text("scale"),
         offset: keys.text("offset"),

@@ -6,11 +6,12 @@ use contracts::contract;
 use proptest::prelude::*;
 use shsa_core::expression::Symbol;
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, ContractDraft, Draft, Id, KnowledgeBase, NeedDraft, RelationDraft, SignalDraft, Text,
-    UtilityDraft, VariableDraft, VariableId,
+    BodyDraft, Bounds, ContractDraft, Draft, Id, KnowledgeBase, NeedDraft, RelationDraft, SignalDraft,
+    SourceParts, Text, UtilityDraft, VariableDraft, VariableId,
 };
 use shsa_format::model::thesis::prolog;
 use shsa_format::model::{load, read, write};
+use shsa_message::source::parts;
 use std::fs;
 use std::path::PathBuf;
 
@@ -196,6 +197,7 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
                 name,
                 variable,
                 source,
+                source_parts: SourceParts::default(),
                 unit,
                 scale,
                 offset,
@@ -288,7 +290,11 @@ fn draft() -> impl Strategy<Value = Draft> {
         pairs,
         functions,
         named(relation(), |relation, text| relation.name = text),
-        named(signal(), |signal, text| signal.name = text),
+        named(signal(), |signal, text| {
+            let source = signal.source.as_ref().map(|source| source.text.as_str());
+            signal.source_parts = parts(&text.text, source);
+            signal.name = text;
+        }),
         named(need(), |need, text| need.variable = text),
         named(contract(), |contract, text| contract.name = text),
         utility(),

@@ -1,6 +1,6 @@
 //! What the pairs of a monitor say, as comparisons of components.
 
-use super::{Component, Judge, JudgeOptions, Testimony};
+use super::{Component, ComponentState, Judge, JudgeOptions, Testimony, said};
 use crate::diagnosis::candidates::Comparison;
 use crate::knowledge::{CauseId, IdVec, KnowledgeBase, PRIOR, RelationId, SignalId, SignalSet};
 use crate::monitor::{Residual, ResidualState, WatchedWay, WayIndex};
@@ -225,6 +225,48 @@ impl Judge {
         pairs.filter(move |pair| {
             pair.relationship(now) == relationship && !self.is_explained(evidence, pair, None)
         })
+    }
+
+    /// Whether something else that was accused alone is in a pair.
+    pub(super) fn is_claimed(
+        &self,
+        evidence: &impl Testimony,
+        pair: &Residual,
+        component: Component,
+    ) -> bool {
+        let mut alone = self.standings.iter().filter(|(other, it)| it.alone && **other != component);
+        alone.any(|(other, _)| rests_on(evidence, pair, *other))
+    }
+
+    /// Whether one way of a pair is computed from the signal, the other from nothing that the signal comes from, and nothing
+    /// that has failed is in it. About a relation, each pair that rests on it does.
+    pub(super) fn bears_witness(
+        &self,
+        evidence: &impl Testimony,
+        pair: &Residual,
+        component: Component,
+    ) -> bool {
+        if self.is_explained(evidence, pair, Some(component)) {
+            return false;
+        }
+        let Component::Signal(signal) = component else { return rests_on(evidence, pair, component) };
+        let (Some(one), Some(other)) = (evidence.way(pair.way), evidence.way(pair.other)) else {
+            return false;
+        };
+        let origins = &self.origins[signal];
+        let beside =
+            |own: &WatchedWay, other: &WatchedWay| own.is_sized_by(signal) && !other.rests_on.meets(origins);
+        beside(one, other) || beside(other, one)
+    }
+
+    /// Whether a signal that is suspect or failed, and usually moves, still says exactly what it said when it was accused.
+    #[must_use]
+    pub fn stands_still(&self, component: Component, evidence: &impl Testimony, now: Time) -> bool {
+        let ComponentState { said: before, accused, .. } = self.state_of(component);
+        let is_still = |signal| evidence.frozen(signal).is_still_since(accused.unwrap_or(Time::MAX), now);
+        before.is_some()
+            && before == said(evidence, component)
+            && matches!(component, Component::Signal(signal) if is_still(signal))
     }
 
     /// Whether something else than `except` that has failed, or is forbidden, is in the pair.

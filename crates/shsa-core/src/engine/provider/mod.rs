@@ -139,7 +139,7 @@ impl Provider {
             told: Told::NOTHING,
             statistics: Statistics::default(),
         };
-        provider.refusals.note((knowledge, graph, ready_sources), id, &Lost::default());
+        provider.refusals.note(knowledge, graph, ready_sources, id, &Lost::default());
         provider.sources.rank(knowledge, monitor, None);
         provider.start_best(knowledge, monitor.ports());
         provider.sources.preferred = provider.state.way().cloned();

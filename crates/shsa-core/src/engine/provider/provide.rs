@@ -70,12 +70,11 @@ impl Provider {
             None => self.is_late(now).then_some(Fault::Late),
         };
         if let Some(fault) = fault
-            && let Some((sample, way)) =
-                self.stand_in(knowledge, monitor, trusts, (now, fault == Fault::Late))
+            && let Some((sample, way)) = self.stand_in(knowledge, monitor, trusts, now, fault == Fault::Late)
         {
             self.state.end_unsure();
             tell(outputs, self.note_stand_in(knowledge, monitor, way, fault, now));
-            return self.publish_sample(knowledge, (sample, Server::StandIn(way)), now, outputs);
+            return self.publish_sample(knowledge, sample, Server::StandIn(way), now, outputs);
         }
         if let Some(sample) = doubted {
             return self.publish_own(knowledge, monitor, sample, now, outputs);
@@ -118,7 +117,7 @@ impl Provider {
     fn computed(&mut self, monitor: &Monitor, outputs: &mut VecDeque<Output>) -> Option<Given> {
         let last = self.last.map(|(_, sample)| sample);
         let serving = self.state.serving_mut()?;
-        self.delegate.next(&mut serving.service, self.settings.need, (monitor.ports(), last), outputs)
+        self.delegate.next(&mut serving.service, self.settings.need, monitor.ports(), last, outputs)
     }
 
     /// What is wrong with a value of the source, and whether it may go out all the same where nothing better is there.
@@ -152,7 +151,8 @@ impl Provider {
         knowledge: &KnowledgeBase,
         monitor: &Monitor,
         trusts: impl Fn(&WatchedWay) -> bool + Copy,
-        (now, is_late): (Time, bool),
+        now: Time,
+        is_late: bool,
     ) -> Option<(Sample, WayIndex)> {
         if self.forced.is_some() {
             return None;
@@ -242,19 +242,19 @@ impl Provider {
             tell(outputs, self.note_own(knowledge, monitor, now));
         }
         let server = Server::Active { since: self.switched };
-        self.publish_sample(knowledge, (sample, server), now, outputs);
+        self.publish_sample(knowledge, sample, server, now, outputs);
     }
 
     fn publish_sample(
         &mut self,
         knowledge: &KnowledgeBase,
-        given: (Sample, Server),
+        sample: Sample,
+        server: Server,
         now: Time,
         outputs: &mut VecDeque<Output>,
     ) {
-        let wraps = knowledge.variables()[self.settings.variable].wraps;
         let last = self.last.map(|(_, last)| last);
-        let Sample { value, validity } = self.blend.apply(given, last, (&self.settings, wraps), now);
+        let Sample { value, validity } = self.blend.apply(sample, server, last, &self.settings, now);
         self.publish(knowledge, PublishedValue::Scalar(value), validity, now, outputs);
     }
 
@@ -330,9 +330,10 @@ impl Provider {
         now: Time,
         outputs: &mut VecDeque<Output>,
     ) {
-        let there = (knowledge, monitor.ports());
         let unsure = self.state.unsure_mut();
-        if let Some(sample) = unsure.and_then(|unsure| unsure.value(there, &self.settings, now)) {
+        if let Some(sample) =
+            unsure.and_then(|unsure| unsure.value(knowledge, monitor.ports(), &self.settings, now))
+        {
             self.blend.stop();
             tell(outputs, self.tell_uncertain(knowledge, now));
             let Sample { value, validity } = sample;
