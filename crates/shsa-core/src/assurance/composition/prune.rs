@@ -18,7 +18,7 @@ impl Assurance {
     ///
     /// Never more than that: everything is composed with everything, and who provides a variable is left out only where
     /// everybody who reads the variable asks for more than it can give, and can give nothing without. What is measured of a way
-    /// as a whole counts as true. Time and space: linear in the model, times the levels that are demanded.
+    /// as a whole counts as true. Time: linear in the model, times the levels that are demanded and the longest chain of relations.
     #[must_use]
     pub fn barred(
         &self,
@@ -118,8 +118,10 @@ impl Outlook<'_> {
             let is_new = |member: &Member| {
                 let &Member::Relation(_, output) = member else { return false };
                 let mut of_output = readers.get(&output).into_iter().flatten();
+                let without =
+                    |reader| self.can_give(reader, output, |demand| !self.is_asked(demand, *member));
                 !spared.contains(member)
-                    && of_output.any(|&reader| spared.contains(&reader) || self.does_without(reader, output))
+                    && of_output.any(|&reader| spared.contains(&reader) || without(reader))
             };
             let found: Vec<Member> = self.members.keys().copied().filter(is_new).collect();
             if found.is_empty() {
@@ -138,15 +140,9 @@ impl Outlook<'_> {
         spared: &BTreeSet<Member>,
     ) -> bool {
         let readers = readers.get(&variable).map(Vec::as_slice).unwrap_or_default();
-        let asks_more = |&reader: &Member| {
-            !spared.contains(&reader) && !self.can_give(reader, variable, |demand| self.is_met(demand, provider))
-        };
+        let met = |demand| !self.is_asked(demand, provider) || self.meets(provider, demand);
+        let asks_more = |&reader: &Member| !spared.contains(&reader) && !self.can_give(reader, variable, met);
         !readers.is_empty() && readers.iter().all(asks_more)
-    }
-
-    /// Whether a reader of a variable can give something though nobody guarantees anything of it.
-    fn does_without(&self, reader: Member, variable: VariableId) -> bool {
-        self.can_give(reader, variable, |_| false)
     }
 
     /// Whether a reader can give something when these of its demands of a variable are met.
@@ -160,14 +156,15 @@ impl Outlook<'_> {
         self.offers[reader].iter().any(|&given| may_hold(&offers[given].when, &unmet))
     }
 
-    /// Whether a demand is met where this provider serves who asks: one that is not asked of it stays as it is.
-    fn is_met(&self, demand: DemandId, provider: Member) -> bool {
-        let Some(&provider) = self.members.get(&provider) else { return true };
-        !self.system.certificates().demands[demand].of.contains(&provider) || self.meets(provider, demand)
+    /// Whether a demand is asked of a provider, where it serves who asks.
+    fn is_asked(&self, demand: DemandId, provider: Member) -> bool {
+        let service = self.members.get(&provider);
+        service.is_some_and(|service| self.system.certificates().demands[demand].of.contains(service))
     }
 
     /// Whether a provider can meet a demand at best.
-    fn meets(&self, provider: ServiceId, demand: DemandId) -> bool {
+    fn meets(&self, provider: Member, demand: DemandId) -> bool {
+        let Some(&provider) = self.members.get(&provider) else { return true };
         let certificates = self.system.certificates();
         let wanted = &certificates.demands[demand].statement;
         self.offers[provider].iter().any(|&given| {
