@@ -2,7 +2,7 @@
 //! suspect where it may be; else as one of a choice, once all that may yet decide has had its time.
 
 use super::case::{Case, Conflicts};
-use super::evidence::{Dispute, rests_on, rests_on_any};
+use super::evidence::{Dispute, rests_on, rests_on_any, tells_apart};
 use super::recovery::MOST_GROUNDS;
 use super::testimony::Testimony;
 use super::verdict::{Blame, Decision, Verdict};
@@ -117,6 +117,7 @@ impl<T: Testimony> Review<'_, T> {
             };
             may_decide
                 && rests_on_any(evidence, pair, accused)
+                && tells_apart(evidence, now, pair, accused)
                 && !self.judge.is_explained(evidence, pair, None)
         };
         let open = || evidence.pairs().iter().filter(is_open);

@@ -283,15 +283,40 @@ impl Judge {
 /// Whether one of the ways of a pair rests on a signal or a relation.
 #[must_use]
 pub fn rests_on(evidence: &impl Testimony, pair: &Residual, component: Component) -> bool {
-    let relies = |index: WayIndex, relation: RelationId| {
-        let way = evidence.way(index).map(|way| way.computation.way());
-        way.is_some_and(|way| way.substitution.steps.iter().any(|step| step.relation == relation))
-    };
     match component {
         Component::Signal(signal) => pair.signals.contains(signal),
-        Component::Relation(relation) => relies(pair.way, relation) || relies(pair.other, relation),
+        _ => relies(evidence, pair.way, component) || relies(evidence, pair.other, component),
+    }
+}
+
+/// Whether a way rests on a signal or a relation.
+fn relies(evidence: &impl Testimony, way: WayIndex, component: Component) -> bool {
+    let Some(way) = evidence.way(way) else { return false };
+    match component {
+        Component::Signal(signal) => way.rests_on.contains(signal),
+        Component::Relation(relation) => {
+            way.computation.way().substitution.steps.iter().any(|step| step.relation == relation)
+        }
         Component::Cause(_) => false,
     }
+}
+
+/// Whether it may tell several of the accused apart how a pair turns out: it speaks about some of them, and not about all.
+/// An agreement says nothing about what both ways rest on, which may do the same to both.
+pub(super) fn tells_apart(
+    evidence: &impl Testimony,
+    now: Time,
+    pair: &Residual,
+    accused: &BTreeSet<Component>,
+) -> bool {
+    let agrees = pair.relationship(now) == ResidualState::Agree;
+    let is_about = |component: &&Component| {
+        let (one, other) =
+            (relies(evidence, pair.way, **component), relies(evidence, pair.other, **component));
+        if agrees { one != other } else { one || other }
+    };
+    let about = accused.iter().filter(is_about).count();
+    accused.len() < 2 || (about > 0 && about < accused.len())
 }
 
 /// What the conflicts about some of the accused have in common.
