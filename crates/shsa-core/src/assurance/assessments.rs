@@ -1,0 +1,499 @@
+//! The ways that may serve one need, each with its certificates composed, under the evidence of now.
+//!
+//! Evidence that several ways rest on is read once. What changes is derived again by itself; nothing is allocated for that.
+
+use super::assured::{Admitted, Assured, Ground};
+use super::{Assessment, Assurance, Composition, Evaluation, EvidenceId, Lacking, Verdict};
+use crate::interval::Truth;
+use crate::knowledge::{
+    ContractId, EvidenceSource, KnowledgeBase, Measure, NeedId, Policy, SignalId, Watched,
+};
+use crate::substitution::Way;
+use crate::time::{Span, Time};
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::borrow::Borrow;
+
+/// How often certificates are evaluated to find out why something is refused.
+const MOST_EVALUATIONS: usize = 1_000;
+
+/// What is known of a piece of evidence at a moment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reading {
+    /// Whether it is so.
+    pub truth: Truth,
+    /// When the passing of time alone may change that; [`Time::MAX`] where it does not.
+    pub until: Time,
+}
+
+impl Reading {
+    /// Nothing is known.
+    pub const UNKNOWN: Reading = Reading::lasting(Truth::Unknown);
+
+    /// What time alone does not change.
+    #[must_use]
+    pub const fn lasting(truth: Truth) -> Reading {
+        Reading { truth, until: Time::MAX }
+    }
+}
+
+/// Reads a piece of evidence of a contract, while a way serves the need.
+pub type Read<'r> = &'r (dyn Fn(ContractId, &Watched, &Way) -> Reading + Sync);
+
+/// What contracts say of the ways that may serve a need. By default nothing is demanded, and everything is admitted.
+#[derive(Debug, Default)]
+pub struct Assessments(Option<Box<Demanded>>);
+
+/// An operator lets out what a contract refuses.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Override {
+    /// Until when.
+    pub until: Time,
+    /// Why, in the operator's words.
+    pub because: String,
+}
+
+/// What a need demands, and who gives it.
+#[derive(Debug)]
+struct Demanded {
+    need: NeedId,
+    policy: Policy,
+    /// For how long what was met may be unknown.
+    grace: Span,
+    ways: Vec<Assessed>,
+    pieces: Vec<Piece>,
+    /// Where the way stands that serves the need.
+    running: Option<usize>,
+    overridden: Option<Override>,
+    /// When something changes though nothing comes; [`Time::MAX`] where nothing does.
+    due: Time,
+}
+
+/// One way.
+#[derive(Debug)]
+struct Assessed {
+    way: Way,
+    composition: Composition,
+    evaluation: Evaluation,
+    assessment: Assessment,
+    /// Since when it is not known.
+    open_since: Option<Time>,
+    /// Whether it was met before that.
+    has_held: bool,
+    admitted: Option<Admitted>,
+    /// Its evidence has changed since it was assessed.
+    is_stale: bool,
+    is_kept: bool,
+    /// It would serve if it met what is demanded.
+    is_preferred: bool,
+    /// That it does not is not told yet.
+    is_news: bool,
+    /// When it was told last.
+    told: Option<Time>,
+}
+
+/// A way that does not meet what is demanded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refused {
+    /// The way.
+    pub way: Way,
+    /// Of which kind the reason is.
+    pub verdict: Verdict,
+    /// Minimal sets of what would have to change, of which one would do.
+    pub lacking: Vec<Vec<Lacking>>,
+}
+
+/// A piece of evidence, with the ways that rest on it.
+#[derive(Debug)]
+struct Piece {
+    contract: ContractId,
+    watched: Watched,
+    /// The way that it is about.
+    of: Option<usize>,
+    reading: Reading,
+    /// Where it stands in the certificates of ways.
+    places: Vec<(usize, EvidenceId)>,
+}
+
+impl Piece {
+    /// Whether it may have changed: its signal has spoken, its time has come, or nothing tells when it does.
+    fn is_due(&self, has_spoken: &dyn Fn(SignalId) -> bool, now: Time) -> bool {
+        match self.watched.source {
+            EvidenceSource::Signal(
+                signal,
+                Measure::Rate | Measure::Age | Measure::Width | Measure::Value,
+            ) => self.reading.until <= now || has_spoken(signal),
+            EvidenceSource::Signal(..) | EvidenceSource::Source(_) | EvidenceSource::Told => true,
+        }
+    }
+
+    /// Whether it is the same: what two contracts measure alike is one piece, what is told them is not.
+    fn is(&self, contract: ContractId, watched: &Watched, of: Option<usize>) -> bool {
+        let own = &self.watched;
+        let is_told = own.source == EvidenceSource::Told;
+        (own.source, self.of, own.within, own.max_age) == (watched.source, of, watched.within, watched.max_age)
+            && (!is_told || (self.contract, &own.name) == (contract, &watched.name))
+    }
+}
+
+impl Assessments {
+    /// Of a need, no way of which is known yet.
+    #[must_use]
+    pub fn new(knowledge: &KnowledgeBase, assurance: Option<&Assurance>, need: NeedId) -> Assessments {
+        let demanding = assurance.filter(|assurance| assurance.demands(need));
+        Assessments(demanding.map(|_| {
+            Box::new(Demanded {
+                need,
+                policy: Assurance::policy(knowledge, need),
+                grace: knowledge.needs()[need].max_age,
+                ways: Vec::new(),
+                pieces: Vec::new(),
+                running: None,
+                overridden: None,
+                due: Time::MAX,
+            })
+        }))
+    }
+
+    /// Whether anything is demanded.
+    #[must_use]
+    pub fn is_demanding(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// What may serve now; `None` where a contract forbids it, or where the way was not asked about.
+    ///
+    /// Complexity: linear in the ways that were asked about.
+    pub fn admit<W: Borrow<Way>>(&self, way: W) -> Option<Assured<'_, W>> {
+        let admitted = match &self.0 {
+            None => Admitted::default(),
+            Some(demanded) => demanded.of(way.borrow())?.admitted?,
+        };
+        Some(Assured::new(way, admitted))
+    }
+
+    /// The verdict on a way that was asked about.
+    #[must_use]
+    pub fn assessment(&self, way: &Way) -> Option<Assessment> {
+        self.0.as_ref()?.of(way).map(|assessed| assessed.assessment)
+    }
+
+    /// Why a way does not meet what is demanded: the minimal sets of what would have to change; `None` where it does, or was not
+    /// asked about.
+    #[must_use]
+    pub fn refused(&self, way: &Way) -> Option<Refused> {
+        self.0.as_ref()?.of(way).filter(|it| it.assessment.verdict != Verdict::Holds).map(Assessed::refused)
+    }
+
+    /// Whether it is not known of some way whether it meets what is demanded.
+    #[must_use]
+    pub fn is_any_open(&self) -> bool {
+        let is_open = |it: &Assessed| it.assessment.verdict == Verdict::Open;
+        self.0.as_ref().is_some_and(|demanded| demanded.ways.iter().any(is_open))
+    }
+
+    /// These ways, the best first, are those that would serve: of those before the first that meets what is demanded it is news
+    /// when they do not.
+    pub fn prefer(&mut self, ways: &[Way]) {
+        let Some(demanded) = &mut self.0 else { return };
+        demanded.ways.iter_mut().for_each(|it| it.is_preferred = false);
+        for way in ways {
+            let place = demanded.place(way);
+            let Some(assessed) = place.and_then(|at| demanded.ways.get_mut(at)) else { continue };
+            if assessed.assessment.verdict == Verdict::Holds {
+                break;
+            }
+            assessed.is_preferred = true;
+        }
+    }
+
+    /// Preferred ways that do not meet what is demanded, each once when that begins, and not again before it has been `calm`; of
+    /// what is not known, when that has lasted too long.
+    pub fn untold(&mut self, calm: Span, now: Time) -> Vec<Refused> {
+        let Some(demanded) = &mut self.0 else { return Vec::new() };
+        let grace = demanded.grace;
+        let untold = |it: &mut Assessed| {
+            let is_due = it.told_at(grace).is_some_and(|at| at <= now);
+            let is_calm = it.told.is_none_or(|told| now - told >= calm);
+            if !is_due || !is_calm {
+                return None;
+            }
+            (it.is_news, it.told) = (false, Some(now));
+            Some(it.refused())
+        };
+        demanded.ways.iter_mut().filter_map(untold).collect()
+    }
+
+    /// How an operator has overridden the contract.
+    #[must_use]
+    pub fn overridden(&self) -> Option<&Override> {
+        self.0.as_ref()?.overridden.as_ref()
+    }
+
+    /// What is refused goes out all the same for a time, at the level that it has; whether anything is demanded at all.
+    pub fn override_by(&mut self, order: Override, now: Time) -> bool {
+        let Some(demanded) = &mut self.0 else { return false };
+        demanded.overridden = Some(order);
+        demanded.admit_all(now);
+        true
+    }
+
+    /// What is refused is refused again.
+    pub fn withdraw_override(&mut self) {
+        self.0.iter_mut().for_each(|demanded| demanded.overridden = None);
+    }
+
+    /// Which way serves the need from now on.
+    pub fn run(&mut self, way: Option<&Way>) {
+        if let Some(demanded) = &mut self.0 {
+            demanded.running = way.and_then(|way| demanded.place(way));
+        }
+    }
+
+    /// Asks about ways: composes the certificates of those that are new. [`Assessments::settle`] must follow.
+    ///
+    /// Complexity: that of composing; the evidence of all ways is indexed anew where one is new.
+    pub fn consider<'w>(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        assurance: Option<&Assurance>,
+        ways: impl Iterator<Item = &'w Way>,
+    ) {
+        let (Some(demanded), Some(assurance)) = (&mut self.0, assurance) else { return };
+        for way in ways {
+            match demanded.place(way).and_then(|at| demanded.ways.get_mut(at)) {
+                Some(known) => known.is_kept = true,
+                None => {
+                    let composition = assurance.compose(knowledge, demanded.need, way);
+                    demanded.ways.push(Assessed::new(way.clone(), composition));
+                }
+            }
+        }
+    }
+
+    /// Decides while nothing is known of any evidence.
+    pub fn begin(&mut self, knowledge: &KnowledgeBase) {
+        let Some(demanded) = &mut self.0 else { return };
+        demanded.index(knowledge);
+        demanded.admit_all(Time::MIN);
+    }
+
+    /// Goes on from before a change of the knowledge base, where this way has served: it may go on to for as long as what has
+    /// been met may be unknown.
+    pub fn go_on(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        assurance: Option<&Assurance>,
+        before: &Assessments,
+        way: Option<&Way>,
+    ) {
+        self.consider(knowledge, assurance, way.into_iter());
+        let Some(demanded) = &mut self.0 else { return };
+        demanded.overridden = before.overridden().cloned();
+        demanded.running = way.and_then(|way| demanded.place(way));
+        let running = demanded.running.and_then(|at| demanded.ways.get_mut(at));
+        running.into_iter().for_each(|it| it.has_held = true);
+    }
+
+    /// Forgets the ways that were not asked about since the last time, but for the one that serves.
+    pub fn forget(&mut self) {
+        self.0.iter_mut().for_each(|demanded| demanded.forget());
+    }
+
+    /// Reads the evidence of all ways.
+    pub fn settle(&mut self, knowledge: &KnowledgeBase, read: Read<'_>, now: Time) {
+        let Some(demanded) = &mut self.0 else { return };
+        demanded.index(knowledge);
+        demanded.follow(&|_| true, read, now);
+    }
+
+    /// Reads the evidence that may have changed: of signals that have spoken, and what time changes. Whether a way is admitted
+    /// otherwise than before.
+    ///
+    /// Complexity: linear in the pieces of evidence, and in what rests on those that have changed; allocates nothing.
+    pub fn follow(&mut self, has_spoken: &dyn Fn(SignalId) -> bool, read: Read<'_>, now: Time) -> bool {
+        self.0.as_mut().is_some_and(|demanded| demanded.follow(has_spoken, read, now))
+    }
+
+    /// When something changes though nothing comes.
+    #[inline]
+    #[must_use]
+    pub fn deadline(&self) -> Option<Time> {
+        self.0.as_ref().map(|demanded| demanded.due)
+    }
+}
+
+impl Assessed {
+    fn new(way: Way, composition: Composition) -> Assessed {
+        let evaluation = composition.evaluation();
+        Assessed {
+            assessment: composition.assess(&evaluation),
+            way,
+            composition,
+            evaluation,
+            open_since: None,
+            has_held: false,
+            admitted: None,
+            is_stale: true,
+            is_kept: true,
+            is_preferred: false,
+            is_news: true,
+            told: None,
+        }
+    }
+
+    fn assess(&mut self, now: Time) {
+        self.is_stale = false;
+        let before = self.assessment.verdict;
+        self.assessment = self.composition.assess(&self.evaluation);
+        match self.assessment.verdict {
+            Verdict::Open => {
+                self.has_held |= before == Verdict::Holds;
+                self.open_since.get_or_insert(now);
+            }
+            _ => (self.open_since, self.has_held) = (None, false),
+        }
+        self.is_news |= before == Verdict::Holds;
+    }
+
+    /// When it is to be told that it does not meet what is demanded.
+    fn told_at(&self, grace: Span) -> Option<Time> {
+        match self.assessment.verdict {
+            _ if !self.is_news || !self.is_preferred => None,
+            Verdict::Holds => None,
+            Verdict::Open => self.open_since.map(|since| since + grace + Span(1)),
+            Verdict::Circular | Verdict::Refused => Some(Time::MIN),
+        }
+    }
+
+    fn refused(&self) -> Refused {
+        Refused {
+            way: self.way.clone(),
+            verdict: self.assessment.verdict,
+            lacking: self.composition.why(&self.evaluation, MOST_EVALUATIONS),
+        }
+    }
+
+    /// Until when it may go on although it is not known whether it still may.
+    fn lapses(&self, grace: Span) -> Option<Time> {
+        self.open_since.filter(|_| self.has_held).map(|since| since + grace)
+    }
+}
+
+impl Demanded {
+    fn place(&self, way: &Way) -> Option<usize> {
+        let is_running = |at: &usize| self.ways.get(*at).is_some_and(|it| it.way == *way);
+        self.running.filter(is_running).or_else(|| self.ways.iter().position(|it| it.way == *way))
+    }
+
+    fn of(&self, way: &Way) -> Option<&Assessed> {
+        self.ways.get(self.place(way)?)
+    }
+
+    /// Keeps what was asked about, and what serves.
+    fn forget(&mut self) {
+        let running = self.running.and_then(|at| self.ways.get(at)).map(|it| it.way.clone());
+        self.ways.retain(|it| it.is_kept || Some(&it.way) == running.as_ref());
+        self.ways.iter_mut().for_each(|it| it.is_kept = false);
+        self.running = running.and_then(|way| self.ways.iter().position(|it| it.way == way));
+    }
+
+    /// Finds the evidence that ways share.
+    fn index(&mut self, knowledge: &KnowledgeBase) {
+        self.pieces.clear();
+        for (at, assessed) in self.ways.iter().enumerate() {
+            for (id, contract, watched) in assessed.composition.evidence(knowledge) {
+                let of = matches!(watched.source, EvidenceSource::Source(_)).then_some(at);
+                match self.pieces.iter_mut().find(|piece| piece.is(contract, watched, of)) {
+                    Some(known) => known.places.push((at, id)),
+                    None => self.pieces.push(Piece {
+                        contract,
+                        watched: watched.clone(),
+                        of,
+                        reading: Reading::UNKNOWN,
+                        places: Vec::from([(at, id)]),
+                    }),
+                }
+            }
+        }
+    }
+
+    fn follow(&mut self, has_spoken: &dyn Fn(SignalId) -> bool, read: Read<'_>, now: Time) -> bool {
+        let Demanded { ways, pieces, .. } = self;
+        for piece in pieces.iter_mut().filter(|piece| piece.is_due(has_spoken, now)) {
+            let about = piece.of.or(piece.places.first().map(|&(at, _)| at)).and_then(|at| ways.get(at));
+            let Some(about) = about else { continue };
+            piece.reading = read(piece.contract, &piece.watched, &about.way);
+            for &(at, id) in &piece.places {
+                let Some(assessed) = ways.get_mut(at) else { continue };
+                let Assessed { composition, evaluation, is_stale, .. } = assessed;
+                if evaluation.truth(id) != piece.reading.truth {
+                    evaluation.set(composition.system(), id, piece.reading.truth);
+                    *is_stale = true;
+                }
+            }
+        }
+        ways.iter_mut().filter(|it| it.is_stale).for_each(|it| it.assess(now));
+        self.admit_all(now)
+    }
+
+    /// Decides anew what is admitted; whether that is otherwise than before.
+    fn admit_all(&mut self, now: Time) -> bool {
+        if self.overridden.as_ref().is_some_and(|order| order.until <= now) {
+            self.overridden = None;
+        }
+        let holds = |it: &&Assessed| it.assessment.verdict == Verdict::Holds;
+        let any_holds = self.ways.iter().any(|it| holds(&it));
+        let among = self.ways.iter().filter(|it| !any_holds || holds(it));
+        let highest = among.filter_map(|it| it.assessment.level).max();
+        let mut has_changed = false;
+        for at in 0..self.ways.len() {
+            let ground = self.ways.get(at).and_then(|it| self.ground(at, it, (any_holds, highest), now));
+            let Some(assessed) = self.ways.get_mut(at) else { continue };
+            let admitted = ground.map(|ground| Admitted { ground, level: assessed.assessment.level });
+            has_changed |= admitted != assessed.admitted;
+            assessed.admitted = admitted;
+        }
+        self.due = self.next(now);
+        has_changed
+    }
+
+    /// On which ground a way is admitted, where the highest level of all is `highest`.
+    fn ground(
+        &self,
+        at: usize,
+        assessed: &Assessed,
+        (any_holds, highest): (bool, Option<crate::statement::Level>),
+        now: Time,
+    ) -> Option<Ground> {
+        let Assessment { verdict, level, .. } = assessed.assessment;
+        let (is_highest, is_running) = (level == highest, self.running == Some(at));
+        match verdict {
+            Verdict::Holds if self.policy != Policy::Degrade || is_highest => return Some(Ground::Met),
+            Verdict::Open if is_running => {
+                let lapses = assessed.lapses(self.grace);
+                if lapses.is_some_and(|until| now <= until) {
+                    return Some(Ground::Lapsing);
+                }
+            }
+            _ => {}
+        }
+        match self.policy {
+            _ if verdict == Verdict::Holds => None,
+            _ if self.overridden.is_some() => (!any_holds || is_running).then_some(Ground::Overridden),
+            Policy::Warn => (!any_holds || is_running).then_some(Ground::Warned),
+            Policy::Degrade => (!any_holds && is_highest && level.is_some()).then_some(Ground::Degraded),
+            Policy::Stop => None,
+        }
+    }
+
+    fn next(&self, now: Time) -> Time {
+        let evidence = self.pieces.iter().map(|piece| piece.reading.until);
+        let running = self.running.and_then(|at| self.ways.get(at));
+        let lapses = running.and_then(|it| it.lapses(self.grace)).map(|until| until + Span(1));
+        let told = self.ways.iter().filter_map(|it| it.told_at(self.grace));
+        let all = evidence.chain(lapses).chain(told).chain(self.overridden.as_ref().map(|order| order.until));
+        all.filter(|at| *at > now).min().unwrap_or(Time::MAX)
+    }
+}
