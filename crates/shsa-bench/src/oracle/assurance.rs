@@ -6,9 +6,8 @@ use super::Compared;
 use super::certificates::{Bounds, Case, EvidenceFacts, Recorded, certificates, interval};
 use anyhow::Context;
 use serde_json::{Map, Value, json};
-use shsa_core::assurance::{
-    DemandId, Evaluation, EvidenceId, GuaranteeId, Leaf, Level, Sets, System, Verdict,
-};
+use shsa_core::assurance::{DemandId, Evaluation, EvidenceId, GuaranteeId, Leaf, Sets, System, Verdict};
+use shsa_core::statement::{Level};
 use shsa_core::interval::{Interval, Truth};
 use std::collections::BTreeMap;
 

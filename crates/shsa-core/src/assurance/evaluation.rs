@@ -3,10 +3,10 @@
 use super::certificate::{Certificates, DemandId, EvidenceId, GuaranteeId, Problem, Quantifier};
 use super::circuit::{Circuit, NodeId};
 use super::fixed_point::FixedPoint;
-use super::level::Level;
 use super::minimal::{Question, Role, Sets};
 use crate::interval::{Interval, Truth};
 use crate::knowledge::{Id, IdVec};
+use crate::statement::Level;
 use crate::time::Time;
 use alloc::vec::Vec;
 
@@ -47,6 +47,12 @@ impl System {
         offered.filter(|(_, given)| given.statement.meets(&row.statement)).map(|(id, _)| id)
     }
 
+    /// What may be given of what a demand with a level asks, whatever the level: guarantees of the same scale.
+    pub(super) fn rungs(&self, demand: DemandId) -> impl Iterator<Item = (DemandId, GuaranteeId, Level)> {
+        let rungs = self.ladder(demand).into_iter().flatten();
+        rungs.map(move |(given, level)| (demand, given, level))
+    }
+
     /// Guarantees that say what a demand asks, whatever their level, of each service that is asked; those with a level of
     /// the same scale.
     fn ladder(&self, demand: DemandId) -> Vec<Vec<(GuaranteeId, Level)>> {
@@ -59,6 +65,14 @@ impl System {
         let of =
             |service| self.certificates.guarantees.enumerate().filter(move |(_, it)| it.service == service);
         row.of.iter().map(|&service| of(service).filter_map(rung).collect()).collect()
+    }
+}
+
+impl Default for System {
+    /// Of nobody.
+    fn default() -> System {
+        let certificates = Certificates::default();
+        System { circuit: Circuit::new(&certificates), certificates }
     }
 }
 

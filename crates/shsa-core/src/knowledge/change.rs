@@ -7,7 +7,7 @@
 mod apply;
 
 use super::draft::{
-    Bounds, Diagnostic, Draft, NeedDraft, PropertyDrafts, RelationDraft, Severity, SignalDraft, Text,
+    Bounds, ContractDraft, Diagnostic, Draft, NeedDraft, PropertyDrafts, RelationDraft, Severity, SignalDraft, Text,
     UtilityDraft, VariableDraft,
 };
 use super::{Element, Id, KnowledgeBase, SignalId, build};
@@ -32,6 +32,10 @@ pub enum Section {
     /// What must stay available, by the names of the variables: all needs of one; or, to be removed, by the name under which
     /// one is published.
     Needs,
+    /// What others run on.
+    Platform,
+    /// What those who take part guarantee and demand, by their names.
+    Contracts,
 }
 
 impl Section {
@@ -45,6 +49,8 @@ impl Section {
             Section::Relations => "relation",
             Section::Signals => "signal",
             Section::Needs => "need",
+            Section::Platform => "platform",
+            Section::Contracts => "contract",
         }
     }
 }
@@ -67,6 +73,10 @@ pub enum Edit {
     Need(NeedDraft),
     /// Adds needs, all of one variable, or replaces all that it has.
     Needs(Vec<NeedDraft>),
+    /// Adds something that others run on, or replaces the one of its name.
+    Platform(ContractDraft),
+    /// Adds a contract, or replaces the one of its name.
+    Contract(ContractDraft),
     /// Rates substitutions otherwise; as usual when `None`.
     Utility(Option<UtilityDraft>),
     /// Removes the element of this name; an error when there is none.

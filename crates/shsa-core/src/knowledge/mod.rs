@@ -11,6 +11,8 @@ mod id_set;
 mod variable;
 mod signal;
 mod need;
+mod contract;
+mod decomposition;
 mod utility;
 mod sources;
 mod draft;
@@ -25,9 +27,14 @@ pub(crate) use rows::Rows;
 
 pub use build::{build, build_from};
 pub use change::{Edit, Model, Section};
+pub use contract::{
+    Asked, CONSUMER, Condition, Contract, ContractId, Contracts, EvidenceSource, Given, HEALER,
+    INTEGRITY_SCALE, Measure, PLATFORM, Party, Policy, Subject, Watched,
+};
+pub use decomposition::{Claim, Common, Objection, Redundancy, dependence, in_common, level_of_pair};
 pub use draft::{
-    BodyDraft, Bounds, Diagnostic, Draft, NeedDraft, Place, PropertyDrafts, RelationDraft, Severity,
-    SignalDraft, Source, Text, UtilityDraft, VariableDraft,
+    BodyDraft, Bounds, ContractDraft, DemandDraft, Diagnostic, Draft, GuaranteeDraft, NeedDraft, Place,
+    PropertyDrafts, RelationDraft, Severity, SignalDraft, Source, Text, UtilityDraft, VariableDraft,
 };
 pub use id_set::{IdSet, RelationSet, SignalSet};
 pub use ids::{CauseId, Id, IdVec, NeedId, RelationId, SignalId, VariableId};
@@ -86,6 +93,7 @@ pub struct KnowledgeBase {
     needs: IdVec<NeedId, Need>,
     causes: IdVec<CauseId, Cause>,
     utility: Utility,
+    contracts: Contracts,
     available: IdVec<SignalId, bool>,
     /// Relations that can produce each variable, ascending.
     producers: Rows<VariableId, RelationId>,
@@ -164,6 +172,18 @@ impl KnowledgeBase {
     #[must_use]
     pub fn with_utility(self, utility: Utility) -> KnowledgeBase {
         KnowledgeBase { utility, ..self }
+    }
+
+    /// What those who take part guarantee and demand.
+    #[must_use]
+    pub fn contracts(&self) -> &Contracts {
+        &self.contracts
+    }
+
+    /// The same with these contracts; they must name only its elements.
+    #[must_use]
+    pub fn with_contracts(self, contracts: Contracts) -> KnowledgeBase {
+        KnowledgeBase { contracts, ..self }
     }
 
     /// Grows by one with every change.
@@ -339,6 +359,7 @@ impl KnowledgeBase {
             needs,
             causes: IdVec::new(),
             utility: Utility::default(),
+            contracts: Contracts::default(),
             available,
             producers,
             carriers,

@@ -1,10 +1,8 @@
 //! A change of evidence is followed without allocating.
 
 use crate::plan_support::Random;
-use shsa_core::assurance::{
-    Certificates, Demand, Evaluation, Evidence, EvidenceId, Guarantee, Quantifier, Service, ServiceId,
-    ServiceKind, Statement, System, Tree,
-};
+use shsa_core::assurance::{Certificates, Demand, Evaluation, Evidence, EvidenceId, Guarantee, Quantifier, Service, ServiceId, ServiceKind, System, Tree};
+use shsa_core::statement::{Statement};
 use shsa_core::interval::{Interval, Truth};
 use shsa_core::knowledge::Id;
 use shsa_core::time::{Span, Time};

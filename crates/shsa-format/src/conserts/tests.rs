@@ -1,10 +1,8 @@
 //! Small certificates of our own, and the public ones where they are there.
 
 use super::{compose, prolog, read};
-use shsa_core::assurance::{
-    Certificates, Content, Demand, Evaluation, Evidence, EvidenceId, FailureMode, Guarantee, Quantifier,
-    Service, ServiceId, ServiceKind, Statement, System, Tree, Verdict,
-};
+use shsa_core::assurance::{Certificates, Demand, Evaluation, Evidence, EvidenceId, Guarantee, Quantifier, Service, ServiceId, ServiceKind, System, Tree, Verdict};
+use shsa_core::statement::{Content, FailureMode, Statement};
 use shsa_core::interval::{Interval, Truth};
 use shsa_core::knowledge::Id;
 use std::collections::{BTreeMap, BTreeSet};

@@ -16,13 +16,15 @@ use super::tree::{self, Node, Value};
 use super::{MAX_YAML_BYTES, shape};
 
 /// The sections of a model whose entries a change may remove.
-const SECTIONS: [(&str, Section); 6] = [
+const SECTIONS: [(&str, Section); 8] = [
     ("variables", Section::Variables),
     ("constants", Section::Constants),
     ("functions", Section::Functions),
     ("relations", Section::Relations),
     ("signals", Section::Signals),
     ("needs", Section::Needs),
+    ("platform", Section::Platform),
+    ("contracts", Section::Contracts),
 ];
 
 /// Of these, whose elements have properties.
@@ -251,7 +253,8 @@ fn properties(reader: &mut Reader, node: &Node, moved: &impl Fn(&Text) -> Text) 
 
 /// Everything that a draft holds, as something to add or replace.
 fn edits_of(draft: Draft) -> Vec<Edit> {
-    let Draft { variables, constants, functions, relations, signals, needs, utility } = draft;
+    let Draft { variables, constants, functions, relations, signals, needs, platform, contracts, utility } =
+        draft;
     let variables = variables.into_iter().map(Edit::Variable);
     let constants = constants.into_iter().map(|(name, bounds)| Edit::Constant(name, bounds));
     let functions = functions.into_iter().map(|(head, body)| Edit::Function(head, body));
@@ -273,6 +276,8 @@ fn edits_of(draft: Draft) -> Vec<Edit> {
         .chain(relations)
         .chain(signals)
         .chain(needs)
+        .chain(platform.into_iter().map(Edit::Platform))
+        .chain(contracts.into_iter().map(Edit::Contract))
         .chain(utility)
         .collect()
 }

@@ -22,6 +22,11 @@ pub(crate) struct Fields<'n> {
 }
 
 impl<'n> Fields<'n> {
+    /// Of a mapping whose keys are checked elsewhere.
+    pub(crate) fn of(entries: &'n [(Text, Node)]) -> Self {
+        Fields { entries }
+    }
+
     /// The value of a key; `None` when it is absent or null.
     pub(crate) fn get(&self, key: &str) -> Option<&'n Node> {
         let found = self.entries.iter().find(|(name, _)| name.text == key);
@@ -43,7 +48,12 @@ impl Reader {
 
     /// The entries of a mapping with free names; none for null. `what` says what was expected, `example` how it is
     /// written.
-    pub(crate) fn entries<'n>(&mut self, node: &'n Node, what: &str, example: &str) -> &'n [(Text, Node)] {
+    pub(crate) fn entries<'n>(
+        &mut self,
+        node: &'n Node,
+        what: &str,
+        example: impl Display,
+    ) -> &'n [(Text, Node)] {
         match &node.value {
             Value::Map(entries) => entries,
             Value::Null | Value::Unread => &[],

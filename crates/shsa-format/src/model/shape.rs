@@ -1,12 +1,14 @@
 //! The shape of a model file: which keys there are and what they hold.
 
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, Draft, NeedDraft, RelationDraft, Severity, SignalDraft, Source, Text, UtilityDraft,
+    BodyDraft, Bounds, ContractDraft, DemandDraft, Draft, GuaranteeDraft, NeedDraft, RelationDraft, Severity, SignalDraft, Source, Text, UtilityDraft,
     VariableDraft,
 };
 
 use super::json::{Entry, Json};
-use super::keys::{NEED, RELATION, SECTIONS, SIGNAL, UTILITY, VARIABLE};
+use super::keys::{
+    ASKED, CONTRACT, GIVEN, Key, NEED, PLATFORM, RELATION, SECTIONS, SIGNAL, UTILITY, VARIABLE,
+};
 use super::known::Known;
 use super::problem;
 use super::reader::{Fields, Reader};
@@ -104,6 +106,20 @@ impl Source for Model<'_, '_, '_> {
             }
             _ => take(&need(reader, variable, node)),
         });
+    }
+
+    fn platform(&mut self) -> Vec<ContractDraft> {
+        let mut found = Vec::new();
+        let example = "computer: { gives: { time: { time: at least 5 ms } } }";
+        self.section("platform", example, &mut |reader, entry| found.push(contract(reader, entry, &PLATFORM)));
+        found
+    }
+
+    fn contracts(&mut self) -> Vec<ContractDraft> {
+        let mut found = Vec::new();
+        let example = "/scan: { gives: { near: { error: at most 0.1 m, level: SIL 2 } } }";
+        self.section("contracts", example, &mut |reader, entry| found.push(contract(reader, entry, &CONTRACT)));
+        found
     }
 
     fn utility(&mut self) -> Option<UtilityDraft> {
@@ -280,4 +296,35 @@ fn need(reader: &mut Reader, variable: &Text, node: &Node) -> NeedDraft {
         hysteresis: keys.text("hysteresis"),
         isolation: keys.text("isolation"),
     }
+}
+
+fn contract(reader: &mut Reader, (name, node): &(Text, Node), keys: &'static [Key]) -> ContractDraft {
+    let example = "/scan: { gives: { near: { error: at most 0.1 m, level: SIL 2 } } }";
+    let mut keys = Known::of(reader, node, keys, "what is given, asked and observed", example);
+    ContractDraft {
+        name: name.clone(),
+        runs_on: keys.text("runs_on"),
+        policy: if keys.is_known("policy") { keys.text("policy") } else { None },
+        gives: keys.entries("gives").iter().map(|entry| given(keys.reader, entry)).collect(),
+        asks: keys.entries("asks").iter().map(|entry| asked(keys.reader, entry)).collect(),
+        evidence: keys.words("evidence"),
+    }
+}
+
+fn given(reader: &mut Reader, (name, node): &(Text, Node)) -> GuaranteeDraft {
+    let (mut keys, properties) = Known::beside_words(reader, node, &GIVEN, "a guarantee", "near: { error: at most 0.1 m }");
+    GuaranteeDraft {
+        name: name.clone(),
+        of: keys.text("of"),
+        level: keys.text("level"),
+        when: keys.text("when"),
+        redundant: keys.names("redundant"),
+        properties,
+    }
+}
+
+fn asked(reader: &mut Reader, (name, node): &(Text, Node)) -> DemandDraft {
+    let (mut keys, properties) =
+        Known::beside_words(reader, node, &ASKED, "a demand", "time: { of: platform, time: at least 2 ms }");
+    DemandDraft { name: name.clone(), of: keys.text("of"), level: keys.text("level"), properties }
 }

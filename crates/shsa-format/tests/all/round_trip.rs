@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 use shsa_core::expression::Symbol;
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, Draft, Id, KnowledgeBase, NeedDraft, RelationDraft, SignalDraft, Text, UtilityDraft,
-    VariableDraft, VariableId,
+    BodyDraft, Bounds, ContractDraft, DemandDraft, Draft, GuaranteeDraft, Id, KnowledgeBase, NeedDraft,
+    RelationDraft, SignalDraft, Text, UtilityDraft, VariableDraft, VariableId,
 };
 use shsa_format::model::thesis::prolog;
 use shsa_format::model::{load, read, write};
@@ -259,23 +259,50 @@ fn utility() -> impl Strategy<Value = Option<UtilityDraft>> {
     some(prop_oneof![text().prop_map(UtilityDraft::Named), own])
 }
 
+/// Some, each with a name of its own.
+fn named<T: std::fmt::Debug + Clone>(
+    of: impl Strategy<Value = T>,
+    name: fn(&mut T, Text),
+) -> impl Strategy<Value = Vec<T>> {
+    let many = prop::collection::vec(of, 4);
+    (names(4), many).prop_map(move |(names, items)| {
+        names
+            .into_iter()
+            .zip(items)
+            .map(|(text, mut item)| {
+                name(&mut item, text);
+                item
+            })
+            .collect()
+    })
+}
+
+fn contract() -> impl Strategy<Value = ContractDraft> {
+    let bounds = || named((Just(Text::default()), text()), |(name, _), text| *name = text);
+    let given = (some(text()), some(text()), some(text()), some(names(2)), bounds()).prop_map(
+        |(of, level, when, redundant, properties)| GuaranteeDraft {
+            name: Text::default(),
+            of,
+            level,
+            when,
+            redundant,
+            properties,
+        },
+    );
+    let asked = (some(text()), some(text()), bounds()).prop_map(|(of, level, properties)| DemandDraft {
+        name: Text::default(),
+        of,
+        level,
+        properties,
+    });
+    let gives = named(given, |given, text| given.name = text);
+    let asks = named(asked, |asked, text| asked.name = text);
+    (some(text()), some(text()), gives, asks, bounds()).prop_map(|(runs_on, policy, gives, asks, evidence)| {
+        ContractDraft { name: Text::default(), runs_on, policy, gives, asks, evidence }
+    })
+}
+
 fn draft() -> impl Strategy<Value = Draft> {
-    fn named<T: std::fmt::Debug + Clone>(
-        of: impl Strategy<Value = T>,
-        name: fn(&mut T, Text),
-    ) -> impl Strategy<Value = Vec<T>> {
-        let many = prop::collection::vec(of, 4);
-        (names(4), many).prop_map(move |(names, items)| {
-            names
-                .into_iter()
-                .zip(items)
-                .map(|(text, mut item)| {
-                    name(&mut item, text);
-                    item
-                })
-                .collect()
-        })
-    }
     let pairs = named((Just(Text::default()), bounds()), |(name, _), text| *name = text);
     let functions = named((Just(Text::default()), text()), |(name, _), text| *name = text);
     let parts = (
@@ -285,15 +312,18 @@ fn draft() -> impl Strategy<Value = Draft> {
         named(relation(), |relation, text| relation.name = text),
         named(signal(), |signal, text| signal.name = text),
         named(need(), |need, text| need.variable = text),
+        named(contract(), |contract, text| contract.name = text),
         utility(),
     );
-    parts.prop_map(|(variables, constants, functions, relations, signals, needs, utility)| Draft {
+    parts.prop_map(|(variables, constants, functions, relations, signals, needs, contracts, utility)| Draft {
         variables,
         constants,
         functions,
         relations,
         signals,
         needs,
+        platform: contracts.iter().cloned().map(|it| ContractDraft { policy: None, ..it }).collect(),
+        contracts,
         utility,
     })
 }

@@ -2,7 +2,7 @@
 
 use super::{Edit, Section, error, function_name, put_property};
 use crate::knowledge::draft::{
-    Bounds, Diagnostic, Draft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text, UtilityDraft,
+    Bounds, ContractDraft, Diagnostic, Draft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text, UtilityDraft,
     VariableDraft,
 };
 use crate::unit::nearest;
@@ -58,6 +58,11 @@ impl Draft {
             |it| Some(&mut it.properties),
         );
         work.needs(&mut self.needs, changes.needs);
+        fn name(it: &ContractDraft) -> &str {
+            &it.name.text
+        }
+        work.section(Section::Platform, &mut self.platform, changes.platform, name, |_| None);
+        work.section(Section::Contracts, &mut self.contracts, changes.contracts, name, |_| None);
         if let Some(utility) = changes.utility {
             self.utility = utility.cloned();
         }
@@ -84,6 +89,8 @@ struct Changes<'e> {
     relations: Named<'e, RelationDraft>,
     signals: Named<'e, SignalDraft>,
     needs: Named<'e, Vec<NeedDraft>>,
+    platform: Named<'e, ContractDraft>,
+    contracts: Named<'e, ContractDraft>,
     utility: Option<Option<&'e UtilityDraft>>,
 }
 
@@ -104,6 +111,8 @@ impl<'e> Changes<'e> {
                 let first = drafts.first().map(|draft| (&draft.variable, Change::Put(drafts.clone())));
                 self.needs.extend(first);
             }
+            Edit::Platform(draft) => self.platform.push((&draft.name, Change::Put(draft.clone()))),
+            Edit::Contract(draft) => self.contracts.push((&draft.name, Change::Put(draft.clone()))),
             Edit::Utility(utility) => self.utility = Some(utility.as_ref()),
             Edit::Remove(section, name) => self.remove(*section, name),
             Edit::Property { section, element, name, value } => {
@@ -121,6 +130,8 @@ impl<'e> Changes<'e> {
             Section::Relations => self.relations.push((name, Change::Remove)),
             Section::Signals => self.signals.push((name, Change::Remove)),
             Section::Needs => self.needs.push((name, Change::Remove)),
+            Section::Platform => self.platform.push((name, Change::Remove)),
+            Section::Contracts => self.contracts.push((name, Change::Remove)),
         }
     }
 
@@ -132,6 +143,8 @@ impl<'e> Changes<'e> {
             Section::Relations => self.relations.push((element, Change::Property(name, value))),
             Section::Signals => self.signals.push((element, Change::Property(name, value))),
             Section::Needs => self.needs.push((element, Change::Property(name, value))),
+            Section::Platform => self.platform.push((element, Change::Property(name, value))),
+            Section::Contracts => self.contracts.push((element, Change::Property(name, value))),
         }
     }
 }

@@ -7,11 +7,8 @@ mod definition;
 
 use crate::plan_support::Random;
 use definition::{Plain, PlainDemand, PlainGuarantee, PlainTree, Says, collect, ordered, smallest, with};
-use shsa_core::assurance::{
-    Certificates, Content, Demand, DemandId, Evaluation, Evidence, EvidenceId, Guarantee, GuaranteeId,
-    Inclusion, Leaf, Level, Property, Quantifier, Scales, Service, ServiceId, ServiceKind, Sets, Statement,
-    System, Tree, Verdict,
-};
+use shsa_core::assurance::{Certificates, Demand, DemandId, Evaluation, Evidence, EvidenceId, Guarantee, GuaranteeId, Leaf, Quantifier, Service, ServiceId, ServiceKind, Sets, System, Tree, Verdict};
+use shsa_core::statement::{Content, Inclusion, Level, Property, Scales, Statement};
 use shsa_core::interval::{Interval, Truth};
 use shsa_core::knowledge::Id;
 use shsa_core::time::{Span, Time};

@@ -77,6 +77,7 @@ impl Lists {
             Section::Relations => take(&mut self.relations, name),
             Section::Signals => take(&mut self.signals, name),
             Section::Needs => take(&mut self.needs, name),
+            Section::Platform | Section::Contracts => false,
         }
     }
 
@@ -90,7 +91,7 @@ impl Lists {
             relations: self.relations.iter().map(|(_, draft)| draft.clone()).collect(),
             signals: self.signals.iter().map(|(_, draft)| draft.clone()).collect(),
             needs: self.needs.iter().map(|(_, draft)| draft.clone()).collect(),
-            utility: None,
+            ..Draft::default()
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Models in, knowledge bases and reports out.
 
+mod contracts;
 mod hostile;
 mod json;
 mod layout;
@@ -60,6 +61,10 @@ needs:
           probation: 1 min, blend: 10 ms, hysteresis: 5 %, isolation: process }
   speed:
   curve_radius: {}
+platform:
+  host: { evidence: { spare: value of s1 at least 20 % }, gives: { time: { time: at least 5 ms, level: SIL 2, when: spare } } }
+contracts:
+  /scan: { runs_on: host, asks: { time: { time: at least 2 ms, level: SIL 2 } }, gives: { near: { level: SIL 2 } } }
 utility: norm
 "#;
 
