@@ -3,6 +3,7 @@
 
 mod error;
 pub mod stamp;
+pub mod moment;
 pub mod span;
 pub mod path;
 pub mod source;

@@ -96,6 +96,40 @@ fn shifted(value: i128, places: i32) -> Option<i128> {
     }
 }
 
+/// How far the clock of a place is ahead of UTC.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Zone {
+    /// Ahead of UTC; behind it when negative.
+    pub ahead: Span,
+    /// Whether somebody said so: UTC is taken where nobody does.
+    pub is_given: bool,
+}
+
+impl std::str::FromStr for Zone {
+    type Err = String;
+
+    /// `UTC`, `Z`, `+02:00`, `-0330`.
+    fn from_str(text: &str) -> Result<Zone, String> {
+        let ahead = match text.trim() {
+            "UTC" | "utc" | "GMT" => Some(0),
+            text if text.starts_with(['+', '-', 'Z', 'z']) => {
+                split_zone(text).filter(|(clock, _)| clock.is_empty()).map(|(_, ahead)| ahead)
+            }
+            _ => None,
+        };
+        let ahead = ahead.ok_or_else(|| format!("'{text}' is no time zone; write UTC, +02:00 or -03:30"))?;
+        Ok(Zone { ahead: Span(ahead * SECOND), is_given: true })
+    }
+}
+
+/// The time of a day's nanosecond, in UTC; `None` for what is no date, or does not fit.
+#[must_use]
+pub fn civil(year: i64, month: i64, day: i64, nanoseconds_of_day: i64) -> Option<Time> {
+    let is_date = (1..=12).contains(&month) && (1..=31).contains(&day) && (-9999..=9999).contains(&year);
+    let seconds = is_date.then(|| days_of(year, month, day) * 86_400)?;
+    seconds.checked_mul(SECOND)?.checked_add(nanoseconds_of_day).map(Time)
+}
+
 /// A text as a stamp: RFC 3339 (without a zone it is UTC; a blank may stand for the `T`), or a [number].
 #[must_use]
 pub fn text(text: &str, step: Option<Span>) -> Option<(Time, Notation)> {
@@ -112,7 +146,7 @@ fn rfc3339(text: &str) -> Option<Time> {
     if !(1..=12).contains(&month) || !(1..=31).contains(&day) || hour > 23 || minute > 59 || second > 60 {
         return None;
     }
-    let seconds = days(year, month, day) * 86_400 + hour * 3600 + minute * 60 + second - zone;
+    let seconds = days_of(year, month, day) * 86_400 + hour * 3600 + minute * 60 + second - zone;
     seconds.checked_mul(SECOND)?.checked_add(nanoseconds(fraction)?).map(Time)
 }
 
@@ -155,7 +189,7 @@ fn nanoseconds(digits: &str) -> Option<i64> {
 /// Days from 1970-01-01 to a date of the proleptic Gregorian calendar.
 ///
 /// Years are counted from March, so that the leap day is the last of its year.
-fn days(year: i64, month: i64, day: i64) -> i64 {
+pub(crate) fn days_of(year: i64, month: i64, day: i64) -> i64 {
     let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
     let of_year = (153 * month + 2) / 5 + day - 1;
     365 * year + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + of_year - 719_468

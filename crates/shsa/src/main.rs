@@ -20,6 +20,7 @@ mod page;
 mod parts;
 mod patch;
 mod plan;
+mod reading;
 mod replay;
 mod requirements;
 mod run;

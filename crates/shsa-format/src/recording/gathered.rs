@@ -1,6 +1,6 @@
 //! What readers hand over: samples, counts and warnings of all files, and the final order.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::SyncSender;
 
@@ -8,6 +8,8 @@ use shsa_core::time::Time;
 
 use super::cut::Stretch;
 use super::session::{Group, Piece, Session, groups};
+use super::stamps::Stamps;
+use super::stream::Surveyed;
 use super::{Found, Place, RawValue, Recording, RecordingError, Sample, Want, Warning, clock, names};
 
 /// Samples handed over at once.
@@ -26,19 +28,6 @@ pub(super) enum Destination {
     Sent(SyncSender<Batch>),
 }
 
-/// The order of samples that are not kept.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Surveyed {
-    /// How many there are.
-    pub(super) count: usize,
-    /// The earliest and the latest reception.
-    pub(super) span: Option<(Time, Time)>,
-    /// Whether a file has one that was received before the one ahead of it, or so long after it that its clock may have been set.
-    pub(super) is_mixed: bool,
-    /// The last reception in the current file.
-    last: Option<Time>,
-}
-
 /// A recording in the making.
 pub(super) struct Gathered {
     recording: Recording,
@@ -54,6 +43,8 @@ pub(super) struct Gathered {
     damages: usize,
     last_untold: Option<Warning>,
     names: BTreeSet<String>,
+    /// For each file the signals whose time is that of reception, as their stamps are none.
+    unstamped: Vec<BTreeSet<usize>>,
 }
 
 /// So many damaged places of a file are told one by one, and the last.
@@ -61,22 +52,30 @@ const DAMAGES_TOLD: usize = 3;
 
 /// What must be remembered of a signal from one sample to the next.
 struct Stream {
+    signal: String,
     only_changes: bool,
+    /// Whether the source says where the stamp is: then it is believed.
+    is_stamp_chosen: bool,
+    /// Whether the current file says so: then, too.
+    is_believed: bool,
     last_value: Option<RawValue>,
-    last_time: Time,
+    stamps: Stamps,
     is_explained: bool,
 }
 
 impl Gathered {
-    /// One entry for each wanted signal: whether only changes of its value are samples.
-    pub(super) fn new(only_changes: impl Iterator<Item = bool>, destination: Destination) -> Gathered {
-        let stream = |only_changes| Stream {
-            only_changes,
+    /// Nothing yet of what is wanted.
+    pub(super) fn new(wants: &[Want<'_>], destination: Destination) -> Gathered {
+        let stream = |want: &Want<'_>| Stream {
+            signal: want.signal.to_owned(),
+            only_changes: want.source.changed,
+            is_stamp_chosen: want.source.time.is_some(),
+            is_believed: false,
             last_value: None,
-            last_time: Time::MIN,
+            stamps: Stamps::default(),
             is_explained: false,
         };
-        let streams: Vec<_> = only_changes.map(stream).collect();
+        let streams: Vec<_> = wants.iter().map(stream).collect();
         let found = vec![Found::default(); streams.len()];
         let recording = Recording { found, ..Recording::default() };
         Gathered {
@@ -90,7 +89,19 @@ impl Gathered {
             damages: 0,
             last_untold: None,
             names: BTreeSet::new(),
+            unstamped: Vec::new(),
         }
+    }
+
+    /// As a survey has found them, the signals of the only file whose stamps are none.
+    pub(super) fn without_stamps(mut self, signals: BTreeSet<usize>) -> Gathered {
+        self.unstamped = vec![signals];
+        self
+    }
+
+    /// What [`Gathered::without_stamps`] takes, for each file.
+    pub(super) fn unstamped(&self) -> &[BTreeSet<usize>] {
+        &self.unstamped
     }
 
     /// All that follows is of this file.
@@ -100,10 +111,11 @@ impl Gathered {
         for stream in &mut self.streams {
             // Another file may be another recording, of which the first value counts.
             stream.last_value = None;
-            stream.last_time = Time::MIN;
+            stream.stamps = Stamps::default();
+            stream.is_believed = false;
         }
         if let Destination::Surveyed(surveyed) = &mut self.destination {
-            surveyed.last = None;
+            surveyed.begin();
         }
     }
 
@@ -123,6 +135,13 @@ impl Gathered {
         let places = self.recording.found.get_mut(wanted).map(|found| &mut found.places);
         if let Some(places) = places.filter(|places| !places.contains(&place)) {
             places.push(place);
+        }
+    }
+
+    /// The stamps of a wanted signal in the current file are what it says they are.
+    pub(super) fn believe(&mut self, wanted: usize) {
+        if let Some(stream) = self.streams.get_mut(wanted) {
+            stream.is_believed = true;
         }
     }
 
@@ -147,8 +166,7 @@ impl Gathered {
             stream.last_value = Some(value.clone());
         }
         found.samples += 1;
-        found.backward += usize::from(time < stream.last_time);
-        stream.last_time = time;
+        stream.stamps.see(time, received);
         match &mut self.destination {
             Destination::Kept => self.recording.samples.push(Sample { wanted, time, received, value }),
             Destination::Surveyed(surveyed) => {
@@ -156,6 +174,9 @@ impl Gathered {
                 self.piece.see(wanted, received);
             }
             Destination::Sent(_) => {
+                let is_unstamped =
+                    self.unstamped.first().is_some_and(|unstamped| unstamped.contains(&wanted));
+                let time = if is_unstamped { received } else { time };
                 self.recording.samples.push(Sample { wanted, time, received, value });
                 if self.recording.samples.len() == BATCH {
                     self.send();
@@ -199,6 +220,7 @@ impl Gathered {
 
     /// The current file is at its end: says how much of it is lost, and takes it apart where its clock was set.
     pub(super) fn end(&mut self) {
+        self.judge_stamps();
         match self.destination {
             Destination::Kept => self.take_apart(),
             Destination::Surveyed(_) => {
@@ -213,6 +235,34 @@ impl Gathered {
             self.warn(Place::Whole, format!("{} places in all are damaged", self.damages));
         }
         self.damages = 0;
+    }
+
+    /// Takes the reception for the time of signals whose stamps are of no use, and says so.
+    fn judge_stamps(&mut self) {
+        let mut flaws: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        let mut unstamped = BTreeSet::new();
+        for (wanted, (stream, found)) in self.streams.iter().zip(&mut self.recording.found).enumerate() {
+            match stream.stamps.flaw().filter(|_| !stream.is_stamp_chosen && !stream.is_believed) {
+                None => found.backward += stream.stamps.backward,
+                Some(flaw) => {
+                    unstamped.insert(wanted);
+                    flaws.entry(flaw).or_default().push(stream.signal.clone());
+                }
+            }
+        }
+        for sample in self.recording.samples.iter_mut().filter(|sample| unstamped.contains(&sample.wanted)) {
+            sample.time = sample.received;
+        }
+        for (flaw, signals) in flaws {
+            let signals = signals.join(", ");
+            self.warn(
+                Place::Whole,
+                format!("signal {signals}: {flaw}; the time of reception is taken for them"),
+            );
+        }
+        if matches!(self.destination, Destination::Surveyed(_)) {
+            self.unstamped.push(unstamped);
+        }
     }
 
     fn take_apart(&mut self) {
@@ -314,16 +364,6 @@ impl Gathered {
                 Some(format!("{backward} time stamps are before the one ahead of them in the file"))
             }
         }
-    }
-}
-
-impl Surveyed {
-    fn see(&mut self, received: Time) {
-        self.count += 1;
-        self.is_mixed |= self.last.is_some_and(|last| received < last || received - last > clock::LEAP);
-        self.last = Some(received);
-        let (from, to) = self.span.unwrap_or((received, received));
-        self.span = Some((from.min(received), to.max(received)));
     }
 }
 

@@ -4,14 +4,15 @@
 //! has no word for it), the texts "inf" and "-inf" are the infinities. `received_ns` may be left out.
 
 use std::collections::BTreeMap;
-use std::io::{self, BufRead, Read, Write};
+use std::io::{self, BufRead, Write};
 
-use serde_json::{Value, json};
+use serde_json::json;
 use shsa_core::time::Time;
 
-use super::gathered::Gathered;
-use super::line::{Cell, Fields, LINE_MAX};
-use super::{Place, RawValue, Sample, TopicInfo, Want, names};
+use super::line::{self, Cell};
+use super::lines::Lines;
+use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, TopicId, Value};
+use super::{Place, RawValue, RecordingError, Sample};
 
 /// One observation as a line holds it.
 struct Observation {
@@ -21,28 +22,36 @@ struct Observation {
     value: RawValue,
 }
 
-/// Reads the signals that are wanted, by their names or by their whole source texts.
-pub(super) fn read(input: impl BufRead, wants: &[Want<'_>], gathered: &mut Gathered) {
+/// Tells the signals and their values.
+pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result<(), RecordingError> {
+    let mut topics: BTreeMap<String, TopicId> = BTreeMap::new();
     lines(input, |line| match line {
-        Line::Observation(seen) => deliver(&seen, wants, gathered),
-        Line::Damaged(number, problem) => gathered.damaged(Place::Line(number), problem),
+        Line::Observation(seen) => {
+            let topic = topics.get(&seen.signal).copied().unwrap_or_else(|| {
+                let fields = Fields::named([Field::new("value")]);
+                let topic = listener.topic(Topic::new(&seen.signal, kind(&seen.value), fields));
+                topics.insert(seen.signal.clone(), topic);
+                topic
+            });
+            let value = match &seen.value {
+                RawValue::Number(value) => Value::Number(*value),
+                RawValue::Interval { lo, hi } => Value::Interval(*lo, *hi),
+                RawValue::Vector(items) => Value::List(items),
+            };
+            let times = Times { received: seen.received, published: None, stamp: Some(seen.time) };
+            listener.message(topic, times, Body::Values(&[value]));
+        }
+        Line::Damaged(number, problem) => listener.damaged(Place::Line(number), problem),
     });
+    Ok(())
 }
 
-fn deliver(seen: &Observation, wants: &[Want<'_>], gathered: &mut Gathered) {
-    let mut is_wanted = false;
-    for want in wants.iter().filter(|want| asks_for(want, &seen.signal)) {
-        is_wanted = true;
-        gathered.found_in(want.index, &seen.signal);
-        gathered.sample(want.index, seen.time, seen.received, seen.value.clone());
+fn kind(value: &RawValue) -> &'static str {
+    match value {
+        RawValue::Number(_) => "number",
+        RawValue::Interval { .. } => "interval",
+        RawValue::Vector(_) => "list",
     }
-    if !is_wanted {
-        gathered.know(&seen.signal);
-    }
-}
-
-fn asks_for(want: &Want<'_>, signal: &str) -> bool {
-    names::bare(want.signal) == names::bare(signal) || want.text == signal
 }
 
 enum Line {
@@ -51,57 +60,31 @@ enum Line {
 }
 
 /// Hands over line by line; blank lines are none.
-fn lines(mut input: impl BufRead, mut each: impl FnMut(Line)) {
-    let mut bytes = Vec::new();
-    for number in 1.. {
-        bytes.clear();
-        match input.by_ref().take(LINE_MAX).read_until(b'\n', &mut bytes) {
-            Ok(0) => return,
-            Ok(length) if length as u64 == LINE_MAX && !bytes.ends_with(b"\n") => {
-                // What is of no use is not kept while the rest of it goes by.
-                bytes = Vec::new();
-                let most = LINE_MAX >> 20;
-                each(Line::Damaged(number, format!("the line is longer than {most} MiB; line left out")));
-                if let Err(failure) = skip_line(&mut input) {
-                    return each(Line::Damaged(number, format!("reading stopped here: {failure}")));
-                }
+fn lines(input: impl BufRead, mut each: impl FnMut(Line)) {
+    let mut lines = Lines::new(input);
+    while let Some(line) = lines.read() {
+        let line = match line {
+            Ok(line) if line.text.trim_ascii().is_empty() => continue,
+            Ok(line) => line,
+            Err((number, problem)) => {
+                each(Line::Damaged(number, problem));
                 continue;
             }
-            Ok(_) => {}
-            Err(failure) => return each(Line::Damaged(number, format!("reading stopped here: {failure}"))),
-        }
-        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-        if bytes.trim_ascii().is_empty() {
-            continue;
-        }
-        let fields = serde_json::from_slice::<Fields>(bytes).map_err(|error| match error.is_eof() {
-            true if !bytes.ends_with(b"\n") => "the file ends within this line".into(),
+        };
+        let fields = serde_json::from_str::<line::Fields>(&line.text).map_err(|error| match error.is_eof() {
+            true if !line.is_ended => "the file ends within this line".into(),
             _ if error.is_data() => error.to_string(),
             _ => format!("no JSON at column {}: {error}", error.column()),
         });
         each(match fields.and_then(observation) {
             Ok(seen) => Line::Observation(seen),
-            Err(problem) => Line::Damaged(number, format!("{problem}; line left out")),
+            Err(problem) => Line::Damaged(line.number, format!("{problem}; line left out")),
         });
     }
 }
 
-/// Goes to the end of a line.
-fn skip_line(input: &mut impl BufRead) -> io::Result<()> {
-    loop {
-        let waiting = input.fill_buf()?;
-        let end = waiting.iter().position(|byte| *byte == b'\n');
-        let passed = end.map_or(waiting.len(), |end| end + 1);
-        let is_over = end.is_some() || waiting.is_empty();
-        input.consume(passed);
-        if is_over {
-            return Ok(());
-        }
-    }
-}
-
-fn observation(fields: Fields) -> Result<Observation, String> {
-    let Fields::Object { signal, time, received, value } = fields else {
+fn observation(fields: line::Fields) -> Result<Observation, String> {
+    let line::Fields::Object { signal, time, received, value } = fields else {
         return Err("the line is no JSON object".into());
     };
     let Some(Cell::Text(signal)) = signal else { return Err("\"signal\" is missing or no text".into()) };
@@ -130,30 +113,6 @@ fn recorded(cell: Cell) -> Option<RawValue> {
     }
 }
 
-/// Every signal of the file.
-pub(super) fn topics(input: impl BufRead) -> Vec<TopicInfo> {
-    let mut seen: BTreeMap<String, (&str, usize, Time, Time)> = BTreeMap::new();
-    lines(input, |line| {
-        let Line::Observation(Observation { signal, received, value, .. }) = line else { return };
-        let kind = match value {
-            RawValue::Number(_) => "number",
-            RawValue::Interval { .. } => "interval",
-            RawValue::Vector(_) => "list",
-        };
-        let (_, count, from, to) = seen.entry(signal).or_insert((kind, 0, received, received));
-        *count += 1;
-        *from = received.min(*from);
-        *to = received.max(*to);
-    });
-    let info = |(name, (kind, count, from, to)): (String, (&str, usize, Time, Time))| TopicInfo {
-        name,
-        kind: kind.to_owned(),
-        count,
-        rate_hz: super::mean_rate(count, from, to),
-    };
-    seen.into_iter().map(info).collect()
-}
-
 /// Writes samples as JSON lines, so that [`super::read`] gives the same samples again; `name` gives the name of a
 /// wanted signal by its index.
 ///
@@ -173,7 +132,7 @@ pub fn write_jsonl<'a>(
     Ok(())
 }
 
-fn written(value: &RawValue) -> Value {
+fn written(value: &RawValue) -> serde_json::Value {
     let number = |number: f64| match number {
         number if number.is_infinite() => json!(if number > 0.0 { "inf" } else { "-inf" }),
         // Not-a-number becomes null.

@@ -1,39 +1,57 @@
 //! Recordings: files of the past turned into sessions of samples, in the order of their reception.
 //!
-//! `source text -> Source -> reader of the format (csv, jsonl, rosbag) -> Gathered -> clock, session -> Recording`
+//! `reader of the format (rosbag, ...) -> topics and messages -> extraction (what is wanted) -> Gathered -> clock, session -> Recording`
 //!
 //! A model names signals and where each is found (see [`Source`] for the grammar); [`read`] looks into the files
 //! for exactly these. A file that is cut short or damaged gives what it holds, with warnings that say where.
 
-mod cells;
 mod clock;
-mod csv;
+mod table;
+mod error;
+mod files;
 mod cut;
 mod gathered;
 mod jsonl;
 mod line;
+mod lines;
 mod names;
-mod ros_topics;
+mod topic;
+mod fields;
+mod extraction;
+mod inventory;
+mod format;
 mod rosbag;
+mod unpack;
+mod ros2;
+mod mcap;
+mod sqlite;
+mod rosbag2;
 mod session;
 mod stamp;
+mod stamps;
 mod stream;
 
 use std::fmt;
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Cursor, Read, Seek};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_message::source::Source;
+use shsa_message::stamp::Zone;
 
 pub use cut::{Cuts, Stretch};
+pub use error::RecordingError;
+use extraction::{Extraction, Naming};
+use files::{File, files_of, format_of, format_of_file, open};
+pub use format::{FORMATS, Format, Row};
 use gathered::{Destination, Gathered};
+use inventory::Inventory;
 pub use jsonl::write_jsonl;
 pub use session::{Because, Session};
 pub use stamp::TIME_NAMES;
 pub use stream::{Stream, Survey, stream, survey};
+use topic::{Fields, Input, Listener};
 
 /// What a model asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,6 +77,12 @@ pub struct ReadOptions {
     pub time_column: Option<String>,
     /// How long one step of that column is; `None`: from the header's unit.
     pub time_scale: Option<Span>,
+    /// Where times are of that do not say it.
+    pub zone: Zone,
+    /// Folders with the definitions of ROS 2 messages, `PACKAGE/msg/NAME.msg`, that recordings lack.
+    pub messages: Vec<PathBuf>,
+    /// Databases of CAN messages (DBC).
+    pub dbc: Vec<PathBuf>,
 }
 
 /// One value of one wanted signal.
@@ -151,97 +175,55 @@ impl Recording {
     }
 }
 
-/// One topic, table or signal of a file.
+/// What is in a file.
 #[derive(Clone, Debug, PartialEq)]
+pub struct FileInfo {
+    /// The file.
+    pub file: PathBuf,
+    /// What its format is called.
+    pub format: &'static str,
+    /// Its topics by name.
+    pub topics: Vec<TopicInfo>,
+    /// What there is to know of it.
+    pub warnings: Vec<Warning>,
+    /// Something of it is lost.
+    pub degraded: bool,
+}
+
+/// One topic, table or signal of a file.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TopicInfo {
     /// The topic; for a table the file's name without extension.
     pub name: String,
+    /// The text that means this topic and no other in a source: `sensor_accel[1]`, `room[sensor=T1]`.
+    pub source: String,
     /// The message type; for a table its columns; for JSON lines the kind of its first value.
     pub kind: String,
     /// Messages, rows or lines.
     pub count: usize,
     /// Mean rate by reception; `None` for fewer than two or where time does not pass.
     pub rate_hz: Option<f64>,
+    /// The first and the last reception.
+    pub span: Option<(Time, Time)>,
+    /// The longest time between two receptions.
+    pub longest_gap: Option<Span>,
+    /// What its messages hold.
+    pub fields: Vec<FieldInfo>,
+    /// Why its messages cannot be read, where they cannot.
+    pub unreadable: Option<String>,
 }
 
-/// Why a recording cannot be read at all.
-#[derive(Debug, thiserror::Error)]
-pub enum RecordingError {
-    /// The operating system refuses the file.
-    #[error("{}: cannot be read: {reason}", file.display())]
-    Unreadable {
-        /// The file.
-        file: PathBuf,
-        /// What the system said.
-        reason: io::Error,
-    },
-    /// Neither its extension nor its first bytes tell the format.
-    #[error(
-        "{}: not a recording that is known here: CSV (.csv, .tsv, .txt), JSON lines (.jsonl, .ndjson, .json), \
-         ROS 1 bags of version 2.0 (.bag)",
-        file.display()
-    )]
-    UnknownFormat {
-        /// The file.
-        file: PathBuf,
-    },
-    /// A folder without a single file of a known format.
-    #[error("{}: no recording in this folder; looked for .csv .tsv .txt .jsonl .ndjson .json .bag", folder.display())]
-    EmptyFolder {
-        /// The folder.
-        folder: PathBuf,
-    },
-    /// A source text that does not follow the grammar.
-    #[error("signal {signal}: source '{text}': {problem}")]
-    Source {
-        /// The signal.
-        signal: String,
-        /// The source text.
-        text: String,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// A table with too many columns.
-    #[error("{}: a table of more than {most} columns cannot be read: take out those that are not needed", file.display())]
-    TooWide {
-        /// The file.
-        file: PathBuf,
-        /// The most that can be read.
-        most: usize,
-    },
-    /// More than one column fits.
-    #[error("{}: signal {signal}: '{column}' fits several columns: {}; write one in full", file.display(), columns.join(", "))]
-    AmbiguousColumn {
-        /// The file.
-        file: PathBuf,
-        /// The signal that asks.
-        signal: String,
-        /// The column's name as asked for.
-        column: String,
-        /// The columns that it fits.
-        columns: Vec<String>,
-    },
-    /// A table has no column that looks like the time.
-    #[error(
-        "{}: {problem}; columns: {}; say which holds the time, with --time-column NAME --time-unit 5s, \
-         or in the model as source: file#column@NAME*5s (@row*5s counts the rows)",
-        file.display(),
-        columns.join(", ")
-    )]
-    NoTime {
-        /// The file.
-        file: PathBuf,
-        /// What was looked for.
-        problem: String,
-        /// The table's columns.
-        columns: Vec<String>,
-    },
-    /// A table without a row of names.
-    #[error("{}: the first line holds numbers where the names of the columns belong; add a line such as 't [s],speed [m/s]'", file.display())]
-    NoHeader {
-        /// The file.
-        file: PathBuf,
-    },
+/// One field of a topic.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FieldInfo {
+    /// Its path, as a source names it.
+    pub path: String,
+    /// Its unit, where the format tells.
+    pub unit: Option<String>,
+    /// `number`, `list`, `interval`, `text`; empty where no value was seen.
+    pub kind: &'static str,
+    /// A value that it had.
+    pub sample: Option<String>,
 }
 
 /// One wanted signal with its source understood.
@@ -268,25 +250,27 @@ pub fn read(
 ) -> Result<Recording, RecordingError> {
     let mut wants = understand(wanted)?;
     let files = files_of(paths)?;
-    let gathered = read_all(&files, files.len() == 1, &mut wants, options, Destination::Kept)?;
+    let gathered = Gathered::new(&wants, Destination::Kept);
+    let gathered = read_all(&files, files.len() == 1, &mut wants, options, gathered)?;
     Ok(gathered.finish(&wants).0)
 }
 
 /// Reads files one after the other; `is_alone` when there is only one in all.
 fn read_all(
-    files: &[(PathBuf, Format)],
+    files: &[File],
     is_alone: bool,
     wants: &mut [Want<'_>],
     options: &ReadOptions,
-    destination: Destination,
+    mut gathered: Gathered,
 ) -> Result<Gathered, RecordingError> {
-    let mut gathered = Gathered::new(wants.iter().map(|want| want.source.changed), destination);
-    if let ([(file, Format::Csv)], true) = (files, is_alone) {
-        lone_table(file, wants, &mut gathered);
+    if let ([File { path, row }], true) = (files, is_alone)
+        && row.naming == Naming::File
+    {
+        lone_table(path, wants, &mut gathered);
     }
-    for (file, format) in files {
-        gathered.begin(file);
-        read_one(*format, open(file)?, wants, options, &mut gathered)?;
+    for File { path, row } in files {
+        gathered.begin(path);
+        read_one(row, &mut *open(path)?, wants, options, &mut gathered)?;
     }
     Ok(gathered)
 }
@@ -302,30 +286,45 @@ pub fn read_bytes(
     options: &ReadOptions,
 ) -> Result<Recording, RecordingError> {
     let mut wants = understand(wanted)?;
-    let format = format_of(name, bytes).ok_or_else(|| RecordingError::UnknownFormat { file: name.into() })?;
-    let mut gathered = Gathered::new(wants.iter().map(|want| want.source.changed), Destination::Kept);
-    if format == Format::Csv {
+    let head = bytes.get(..format::HEAD as usize).unwrap_or(bytes);
+    let row = format_of(name, head)?;
+    let mut gathered = Gathered::new(&wants, Destination::Kept);
+    if row.naming == Naming::File {
         lone_table(name, &mut wants, &mut gathered);
     }
     gathered.begin(name);
-    read_one(format, Cursor::new(bytes), &wants, options, &mut gathered)?;
+    read_one(row, &mut Cursor::new(bytes), &wants, options, &mut gathered)?;
     Ok(gathered.finish(&wants).0)
 }
 
 fn read_one(
-    format: Format,
-    input: impl BufRead + Seek,
+    row: &Row,
+    input: &mut dyn Input,
     wants: &[Want<'_>],
     options: &ReadOptions,
     gathered: &mut Gathered,
 ) -> Result<(), RecordingError> {
-    match format {
-        Format::Csv => csv::read(input, wants, options, gathered)?,
-        Format::JsonLines => jsonl::read(input, wants, gathered),
-        Format::Bag => ros_topics::read(input, wants, gathered),
-    }
+    let mut extraction = Extraction::new(wants, gathered, row.naming);
+    read_with(row.format, input, options, &mut extraction)?;
+    extraction.finish()?;
     gathered.end();
     Ok(())
+}
+
+/// Tells the topics and messages of a file.
+fn read_with(
+    format: Format,
+    input: &mut dyn Input,
+    options: &ReadOptions,
+    listener: &mut dyn Listener,
+) -> Result<(), RecordingError> {
+    match format {
+        Format::Bag => rosbag::read(input, listener),
+        Format::Mcap => mcap::read(input, options, listener),
+        Format::Rosbag2 => rosbag2::read(input, options, listener),
+        Format::JsonLines => jsonl::read(input, listener),
+        Format::Csv => table::read(input, options, listener),
+    }
 }
 
 /// What is in one file.
@@ -333,11 +332,18 @@ fn read_one(
 /// # Errors
 /// As [`read`].
 pub fn topics(file: &Path) -> Result<Vec<TopicInfo>, RecordingError> {
-    match format_of_file(file)? {
-        Format::Csv => csv::topics(open(file)?, file),
-        Format::JsonLines => Ok(jsonl::topics(open(file)?)),
-        Format::Bag => ros_topics::topics(open(file)?, file),
-    }
+    Ok(inventory(file, &ReadOptions::default())?.topics)
+}
+
+/// What is in one file, and what is damaged of it.
+///
+/// # Errors
+/// As [`read`].
+pub fn inventory(file: &Path, options: &ReadOptions) -> Result<FileInfo, RecordingError> {
+    let row = format_of_file(file)?;
+    let mut inventory = Inventory::new(file);
+    read_with(row.format, &mut *open(file)?, options, &mut inventory)?;
+    Ok(inventory.finish(row.name))
 }
 
 fn understand(wanted: &[Wanted]) -> Result<Vec<Want<'_>>, RecordingError> {
@@ -365,84 +371,6 @@ fn lone_table(file: &Path, wants: &mut [Want<'_>], gathered: &mut Gathered) {
     for want in wants {
         want.source.file = None;
     }
-}
-
-/// How recordings are written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// Tables of text.
-    Csv,
-    /// An observation a line.
-    JsonLines,
-    /// Bags of ROS 1, version 2.0.
-    Bag,
-}
-
-impl Format {
-    /// All, with the endings of their files.
-    pub const ALL: [(Format, &[&str]); 3] = [
-        (Format::Csv, &["csv", "tsv", "txt"]),
-        (Format::JsonLines, &["jsonl", "ndjson", "json"]),
-        (Format::Bag, &["bag"]),
-    ];
-}
-
-fn format_by_extension(file: &Path) -> Option<Format> {
-    let extension = file.extension()?.to_str()?.to_ascii_lowercase();
-    let found = Format::ALL.into_iter().find(|(_, endings)| endings.contains(&extension.as_str()));
-    found.map(|(format, _)| format)
-}
-
-/// The first bytes decide where they can, else the extension; `None` when neither does.
-fn format_of(name: &Path, head: &[u8]) -> Option<Format> {
-    let first = head.iter().copied().find(|byte| !byte.is_ascii_whitespace());
-    let is_bag = head.starts_with(b"#ROSBAG V2.0");
-    match format_by_extension(name) {
-        _ if is_bag => Some(Format::Bag),
-        // Cut within its first line, or something else.
-        Some(Format::Bag) => rosbag::MAGIC.starts_with(head).then_some(Format::Bag),
-        None => (first == Some(b'{')).then_some(Format::JsonLines),
-        known => known,
-    }
-}
-
-fn format_of_file(file: &Path) -> Result<Format, RecordingError> {
-    let mut head = Vec::new();
-    open(file)?.take(64).read_to_end(&mut head).map_err(|reason| unreadable(file, reason))?;
-    format_of(file, &head).ok_or_else(|| RecordingError::UnknownFormat { file: file.into() })
-}
-
-fn files_of(paths: &[PathBuf]) -> Result<Vec<(PathBuf, Format)>, RecordingError> {
-    let mut files = Vec::new();
-    for path in paths {
-        let found = if path.is_dir() { files_in(path)? } else { vec![path.clone()] };
-        for file in found {
-            let format = format_of_file(&file)?;
-            files.push((file, format));
-        }
-    }
-    Ok(files)
-}
-
-fn files_in(folder: &Path) -> Result<Vec<PathBuf>, RecordingError> {
-    let entries = folder.read_dir().and_then(Iterator::collect::<io::Result<Vec<_>>>);
-    let entries = entries.map_err(|reason| unreadable(folder, reason))?;
-    let paths = entries.into_iter().map(|entry| entry.path());
-    let mut files: Vec<_> =
-        paths.filter(|path| path.is_file() && format_by_extension(path).is_some()).collect();
-    files.sort();
-    if files.is_empty() {
-        return Err(RecordingError::EmptyFolder { folder: folder.into() });
-    }
-    Ok(files)
-}
-
-fn open(file: &Path) -> Result<BufReader<File>, RecordingError> {
-    File::open(file).map(BufReader::new).map_err(|reason| unreadable(file, reason))
-}
-
-fn unreadable(file: &Path, reason: io::Error) -> RecordingError {
-    RecordingError::Unreadable { file: file.into(), reason }
 }
 
 /// Samples a second when the first and the last of them are at these times.

@@ -4,7 +4,13 @@
 //! (cut short, or never closed) gives what it holds. After damage, reading goes on at the next chunk that can be
 //! recognised. Memory is bounded by the largest chunk; a length is believed only as far as the file reaches.
 
+use super::topic::{Body, Fields, Input, Listener, Times, Topic, TopicId};
+use super::{Place, RecordingError};
+use shsa_core::time::Time;
+use shsa_message::ros::{Layout, Types};
+use std::collections::BTreeMap;
 use std::io::{self, Read, Seek, SeekFrom};
+use std::sync::Arc;
 
 /// The first bytes of every bag.
 pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
@@ -25,9 +31,33 @@ const OP_BAG: u8 = 3;
 const OP_CHUNK: u8 = 5;
 const OP_CONNECTION: u8 = 7;
 
+/// Tells the topics and messages of a bag.
+pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result<(), RecordingError> {
+    let mut connections: BTreeMap<u32, TopicId> = BTreeMap::new();
+    let walked = walk(input, &mut |event| match event {
+        Event::Connection { id, topic, kind, definition } => {
+            connections.entry(id).or_insert_with(|| {
+                let types = Arc::new(Types::of_bag(kind, definition));
+                let fields = Fields::Ros { types, kind: kind.to_owned(), layout: Layout::Packed };
+                listener.topic(Topic::new(topic, kind, fields))
+            });
+        }
+        Event::Message { connection, time_ns, data } => {
+            if let Some(topic) = connections.get(&connection) {
+                listener.message(*topic, Times::at(Time(time_ns)), Body::Bytes(data));
+            }
+        }
+        Event::Damage { offset, problem } => listener.damaged(Place::Offset(offset), problem),
+    });
+    if let Err(failure) = walked {
+        listener.damaged(Place::Whole, format!("reading stopped: {failure}"));
+    }
+    Ok(())
+}
+
 /// What a bag holds, in the order of the file.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Event<'a> {
+enum Event<'a> {
     /// Messages of this number are of this topic; told at least once before the first of them, perhaps again.
     Connection { id: u32, topic: &'a str, kind: &'a str, definition: &'a str },
     /// One message.
@@ -40,7 +70,7 @@ pub(super) enum Event<'a> {
 ///
 /// # Errors
 /// Those of the input.
-pub(super) fn walk(mut input: impl Read + Seek, visit: &mut dyn FnMut(Event<'_>)) -> io::Result<()> {
+fn walk(mut input: impl Read + Seek, visit: &mut dyn FnMut(Event<'_>)) -> io::Result<()> {
     let length = input.seek(SeekFrom::End(0))?;
     let mut bag = Bag { input, length };
     let start = MAGIC.len() as u64;

@@ -3,9 +3,12 @@
 //! A thread for each file reads ahead by a bounded number of samples; the files are merged by reception. The samples are
 //! those of [`super::read`], in its order, for recordings whose files are each in the order of reception.
 
-use super::gathered::{Batch, Destination, Surveyed};
-use super::{Format, ReadOptions, Recording, RecordingError, Sample, Wanted, files_of, read_all, understand};
+use super::clock::LEAP;
+use super::files::{File, files_of};
+use super::gathered::{Batch, Destination, Gathered};
+use super::{ReadOptions, Recording, RecordingError, Sample, Wanted, read_all, understand};
 use shsa_core::time::Time;
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::{thread, vec};
@@ -28,6 +31,8 @@ pub struct Survey {
     /// Whether [`stream`] gives the samples in the order in which [`super::read`] does: there is one session, and no clock was
     /// set in it.
     pub can_stream: bool,
+    /// For each file the signals whose stamps are of no use.
+    unstamped: Vec<BTreeSet<usize>>,
 }
 
 /// Looks through recordings and keeps no sample.
@@ -37,53 +42,95 @@ pub struct Survey {
 pub fn survey(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Result<Survey, RecordingError> {
     let mut wants = understand(wanted)?;
     let files = files_of(paths)?;
-    let destination = Destination::Surveyed(Surveyed::default());
-    let gathered = read_all(&files, files.len() == 1, &mut wants, options, destination)?;
-    let surveyed = gathered.surveyed();
+    let gathered = Gathered::new(&wants, Destination::Surveyed(Surveyed::default()));
+    let gathered = read_all(&files, files.len() == 1, &mut wants, options, gathered)?;
+    let (surveyed, unstamped) = (gathered.surveyed(), gathered.unstamped().to_vec());
     let (recording, is_one_session) = gathered.finish(&wants);
     Ok(Survey {
         recording,
         count: surveyed.count,
         span: surveyed.span,
+        unstamped,
         can_stream: is_one_session && !surveyed.is_mixed && files.len() <= MOST_FILES,
     })
 }
 
-/// The samples of recordings, read while they are taken.
+/// The order of samples that are not kept.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Surveyed {
+    /// How many there are.
+    pub(super) count: usize,
+    /// The earliest and the latest reception.
+    pub(super) span: Option<(Time, Time)>,
+    /// Whether a file has one that was received before the one ahead of it, or so long after it that its clock may have been set.
+    pub(super) is_mixed: bool,
+    /// The last reception in the current file.
+    last: Option<Time>,
+}
+
+impl Surveyed {
+    /// Another file begins.
+    pub(super) fn begin(&mut self) {
+        self.last = None;
+    }
+
+    /// Takes in a reception.
+    pub(super) fn see(&mut self, received: Time) {
+        self.count += 1;
+        self.is_mixed |= self.last.is_some_and(|last| received < last || received - last > LEAP);
+        self.last = Some(received);
+        let (from, to) = self.span.unwrap_or((received, received));
+        self.span = Some((from.min(received), to.max(received)));
+    }
+}
+
+/// The samples of recordings that were surveyed, read while they are taken.
 ///
 /// # Errors
 /// When a source is malformed, or a file cannot be opened; what goes wrong later is among the samples. Memory: some
 /// thousands of samples for each file.
-pub fn stream(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Result<Stream, RecordingError> {
+pub fn stream(
+    paths: &[PathBuf],
+    wanted: &[Wanted],
+    options: &ReadOptions,
+    survey: &Survey,
+) -> Result<Stream, RecordingError> {
     understand(wanted)?;
     let files = files_of(paths)?;
     let is_alone = files.len() == 1;
-    let start = |file: &(PathBuf, Format)| {
+    let start = |(at, file): (usize, &File)| {
         let (sender, batches) = sync_channel(BATCHES_AHEAD);
-        let reader =
-            Reader { file: [file.clone()], is_alone, wanted: wanted.to_vec(), options: options.clone() };
+        let reader = Reader {
+            file: [file.clone()],
+            is_alone,
+            wanted: wanted.to_vec(),
+            options: options.clone(),
+            unstamped: survey.unstamped.get(at).cloned().unwrap_or_default(),
+        };
         thread::spawn(move || reader.run(&sender));
         Head { batches, batch: Vec::new().into_iter(), next: None }
     };
-    let mut heads: Vec<Head> = files.iter().map(start).collect();
+    let mut heads: Vec<Head> = files.iter().enumerate().map(start).collect();
     heads.iter_mut().for_each(Head::advance);
     Ok(Stream { heads })
 }
 
 /// What a thread needs to read one file.
 struct Reader {
-    file: [(PathBuf, Format); 1],
+    file: [File; 1],
     is_alone: bool,
     wanted: Vec<Wanted>,
     options: ReadOptions,
+    unstamped: BTreeSet<usize>,
 }
 
 impl Reader {
     fn run(&self, sender: &SyncSender<Batch>) {
         let read = || {
             let mut wants = understand(&self.wanted)?;
-            let destination = Destination::Sent(sender.clone());
-            read_all(&self.file, self.is_alone, &mut wants, &self.options, destination)
+            let gathered = Gathered::new(&wants, Destination::Sent(sender.clone()));
+            let gathered = gathered.without_stamps(self.unstamped.clone());
+            read_all(&self.file, self.is_alone, &mut wants, &self.options, gathered)
         };
         // Who does not listen any more needs neither the rest nor the error.
         match read() {

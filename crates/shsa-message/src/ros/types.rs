@@ -37,19 +37,35 @@ impl Types {
     #[must_use]
     pub fn of_bag(root: &str, definition: &str) -> Types {
         let mut types = Types::default();
-        let mut name = root;
-        types.0.insert(name.into(), Vec::new());
+        types.add_joined(Language::Ros1, root, definition);
+        types
+    }
+
+    /// Adds the types of a definition as recordings of ROS 2 carry it, in the form of [`Types::of_bag`]. Names become ROS 2's full
+    /// ones; those that are known are replaced.
+    pub fn add_recorded(&mut self, root: &str, definition: &str) {
+        self.add_joined(Language::Ros2, root, definition);
+    }
+
+    fn add_joined(&mut self, language: Language, root: &str, definition: &str) {
+        let named = |name: &str| -> Arc<str> {
+            match language {
+                Language::Ros1 => name.into(),
+                Language::Ros2 => full_name(name).into(),
+            }
+        };
+        let mut name = named(root);
+        self.0.insert(name.clone(), Vec::new());
         for line in definition.lines().map(str::trim) {
             if let Some(next) = line.strip_prefix("MSG:") {
-                name = next.trim();
-                types.0.insert(name.into(), Vec::new());
+                name = named(next.trim());
+                self.0.insert(name.clone(), Vec::new());
             } else if let (Some(member), Some(members)) =
-                (Language::Ros1.member(line, name), types.0.get_mut(name))
+                (language.member(line, &name), self.0.get_mut(&name))
             {
                 members.push(member);
             }
         }
-        types
     }
 
     /// Adds the type that the text of a `.msg` file of ROS 2 defines; one of the same name is replaced. What is no field

@@ -48,9 +48,17 @@ impl Plan {
         (stamp.0 != 0).then_some(stamp)
     }
 
+    /// The field as text; `None` when the message is too short, or the field is no text.
+    #[must_use]
+    pub fn text(&self, body: Body<'_>) -> Option<String> {
+        let mut at = self.locate(body)?.at;
+        (self.target == Target::Text && self.count == Count::One).then(|| self.entry(body, &mut at)).flatten()
+    }
+
     /// Where the field says what is asked: `Some(None)` for one value that does, of a list the first element. Times and messages
     /// never do.
-    fn find(&self, body: Body<'_>, asked: &str) -> Option<Option<usize>> {
+    #[must_use]
+    pub fn find(&self, body: Body<'_>, asked: &str) -> Option<Option<usize>> {
         let place = self.locate(body)?;
         let mut entries = (0..place.count).scan(place.at, |at, _| self.entry(body, at));
         let index = entries.position(|entry| is_text(&entry, asked))?;

@@ -5,6 +5,7 @@ mod report;
 
 use crate::campaign::Bar;
 use crate::outcome::Outcome;
+use crate::reading::ReadArguments;
 use crate::replay::{wanted, written};
 use crate::show;
 use anyhow::Context;
@@ -13,7 +14,7 @@ use shsa_core::knowledge::{Id, SignalId, build};
 use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time};
 use shsa_format::fault::moment;
-use shsa_format::recording::{self, ReadOptions, Recording};
+use shsa_format::recording::{self, Recording};
 use shsa_lab::calibration::{self, Calibration, Options, Session, calibrate};
 use shsa_lab::campaign::{Kind, Recorded, SearchSpec, Smallest};
 use shsa_message::span::parse_span;
@@ -65,12 +66,8 @@ pub(crate) struct Arguments {
     /// Write what changes in the model, as `shsa replay --reload` takes it, with the evidence.
     #[arg(long, value_name = "FILE")]
     patch: Option<PathBuf>,
-    /// The column with the time, where a CSV file's header does not tell.
-    #[arg(long, value_name = "NAME")]
-    time_column: Option<String>,
-    /// What one step of the time column is: s, ms, us, ns or a span such as 5s.
-    #[arg(long, value_name = "UNIT", value_parser = parse_span)]
-    time_unit: Option<Span>,
+    #[command(flatten)]
+    reading: ReadArguments,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
@@ -102,8 +99,7 @@ fn above_zero(text: &str) -> Result<f64, String> {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let live = show::load_live(&arguments.model)?;
     let knowledge = live.knowledge();
-    let options = ReadOptions { time_column: arguments.time_column.clone(), time_scale: arguments.time_unit };
-    let recording = recording::read(&arguments.recordings, &wanted(knowledge), &options)?;
+    let recording = recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
     recording.warnings.iter().for_each(show::warn);
     let parted = Parted::of(&recording, arguments)?;
     let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).collect();

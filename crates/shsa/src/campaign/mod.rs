@@ -7,6 +7,7 @@ mod markdown;
 
 use crate::outcome::Outcome;
 use crate::plan::find_signal;
+use crate::reading::ReadArguments;
 use crate::replay::{CutArguments, is_journal, only, wanted, written};
 use crate::show;
 use anyhow::{Context, anyhow, bail};
@@ -15,7 +16,7 @@ use serde_json::Value;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::time::Span;
 use shsa_format::model::live::{Live, Written};
-use shsa_format::recording::{self, ReadOptions, Recording, Sample, Session};
+use shsa_format::recording::{self, Recording, Sample, Session};
 use shsa_lab::campaign::{
     self, AmountSpec, Baseline, Campaign, Comparison, Detectable, Grid, GridSpec, HalfSpec, Progress,
     Recorded, calibrated, check_settings, instead, measure, settings,
@@ -79,12 +80,8 @@ pub(crate) struct Arguments {
     /// How many threads; as many as there are cores when not given. The results are the same.
     #[arg(long, value_name = "N", value_parser = show::at_least_one)]
     threads: Option<NonZeroUsize>,
-    /// The column with the time, where a CSV file's header does not tell.
-    #[arg(long, value_name = "NAME")]
-    time_column: Option<String>,
-    /// What one step of the time column is: s, ms, us, ns or a span such as 5s.
-    #[arg(long, value_name = "UNIT", value_parser = parse_span)]
-    time_unit: Option<Span>,
+    #[command(flatten)]
+    reading: ReadArguments,
     /// Write one JSON object to a file, or instead of the text with -.
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
@@ -280,8 +277,8 @@ fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Reco
     if let Some(journal) = arguments.recordings.iter().find(|path| is_journal(path)) {
         bail!("{} is a journal; faults can be injected into recordings only", journal.display());
     }
-    let options = ReadOptions { time_column: arguments.time_column.clone(), time_scale: arguments.time_unit };
-    let mut recording = recording::read(&arguments.recordings, &wanted(knowledge), &options)?;
+    let mut recording =
+        recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
     recording.warnings.iter().for_each(show::warn);
     if recording.samples.is_empty() {
         bail!(

@@ -5,6 +5,7 @@ mod printer;
 
 use crate::outcome::Outcome;
 use crate::plan::find_variable;
+use crate::reading::ReadArguments;
 use crate::replay::{is_journal, wanted};
 use crate::show::{self};
 use anyhow::bail;
@@ -16,7 +17,7 @@ use shsa_core::observation::Observation;
 use shsa_core::plan::Graph;
 use shsa_core::substitution::Way;
 use shsa_core::time::{Span, Time};
-use shsa_format::recording::{self, ReadOptions, Recording};
+use shsa_format::recording::{self, Recording};
 use shsa_message::span::parse_span;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -34,9 +35,11 @@ pub(crate) struct Arguments {
     model: PathBuf,
     /// The variable in which all ways of knowing are compared.
     variable: String,
-    /// The observations: JSON lines, CSV or a ROS 1 bag.
+    /// The observations: a recording of any format.
     #[arg(long, value_name = "FILE")]
     observations: PathBuf,
+    #[command(flatten)]
+    reading: ReadArguments,
     /// How often a step is made.
     #[arg(long, value_name = "SPAN", default_value = "1s", value_parser = parse_span)]
     period: Span,
@@ -113,7 +116,8 @@ fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Reco
     if arguments.mode == Mode::Default && set.iter().any(Option::is_some) {
         show::warn("--buffer, --average and --median are for --mode thesis and change nothing here");
     }
-    let recording = recording::read(std::slice::from_ref(file), &wanted(knowledge), &ReadOptions::default())?;
+    let recording =
+        recording::read(std::slice::from_ref(file), &wanted(knowledge), &arguments.reading.options())?;
     recording.warnings.iter().for_each(show::warn);
     if recording.samples.is_empty() {
         bail!(

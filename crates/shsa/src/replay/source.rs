@@ -2,6 +2,7 @@
 
 use super::reload::{self, Reload, Stage};
 use crate::plan::find_signal;
+use crate::reading::ReadArguments;
 use crate::show;
 use anyhow::{Context, bail};
 use shsa_core::engine::Input;
@@ -12,9 +13,8 @@ use shsa_format::drive::Era;
 use shsa_format::fault::{Fault, moment};
 use shsa_format::journal;
 use shsa_format::model::live::Live;
-use shsa_format::recording::{self, Cuts, ReadOptions, Recording, Sample, Session, Stretch, Wanted};
+use shsa_format::recording::{self, Cuts, Recording, Sample, Session, Stretch, Wanted};
 use shsa_format::story::Story;
-use shsa_message::span::parse_span;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -30,12 +30,8 @@ pub(crate) struct SourceArguments {
     /// Seed of what is random in faults.
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
-    /// The column with the time, where a CSV file's header does not tell.
-    #[arg(long, value_name = "NAME")]
-    pub(super) time_column: Option<String>,
-    /// What one step of the time column is: s, ms, us, ns or a span such as 5s.
-    #[arg(long, value_name = "UNIT", value_parser = parse_span)]
-    pub(super) time_unit: Option<Span>,
+    #[command(flatten)]
+    pub(super) reading: ReadArguments,
     /// A file that changes the model at this time, such as new.yaml@20s; may be given several times.
     #[arg(long, value_name = "FILE@TIME")]
     pub(super) reload: Vec<Reload>,
@@ -195,13 +191,12 @@ fn read_recordings(
             wanted.push(one);
         }
     }
-    let options = ReadOptions { time_column: arguments.time_column.clone(), time_scale: arguments.time_unit };
     let targets: Vec<Vec<Target>> = arguments
         .inject
         .iter()
         .map(|fault| targets(&stages, &wanted, fault))
         .collect::<anyhow::Result<_>>()?;
-    let mut recording = recording::read(recordings, &wanted, &options)?;
+    let mut recording = recording::read(recordings, &wanted, &arguments.reading.options())?;
     recording.warnings.iter().for_each(show::warn);
     if recording.samples.is_empty() {
         bail!(

@@ -10,7 +10,7 @@ use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::Observation;
 use shsa_format::drive::{Era, Given, Run};
 use shsa_format::journal::JournalWriter;
-use shsa_format::recording::{self, ReadOptions, Sample, Survey};
+use shsa_format::recording::{self, Sample, Survey};
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -32,10 +32,7 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
         return Ok(None);
     }
     let wanted = super::wanted(knowledge);
-    let options = ReadOptions {
-        time_column: arguments.source.time_column.clone(),
-        time_scale: arguments.source.time_unit,
-    };
+    let options = arguments.source.reading.options();
     let survey = recording::survey(&arguments.recordings, &wanted, &options)?;
     let (true, Some(span)) = (survey.can_stream, survey.span) else { return Ok(None) };
     survey.recording.warnings.iter().for_each(show::warn);
@@ -43,7 +40,7 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
     let mut journal = journal.map(|file| JournalWriter::new(file, knowledge)).transpose()?;
     let began = Instant::now();
     let signals: Vec<SignalId> = knowledge.signals().ids().collect();
-    let samples = recording::stream(&arguments.recordings, &wanted, &options)?;
+    let samples = recording::stream(&arguments.recordings, &wanted, &options, &survey)?;
     let observations = samples.filter_map(|sample| match sample {
         Ok(sample) => Some(Ok(observation(&signals, sample)?)),
         Err(error) => Some(Err(anyhow::Error::from(error))),

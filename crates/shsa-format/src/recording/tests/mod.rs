@@ -5,6 +5,7 @@ mod bags;
 mod lines;
 mod mutated;
 mod real;
+mod samples;
 mod sessions;
 mod tables;
 
@@ -85,8 +86,10 @@ fn compare_with_stream(
     let times = || read.samples.iter().map(|sample| sample.received);
     assert_eq!(survey.span, times().min().zip(times().max()));
     if survey.can_stream {
-        let streamed: Vec<String> =
-            stream(paths, wanted, options).unwrap().map(|sample| show_sample(&sample.unwrap())).collect();
+        let streamed: Vec<String> = stream(paths, wanted, options, &survey)
+            .unwrap()
+            .map(|sample| show_sample(&sample.unwrap()))
+            .collect();
         assert_eq!(streamed, read.samples.iter().map(show_sample).collect::<Vec<_>>());
     }
 }
@@ -152,7 +155,7 @@ fn formats_are_known_by_content_then_by_extension() {
     fn check(name: &str, bytes: &[u8], expected: &str) {
         let folder = Folder::with(&[(name, bytes)]);
         let said = match format_of_file(&folder.0.join(name)) {
-            Ok(format) => format!("{format:?}"),
+            Ok(row) => format!("{:?}", row.format),
             Err(RecordingError::UnknownFormat { .. }) => "unknown".into(),
             Err(error) => error.to_string(),
         };
@@ -165,15 +168,16 @@ fn formats_are_known_by_content_then_by_extension() {
     check("a.ndjson", b"", "JsonLines");
     check("a.bag", b"#ROS", "Bag");
     check("a.bag", b"PK\x03\x04", "unknown");
-    check("a.mcap", b"\x89MCAP0\r\n", "unknown");
+    check("a", b"\x89MCAP0\r\n", "Mcap");
+    check("a.png", b"\x89PNG\r\n", "unknown");
 }
 
 #[test]
 fn what_cannot_be_read_is_said() {
-    let folder = Folder::with(&[("a.ulg", b"ULog")]);
+    let folder = Folder::with(&[("a.png", b"\x89PNG")]);
     let read_one = |path: &Path| read(&[path.into()], &[], &ReadOptions::default()).unwrap_err().to_string();
-    let said = read_one(&folder.0.join("a.ulg"));
-    assert!(said.contains("a.ulg: not a recording that is known here: CSV (.csv"), "{said}");
+    let said = read_one(&folder.0.join("a.png"));
+    assert!(said.contains("a.png: not a recording that is known here; known are: MCAP (.mcap); "), "{said}");
     let said = read_one(&folder.0);
     assert!(said.contains("no recording in this folder"), "{said}");
     let said = read_one(&folder.0.join("gone.csv"));

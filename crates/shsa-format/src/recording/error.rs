@@ -1,0 +1,107 @@
+//! Why a recording cannot be read.
+
+use super::format;
+use shsa_message::MessageError;
+use std::io;
+use std::path::PathBuf;
+
+/// Why a recording cannot be read at all.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordingError {
+    /// The operating system refuses the file.
+    #[error("{}: cannot be read: {reason}", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        reason: io::Error,
+    },
+    /// Neither its extension nor its first bytes tell the format.
+    #[error("{}: not a recording that is known here; known are: {}", file.display(), format::known())]
+    UnknownFormat {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A folder without a single file of a known format.
+    #[error("{}: no recording in this folder; looked for: {}", folder.display(), format::known())]
+    EmptyFolder {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The format is known, and the part of this program that reads it was left out.
+    #[error("{}: this is a {name}, which this program was built without: build it with the feature '{feature}'", file.display())]
+    SwitchedOff {
+        /// The file.
+        file: PathBuf,
+        /// The format.
+        name: &'static str,
+        /// The feature.
+        feature: &'static str,
+    },
+    /// Definitions of messages cannot be read.
+    #[error("{0}")]
+    Definitions(MessageError),
+    /// A source that means several topics.
+    #[error("{}: signal {signal}: '{topic}' means several: {}; write one of them", file.display(), choices.join(", "))]
+    AmbiguousTopic {
+        /// The file.
+        file: PathBuf,
+        /// The signal that asks.
+        signal: String,
+        /// The topic as asked for.
+        topic: String,
+        /// What it could be.
+        choices: Vec<String>,
+    },
+    /// A source text that does not follow the grammar.
+    #[error("signal {signal}: source '{text}': {problem}")]
+    Source {
+        /// The signal.
+        signal: String,
+        /// The source text.
+        text: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A table with too many columns.
+    #[error("{}: a table of more than {most} columns cannot be read: take out those that are not needed", file.display())]
+    TooWide {
+        /// The file.
+        file: PathBuf,
+        /// The most that can be read.
+        most: usize,
+    },
+    /// More than one column fits.
+    #[error("{}: signal {signal}: '{column}' fits several columns: {}; write one in full", file.display(), columns.join(", "))]
+    AmbiguousColumn {
+        /// The file.
+        file: PathBuf,
+        /// The signal that asks.
+        signal: String,
+        /// The column's name as asked for.
+        column: String,
+        /// The columns that it fits.
+        columns: Vec<String>,
+    },
+    /// A table has no column that looks like the time.
+    #[error(
+        "{}: {problem}; columns: {}; say which holds the time, with --time-column NAME --time-unit 5s, \
+         or in the model as source: file#column@NAME*5s (@row*5s counts the rows)",
+        file.display(),
+        columns.join(", ")
+    )]
+    NoTime {
+        /// The file.
+        file: PathBuf,
+        /// What was looked for.
+        problem: String,
+        /// The table's columns.
+        columns: Vec<String>,
+    },
+    /// A table without a row of names.
+    #[error("{}: the first line holds numbers where the names of the columns belong; add a line such as 't [s],speed [m/s]'", file.display())]
+    NoHeader {
+        /// The file.
+        file: PathBuf,
+    },
+}

@@ -1,0 +1,335 @@
+//! One field of a topic's messages: found by its path once, then read in each message.
+
+use super::names::{self, Fit};
+use super::topic::{Body, Field, Fields, Value};
+use shsa_core::observation::RawValue;
+use shsa_core::time::{Span, Time};
+use shsa_message::MessageError;
+use shsa_message::json::{Kind, Place, Visitor, elements, unescaped, walk};
+use shsa_message::moment::{DateOrder, moment};
+use shsa_message::path::{Path as FieldPath, Step, is_text};
+use shsa_message::ros::{Body as RosBody, Count, Layout, Plan, Target};
+use shsa_message::stamp::{self, Zone};
+
+/// Where the fields of a message's header usually say when it was stamped.
+const STAMPS: [&str; 2] = ["header.stamp", "timestamp"];
+
+/// Why there is no way to a field.
+#[derive(Debug)]
+pub(super) struct Unlocated {
+    /// What is wrong.
+    pub(super) problem: String,
+    /// Where several fields fit, all of them.
+    pub(super) choices: Vec<String>,
+}
+
+impl From<String> for Unlocated {
+    fn from(problem: String) -> Unlocated {
+        Unlocated { problem, choices: Vec::new() }
+    }
+}
+
+/// The way to one field.
+pub(super) enum Locator {
+    /// The value of this number, or an element of its list.
+    Named(usize, Option<usize>),
+    /// The member of a JSON value.
+    Json(Vec<Step>),
+    /// The field of a message of ROS.
+    Ros(Layout, Plan),
+}
+
+impl Fields {
+    /// The way to the field at a path; of the path `data` also to the only field there is.
+    ///
+    /// # Errors
+    /// Says what is wrong with the path, and what there is instead.
+    pub(super) fn locate(&self, path: &str) -> Result<Locator, Unlocated> {
+        match self {
+            Fields::Named(fields) => named(fields, path).map(|(at, element)| Locator::Named(at, element)),
+            Fields::Json => Ok(Locator::Json(FieldPath::parse(path).map_err(said)?.steps)),
+            Fields::Ros { types, kind, layout } => {
+                let path = FieldPath::parse(path).map_err(said)?;
+                Ok(Locator::Ros(*layout, Plan::new(types, *layout, kind, &path.steps).map_err(said)?))
+            }
+            Fields::Unknown(reason) => Err(reason.clone().into()),
+        }
+    }
+
+    /// The way to the stamp in the header of the messages; `None` where they have none.
+    pub(super) fn header_stamp(&self) -> Option<Vec<Locator>> {
+        match self {
+            Fields::Json => Some(STAMPS.iter().filter_map(|path| self.locate(path).ok()).collect()),
+            Fields::Ros { types, kind, layout } => {
+                let plan = Plan::new(types, *layout, kind, &types.header_stamp(kind)?).ok()?;
+                Some(vec![Locator::Ros(*layout, plan)])
+            }
+            Fields::Named(_) | Fields::Unknown(_) => None,
+        }
+    }
+}
+
+/// The field of a name: in full, without its unit, in whichever letter case, or as an element of a list.
+fn named(fields: &[Field], path: &str) -> Result<(usize, Option<usize>), Unlocated> {
+    let names: Vec<String> = fields.iter().map(|field| field.name.clone()).collect();
+    let find = |path: &str| match names::column_of(&names, path) {
+        Fit::Column(at) => Some(Ok(at)),
+        Fit::Several(all) => {
+            let choices = all.iter().filter_map(|at| names.get(*at).cloned()).collect();
+            Some(Err(Unlocated { problem: format!("'{path}' fits several fields"), choices }))
+        }
+        Fit::Nothing if path == "data" && names.len() == 1 => Some(Ok(0)),
+        Fit::Nothing => None,
+    };
+    let value = || find("value").filter(|_| path == "data");
+    if let Some(found) = find(path).or_else(|| find(names::bare(path))).or_else(value) {
+        return found.map(|at| (at, None));
+    }
+    if let Some((list, index)) = element(path)
+        && let Some(found) = find(list)
+    {
+        return found.map(|at| (at, Some(index)));
+    }
+    Err(format!("no field '{path}'{}", names::hint(path, names.iter().map(String::as_str))).into())
+}
+
+/// `q[2]` and `q.2`: a list and the number of one of its elements.
+fn element(path: &str) -> Option<(&str, usize)> {
+    let (list, index) = match path.strip_suffix(']') {
+        Some(open) => open.rsplit_once('[')?,
+        None => path.rsplit_once('.')?,
+    };
+    Some((list, index.trim().parse().ok()?))
+}
+
+/// What is wrong with a field of a message.
+fn said(problem: MessageError) -> Unlocated {
+    let problem = match problem {
+        MessageError::NoIndex { index, name, .. } => {
+            format!("'[{index}]' is no index; write it like {name}[0]")
+        }
+        MessageError::UnknownType { name, .. } => format!("the type {name} is not defined in the file"),
+        MessageError::UnknownField { name, owner, known } => {
+            let hint = names::hint(&name, known.iter().map(String::as_str));
+            format!("no field '{name}' in {owner}{hint}")
+        }
+        other => other.to_string(),
+    };
+    problem.into()
+}
+
+impl Locator {
+    /// Whether there can be a number at the end of the way.
+    pub(super) fn can_be_number(&self) -> bool {
+        match self {
+            Locator::Ros(_, plan) => matches!(plan.target, Target::Primitive(_) | Target::Time),
+            Locator::Named(..) | Locator::Json(_) => true,
+        }
+    }
+
+    /// Whether what is there can be compared with a text: a number, a text, a list of texts.
+    pub(super) fn can_be_compared(&self) -> bool {
+        match self {
+            Locator::Ros(_, plan) => match plan.target {
+                Target::Primitive(_) | Target::Time => plan.count == Count::One,
+                Target::Text => true,
+                Target::Message => false,
+            },
+            Locator::Named(..) | Locator::Json(_) => true,
+        }
+    }
+
+    /// The value of the field, or of one element of its list; `None` when there is none, or it is no number.
+    pub(super) fn value(&self, body: Body<'_>, element: Option<usize>) -> Option<RawValue> {
+        match (self, body) {
+            (Locator::Named(at, own), Body::Values(values)) => of_named(values.get(*at)?, element.or(*own)),
+            (Locator::Json(steps), Body::Bytes(bytes)) => {
+                let text = std::str::from_utf8(bytes).ok()?;
+                of_json(text, json_at(text, steps)?, element)
+            }
+            (Locator::Ros(layout, plan), Body::Bytes(bytes)) => plan.value(of_ros(*layout, bytes)?, element),
+            _ => None,
+        }
+    }
+
+    /// The text of the field; `None` when there is none, or it is no text.
+    pub(super) fn text(&self, body: Body<'_>) -> Option<String> {
+        match (self, body) {
+            (Locator::Named(at, None), Body::Values(values)) => match values.get(*at)? {
+                Value::Text(text) => Some((*text).to_owned()),
+                _ => None,
+            },
+            (Locator::Json(steps), Body::Bytes(bytes)) => {
+                let text = std::str::from_utf8(bytes).ok()?;
+                let place = json_at(text, steps).filter(|place| place.kind == Kind::Text)?;
+                Some(unescaped(place.of(text)).into_owned())
+            }
+            (Locator::Ros(layout, plan), Body::Bytes(bytes)) => plan.text(of_ros(*layout, bytes)?),
+            _ => None,
+        }
+    }
+
+    /// The field as a stamp, where a step of a number is so long; `None` as in [`Locator::value`], and for a message's zero.
+    pub(super) fn stamp(&self, body: Body<'_>, step: Option<Span>) -> Option<Time> {
+        let stamp = match (self, body) {
+            (Locator::Named(at, None), Body::Values(values)) => match *values.get(*at)? {
+                Value::Whole(whole) => {
+                    let step = step.unwrap_or_else(|| stamp::likely_step(whole.unsigned_abs()));
+                    Time(whole.checked_mul(step.0)?)
+                }
+                Value::Number(number) => Time::from_seconds(number * step.map_or(1.0, |step| step.seconds())),
+                Value::Text(text) => text_stamp(text, step)?,
+                Value::Missing | Value::List(_) | Value::Interval(..) => return None,
+            },
+            (Locator::Json(steps), Body::Bytes(bytes)) => {
+                json_stamp(std::str::from_utf8(bytes).ok()?, steps, step)?
+            }
+            (Locator::Ros(layout, plan), Body::Bytes(bytes)) => {
+                plan.stamp(of_ros(*layout, bytes)?, step.unwrap_or(Span::from_millis(1_000)))?
+            }
+            _ => return None,
+        };
+        // In a message zero means that nobody has stamped it; in a table it is a time.
+        (stamp.0 != 0 || matches!(self, Locator::Named(..))).then_some(stamp)
+    }
+
+    /// Where the field says what is asked: `Some(None)` for one value that does, of a list the first element that does.
+    pub(super) fn find(&self, body: Body<'_>, asked: &str) -> Option<Option<usize>> {
+        match (self, body) {
+            (Locator::Named(at, None), Body::Values(values)) => match values.get(*at)? {
+                Value::Text(text) => is_text(text, asked).then_some(None),
+                Value::Number(number) => is_text(&number.to_string(), asked).then_some(None),
+                Value::Whole(whole) => is_text(&whole.to_string(), asked).then_some(None),
+                Value::List(items) => {
+                    items.iter().position(|item| is_text(&item.to_string(), asked)).map(Some)
+                }
+                Value::Missing | Value::Interval(..) => None,
+            },
+            (Locator::Json(steps), Body::Bytes(bytes)) => {
+                let text = std::str::from_utf8(bytes).ok()?;
+                json_find(text, json_at(text, steps)?, asked)
+            }
+            (Locator::Ros(layout, plan), Body::Bytes(bytes)) => plan.find(of_ros(*layout, bytes)?, asked),
+            _ => None,
+        }
+    }
+}
+
+/// A number, or a date and a time; without a zone in UTC.
+fn text_stamp(text: &str, step: Option<Span>) -> Option<Time> {
+    let moment = || moment(text, DateOrder::YearMonthDay, Zone::default()).map(|moment| moment.time);
+    stamp::number(text.trim(), step).map(|(time, _)| time).or_else(moment)
+}
+
+fn of_ros(layout: Layout, bytes: &[u8]) -> Option<RosBody<'_>> {
+    match layout {
+        Layout::Packed => Some(RosBody::packed(bytes)),
+        Layout::Cdr => RosBody::cdr(bytes).ok(),
+    }
+}
+
+fn of_named(value: &Value<'_>, element: Option<usize>) -> Option<RawValue> {
+    match (value, element) {
+        (Value::Number(number), None) => Some(RawValue::Number(*number)),
+        (Value::Whole(whole), None) => Some(RawValue::Number(*whole as f64)),
+        (Value::Text(text), None) => text.trim().parse().ok().map(RawValue::Number),
+        (Value::Interval(lo, hi), None) => Some(RawValue::Interval { lo: *lo, hi: *hi }),
+        (Value::List(items), None) => Some(RawValue::Vector(items.to_vec())),
+        (Value::List(items), Some(index)) => items.get(index).copied().map(RawValue::Number),
+        _ => None,
+    }
+}
+
+/// Where a JSON text has the member at some steps.
+fn json_at(text: &str, steps: &[Step]) -> Option<Place> {
+    /// Nodes are how many steps lead to them.
+    struct At<'a>(&'a [Step], Option<Place>);
+    impl Visitor for At<'_> {
+        type Node = usize;
+        fn member(&mut self, of: usize, name: &str) -> Option<usize> {
+            let Step::Key(key) = self.0.get(of)? else { return None };
+            (key == name || name.contains('\\') && *key == unescaped(name)).then_some(of + 1)
+        }
+        fn element(&mut self, of: usize, index: usize) -> Option<usize> {
+            let asked = match self.0.get(of)? {
+                Step::Index(asked) => Some(*asked),
+                Step::Key(key) => key.parse().ok(),
+            };
+            (asked == Some(index)).then_some(of + 1)
+        }
+        fn enter(&mut self, _node: usize) {}
+        fn leave(&mut self, node: usize, place: Place) {
+            if node == self.0.len() {
+                self.1 = Some(place);
+            }
+        }
+    }
+    let mut at = At(steps, None);
+    walk(text, 0, &mut at).ok()?;
+    at.1
+}
+
+fn of_json(text: &str, place: Place, element: Option<usize>) -> Option<RawValue> {
+    let mut items: Vec<Option<f64>> = Vec::new();
+    match (place.kind, element) {
+        (Kind::List, _) => elements(text, place, |_, item| {
+            // Null is how JSON writes not-a-number.
+            items.push(if item.kind == Kind::Null { Some(f64::NAN) } else { json_number(text, item) });
+            true
+        }),
+        (_, None) => return json_number(text, place).map(RawValue::Number),
+        _ => return None,
+    }
+    match element {
+        Some(index) => items.get(index).copied().flatten().map(RawValue::Number),
+        None => items.into_iter().collect::<Option<_>>().map(RawValue::Vector),
+    }
+}
+
+fn json_number(text: &str, place: Place) -> Option<f64> {
+    match place.kind {
+        Kind::Number | Kind::Text => place.of(text).trim().parse().ok(),
+        Kind::True => Some(1.0),
+        Kind::False => Some(0.0),
+        Kind::Null | Kind::List | Kind::Object => None,
+    }
+}
+
+/// A number, a text, or an object of seconds and nanoseconds.
+fn json_stamp(text: &str, steps: &[Step], step: Option<Span>) -> Option<Time> {
+    let place = json_at(text, steps)?;
+    let member = |names: &[&str]| {
+        let found = names.iter().find_map(|name| {
+            json_at(place.of(text), &[Step::Key((*name).to_owned())])
+                .map(|found| found.of(place.of(text)).parse::<i64>().ok())
+        });
+        found.flatten()
+    };
+    match place.kind {
+        Kind::Number => stamp::number(place.of(text), step).map(|(time, _)| time),
+        Kind::Text => stamp::text(place.of(text), step).map(|(time, _)| time),
+        Kind::Object => {
+            let seconds = member(&["sec", "secs", "seconds"])?;
+            let nanoseconds = member(&["nsec", "nanosec", "nsecs", "nanos"])?;
+            seconds.checked_mul(1_000_000_000)?.checked_add(nanoseconds).map(Time)
+        }
+        _ => None,
+    }
+}
+
+fn json_find(text: &str, place: Place, asked: &str) -> Option<Option<usize>> {
+    let says = |place: Place| match place.kind {
+        Kind::Text => is_text(&unescaped(place.of(text)), asked),
+        Kind::List | Kind::Object => false,
+        _ => is_text(place.of(text), asked),
+    };
+    if place.kind != Kind::List {
+        return says(place).then_some(None);
+    }
+    let mut found = None;
+    elements(text, place, |index, item| {
+        found = says(item).then_some(index);
+        found.is_none()
+    });
+    found.map(Some)
+}

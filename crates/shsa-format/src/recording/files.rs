@@ -1,0 +1,131 @@
+//! The files of a recording: found in folders, told apart by format, opened; those that are packed as a whole are unpacked first.
+
+use super::RecordingError;
+use super::format::{self, HEAD, Row};
+use super::topic::Input;
+use super::unpack::{self, ZSTD_MAGIC};
+use std::fs;
+use std::io::{self, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+/// A file of a known format.
+#[derive(Clone, Debug)]
+pub(super) struct File {
+    pub(super) path: PathBuf,
+    pub(super) row: &'static Row,
+}
+
+/// The files that are meant: of folders those of known endings, part 2 before part 10.
+///
+/// # Errors
+/// When a file cannot be opened, or its format is not known.
+pub(super) fn files_of(paths: &[PathBuf]) -> Result<Vec<File>, RecordingError> {
+    let mut files = Vec::new();
+    for path in paths {
+        let found = if path.is_dir() { files_in(path)? } else { vec![path.clone()] };
+        for path in found {
+            let row = format_of_file(&path)?;
+            files.push(File { path, row });
+        }
+    }
+    Ok(files)
+}
+
+fn files_in(folder: &Path) -> Result<Vec<PathBuf>, RecordingError> {
+    let entries = folder.read_dir().and_then(Iterator::collect::<io::Result<Vec<_>>>);
+    let entries = entries.map_err(|reason| unreadable(folder, reason))?;
+    let paths = entries.into_iter().map(|entry| entry.path());
+    let is_known = |path: &PathBuf| path.is_file() && format::by_ending(&without_packing(path)).is_some();
+    let mut files: Vec<_> = paths.filter(is_known).collect();
+    files.sort_by_key(|path| counted(&path.to_string_lossy()));
+    if files.is_empty() {
+        return Err(RecordingError::EmptyFolder { folder: folder.into() });
+    }
+    Ok(files)
+}
+
+/// A name in parts, of which numbers sort by their value: `bag_10` behind `bag_2`.
+fn counted(name: &str) -> Vec<(String, u64)> {
+    let mut parts: Vec<(String, u64)> = vec![(String::new(), 0)];
+    for character in name.chars() {
+        let Some((text, number)) = parts.last_mut() else { break };
+        match character.to_digit(10) {
+            Some(digit) => *number = number.saturating_mul(10).saturating_add(u64::from(digit)),
+            None if *number > 0 => parts.push((character.to_string(), 0)),
+            None => text.push(character),
+        }
+    }
+    // The whole name decides between `a1` and `a01`.
+    parts.push((name.to_owned(), 0));
+    parts
+}
+
+/// The format of a file, by its first bytes and its name.
+///
+/// # Errors
+/// As [`files_of`].
+pub(super) fn format_of_file(file: &Path) -> Result<&'static Row, RecordingError> {
+    let mut head = Vec::new();
+    let read = fs::File::open(file).and_then(|opened| opened.take(1 << 16).read_to_end(&mut head));
+    read.map_err(|reason| unreadable(file, reason))?;
+    if !head.starts_with(ZSTD_MAGIC) {
+        head.truncate(HEAD as usize);
+        return format_of(file, &head);
+    }
+    format_of(&without_packing(file), &unpack::unpack("zstd", &head, HEAD).bytes)
+}
+
+/// The format of a file of this name that begins so.
+///
+/// # Errors
+/// When it is not known, or switched off.
+pub(super) fn format_of(file: &Path, head: &[u8]) -> Result<&'static Row, RecordingError> {
+    let row = format::format_of(file, head);
+    let row = row.ok_or_else(|| RecordingError::UnknownFormat { file: file.into() })?;
+    match row.feature {
+        Some(feature) if !row.is_on => {
+            Err(RecordingError::SwitchedOff { file: file.into(), name: row.name, feature })
+        }
+        _ => Ok(row),
+    }
+}
+
+/// `bag.db3.zstd` without the last ending.
+fn without_packing(file: &Path) -> PathBuf {
+    let is_packed = file.extension().is_some_and(|ending| ending == "zstd" || ending == "zst");
+    if is_packed { file.with_extension("") } else { file.to_owned() }
+}
+
+/// The bytes of a file; of one that is packed, those of its content, for which a file is made that has no name.
+///
+/// # Errors
+/// When it cannot be opened or unpacked.
+pub(super) fn open(file: &Path) -> Result<Box<dyn Input>, RecordingError> {
+    let open = || -> io::Result<fs::File> {
+        let mut opened = fs::File::open(file)?;
+        let mut head = [0; 4];
+        let length = opened.read(&mut head)?;
+        io::Seek::rewind(&mut opened)?;
+        if head.get(..length) == Some(ZSTD_MAGIC) { unpack::file(opened) } else { Ok(opened) }
+    };
+    match open() {
+        Ok(opened) => Ok(Box::new(BufReader::new(opened))),
+        Err(reason) => Err(unreadable(file, reason)),
+    }
+}
+
+fn unreadable(file: &Path, reason: io::Error) -> RecordingError {
+    RecordingError::Unreadable { file: file.into(), reason }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_in_names_are_counted() {
+        let mut names = ["bag_10.db3", "bag_2.db3", "bag.db3", "bag_1.db3", "a02", "a2"];
+        names.sort_by_key(|name| counted(name));
+        assert_eq!(names, ["a02", "a2", "bag.db3", "bag_1.db3", "bag_2.db3", "bag_10.db3"]);
+    }
+}

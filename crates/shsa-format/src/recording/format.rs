@@ -1,0 +1,123 @@
+//! The formats of recordings: one table of what they are called, how their files end and begin, and whether they can be read here.
+
+use super::extraction::Naming;
+use super::{mcap, rosbag, sqlite};
+use std::path::Path;
+
+/// How recordings are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// MCAP.
+    Mcap,
+    /// Bags of ROS 2 in SQLite files.
+    Rosbag2,
+    /// Bags of ROS 1, version 2.0.
+    Bag,
+    /// Observations, one a line.
+    JsonLines,
+    /// Tables of text.
+    Csv,
+}
+
+/// What is known of a format.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// The format.
+    pub format: Format,
+    /// What it is called.
+    pub name: &'static str,
+    /// How its files end; several formats may share an ending.
+    pub endings: &'static [&'static str],
+    /// The feature of this crate that reads it; `None`: it is always read.
+    pub feature: Option<&'static str>,
+    /// Whether that feature is on.
+    pub is_on: bool,
+    /// How sources name its topics.
+    pub(super) naming: Naming,
+    /// Whether a file that begins so is of this format for certain.
+    is: fn(&[u8]) -> bool,
+}
+
+/// All formats. Of those that a file could begin with, the first one is meant.
+pub const FORMATS: &[Row] = &[
+    Row {
+        format: Format::Mcap,
+        name: "MCAP",
+        endings: &["mcap"],
+        feature: None,
+        is_on: true,
+        naming: Naming::Topic,
+        is: |head| head.starts_with(mcap::MAGIC),
+    },
+    Row {
+        format: Format::Rosbag2,
+        name: "ROS 2 bag in SQLite",
+        endings: &["db3"],
+        feature: None,
+        is_on: true,
+        naming: Naming::Topic,
+        is: |head| head.starts_with(sqlite::MAGIC),
+    },
+    Row {
+        format: Format::Bag,
+        name: "ROS 1 bag, version 2.0",
+        endings: &["bag"],
+        feature: None,
+        is_on: true,
+        naming: Naming::Topic,
+        is: |head| head.starts_with(rosbag::MAGIC),
+    },
+    Row {
+        format: Format::JsonLines,
+        name: "JSON lines",
+        endings: &["jsonl", "ndjson", "json"],
+        feature: None,
+        is_on: true,
+        naming: Naming::Signal,
+        is: |_| false,
+    },
+    Row {
+        format: Format::Csv,
+        name: "table of text",
+        endings: &["csv", "tsv", "txt"],
+        feature: None,
+        is_on: true,
+        naming: Naming::File,
+        is: |_| false,
+    },
+];
+
+/// How many bytes of a file tell its format.
+pub(super) const HEAD: u64 = 4_096;
+
+/// The format of a file with this name that begins so: the first bytes decide where they can, else the ending; `None` when neither
+/// does.
+pub(super) fn format_of(name: &Path, head: &[u8]) -> Option<&'static Row> {
+    if let Some(certain) = FORMATS.iter().find(|row| (row.is)(head)) {
+        return Some(certain);
+    }
+    match by_ending(name) {
+        // Cut within its first line, or something else.
+        Some(row) if row.format == Format::Bag => rosbag::MAGIC.starts_with(head).then_some(row),
+        None => {
+            let first = head.iter().find(|byte| !byte.is_ascii_whitespace());
+            FORMATS.iter().find(|row| row.format == Format::JsonLines && first == Some(&b'{'))
+        }
+        known => known,
+    }
+}
+
+/// The first format whose files end so.
+pub(super) fn by_ending(file: &Path) -> Option<&'static Row> {
+    let ending = file.extension()?.to_str()?.to_ascii_lowercase();
+    FORMATS.iter().find(|row| row.endings.contains(&ending.as_str()))
+}
+
+/// `JSON lines (.jsonl, .ndjson, .json), ...`: what is known, for errors.
+pub(super) fn known() -> String {
+    let told = |row: &Row| {
+        let endings: Vec<String> = row.endings.iter().map(|ending| format!(".{ending}")).collect();
+        format!("{} ({})", row.name, endings.join(", "))
+    };
+    FORMATS.iter().map(told).collect::<Vec<_>>().join("; ")
+}

@@ -1,0 +1,282 @@
+//! What is in a file: its topics and their fields, rates, gaps and examples of values.
+
+use super::fields::Locator;
+use super::topic::{Body, Fields, Listener, Times, Topic, TopicId};
+use super::{FieldInfo, FileInfo, Place, TopicInfo, Warning, mean_rate};
+use shsa_core::observation::RawValue;
+use shsa_core::time::{Span, Time};
+use shsa_message::json::{Kind, Visitor, unescaped, walk};
+use std::path::{Path, PathBuf};
+
+/// More fields of a topic are not listed.
+const FIELDS_MAX: usize = 400;
+
+/// Texts are shown up to this length, characters.
+const TEXT_MAX: usize = 40;
+
+/// Notes what there is in one file.
+pub(super) struct Inventory {
+    file: PathBuf,
+    topics: Vec<Entry>,
+    warnings: Vec<Warning>,
+    is_degraded: bool,
+}
+
+/// One topic, as several may publish it.
+struct Entry {
+    info: TopicInfo,
+    fields: Fields,
+    /// The ways to the fields that are listed.
+    locators: Vec<(String, Locator)>,
+    span: Option<(Time, Time)>,
+    last: Option<Time>,
+    is_untimed: bool,
+}
+
+impl Inventory {
+    pub(super) fn new(file: &Path) -> Inventory {
+        Inventory { file: file.into(), topics: Vec::new(), warnings: Vec::new(), is_degraded: false }
+    }
+
+    /// What was told, of a file of this format.
+    pub(super) fn finish(self, format: &'static str) -> FileInfo {
+        let mut topics: Vec<TopicInfo> = self.topics.into_iter().map(Entry::finish).collect();
+        topics.sort_by(|a, b| a.source.cmp(&b.source).then_with(|| a.kind.cmp(&b.kind)));
+        FileInfo { file: self.file, format, topics, warnings: self.warnings, degraded: self.is_degraded }
+    }
+}
+
+impl Listener for Inventory {
+    fn file(&self) -> &Path {
+        &self.file
+    }
+
+    fn topic(&mut self, topic: Topic<'_>) -> TopicId {
+        let source = topic.choice();
+        let known = self.topics.iter().position(|it| it.info.source == source && it.info.kind == topic.kind);
+        TopicId(known.unwrap_or_else(|| {
+            self.topics.push(Entry::new(source, &topic));
+            self.topics.len() - 1
+        }))
+    }
+
+    fn is_wanted(&self, _topic: TopicId) -> bool {
+        true
+    }
+
+    fn needs_time(&self, _topic: TopicId) -> bool {
+        false
+    }
+
+    fn untimed(&mut self, topic: TopicId, problem: String) {
+        if let Some(entry) = self.topics.get_mut(topic.0) {
+            entry.is_untimed = true;
+        }
+        self.note(Place::Whole, problem);
+    }
+
+    fn message(&mut self, topic: TopicId, times: Times, body: Body<'_>) {
+        if let Some(entry) = self.topics.get_mut(topic.0) {
+            entry.see(times.received, body);
+        }
+    }
+
+    fn damaged(&mut self, place: Place, problem: String) {
+        self.is_degraded = true;
+        self.note(place, problem);
+    }
+
+    fn note(&mut self, place: Place, what: String) {
+        /// More of a file are not kept.
+        const MOST: usize = 20;
+        if self.warnings.len() < MOST {
+            self.warnings.push(Warning { file: self.file.clone(), place, message: what });
+        }
+    }
+}
+
+impl Entry {
+    fn new(source: String, topic: &Topic<'_>) -> Entry {
+        let unreadable = match &topic.fields {
+            Fields::Unknown(reason) => Some(reason.clone()),
+            _ => None,
+        };
+        let info = TopicInfo {
+            name: topic.name.to_owned(),
+            source,
+            kind: topic.kind.to_owned(),
+            unreadable,
+            ..TopicInfo::default()
+        };
+        let mut entry = Entry {
+            info,
+            fields: topic.fields.clone(),
+            locators: Vec::new(),
+            span: None,
+            last: None,
+            is_untimed: false,
+        };
+        entry.list();
+        entry
+    }
+
+    /// Lists the fields that the type of the messages has.
+    fn list(&mut self) {
+        let mut paths = Vec::new();
+        match &self.fields {
+            Fields::Named(fields) => {
+                for (at, field) in fields.iter().enumerate().take(FIELDS_MAX) {
+                    let locator = Locator::Named(at, None);
+                    self.locators.push((field.name.clone(), locator));
+                    self.info.fields.push(FieldInfo::new(&field.name, field.unit.clone()));
+                }
+            }
+            Fields::Ros { types, kind, .. } => {
+                if let Err(problem) = types.paths(kind, "", FIELDS_MAX, &mut paths) {
+                    self.info.unreadable = Some(problem.to_string());
+                }
+            }
+            Fields::Json | Fields::Unknown(_) => {}
+        }
+        paths.into_iter().for_each(|path| self.add(path));
+    }
+
+    fn add(&mut self, path: String) {
+        if self.locators.len() >= FIELDS_MAX || self.locators.iter().any(|(known, _)| *known == path) {
+            return;
+        }
+        if let Ok(locator) = self.fields.locate(&path) {
+            self.info.fields.push(FieldInfo::new(&path, None));
+            self.locators.push((path, locator));
+        }
+    }
+
+    fn see(&mut self, received: Time, body: Body<'_>) {
+        self.info.count += 1;
+        let (from, to) = self.span.unwrap_or((received, received));
+        self.span = Some((from.min(received), to.max(received)));
+        if let Some(last) = self.last.replace(received) {
+            let longest = self.info.longest_gap.unwrap_or(Span::ZERO);
+            self.info.longest_gap = Some(longest.max(received - last));
+        }
+        // Ever fewer are looked into: what a file takes does not grow with what its messages hold.
+        if self.info.count.is_power_of_two() {
+            self.look_into(body);
+        }
+    }
+
+    fn look_into(&mut self, body: Body<'_>) {
+        if let (Fields::Json, Body::Bytes(bytes)) = (&self.fields, body) {
+            let text = std::str::from_utf8(bytes).unwrap_or("");
+            leaves(text).into_iter().for_each(|path| self.add(path));
+        }
+        for ((_, locator), info) in self.locators.iter().zip(&mut self.info.fields) {
+            if let Some(value) = locator.value(body, None) {
+                info.see(value);
+            } else if let Some(text) = locator.text(body) {
+                info.kind = "text";
+                info.sample = Some(text.chars().take(TEXT_MAX).collect());
+            }
+        }
+    }
+
+    fn finish(mut self) -> TopicInfo {
+        if self.is_untimed {
+            return TopicInfo { longest_gap: None, ..self.info };
+        }
+        self.info.rate_hz = self.span.and_then(|(from, to)| mean_rate(self.info.count, from, to));
+        self.info.span = self.span;
+        self.info
+    }
+}
+
+impl FieldInfo {
+    fn new(path: &str, unit: Option<String>) -> FieldInfo {
+        FieldInfo { path: path.to_owned(), unit, kind: "", sample: None }
+    }
+
+    fn see(&mut self, value: RawValue) {
+        let (kind, shown) = match value {
+            RawValue::Number(number) => ("number", number.to_string()),
+            RawValue::Interval { lo, hi } => ("interval", format!("{lo}..{hi}")),
+            RawValue::Vector(items) => {
+                let shown: Vec<String> = items.iter().take(3).map(f64::to_string).collect();
+                let more = if items.len() > 3 { ", .." } else { "" };
+                ("list", format!("[{}{more}] ({} elements)", shown.join(", "), items.len()))
+            }
+        };
+        self.kind = kind;
+        self.sample = Some(shown);
+    }
+}
+
+/// The paths of the numbers, texts and lists of numbers in a JSON value; of a list of objects those of the first.
+fn leaves(text: &str) -> Vec<String> {
+    struct Leaves {
+        /// Of each node the path to it, and whether something is in it.
+        nodes: Vec<(String, bool)>,
+        found: Vec<String>,
+    }
+    impl Visitor for Leaves {
+        type Node = usize;
+        fn member(&mut self, of: usize, name: &str) -> Option<usize> {
+            let (path, has_parts) = self.nodes.get_mut(of)?;
+            *has_parts = true;
+            let dot = if path.is_empty() { "" } else { "." };
+            let path = format!("{path}{dot}{}", unescaped(name));
+            self.push(path)
+        }
+        fn element(&mut self, of: usize, index: usize) -> Option<usize> {
+            let (path, _) = self.nodes.get(of)?;
+            let path = format!("{path}[{index}]");
+            if index == 0 { self.push(path) } else { None }
+        }
+        fn enter(&mut self, _node: usize) {}
+        fn leave(&mut self, node: usize, place: shsa_message::json::Place) {
+            let Some((path, has_parts)) = self.nodes.get(node).cloned() else { return };
+            if place.kind == Kind::Object || has_parts {
+                return;
+            }
+            if place.kind == Kind::List {
+                // Of a list of numbers the list itself, not its first element.
+                let first = format!("{path}[0]");
+                self.found.retain(|known| *known != first);
+                if self.nodes.iter().any(|(known, has_parts)| *known == first && *has_parts) {
+                    return;
+                }
+            }
+            self.found.push(path);
+        }
+    }
+    impl Leaves {
+        fn push(&mut self, path: String) -> Option<usize> {
+            (self.nodes.len() < FIELDS_MAX).then(|| {
+                self.nodes.push((path, false));
+                self.nodes.len() - 1
+            })
+        }
+    }
+    let mut leaves = Leaves { nodes: vec![(String::new(), false)], found: Vec::new() };
+    // What is no JSON has no parts.
+    let _walked = walk(text, 0, &mut leaves);
+    leaves.found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_leaves_of_json_are_listed() {
+        #[track_caller]
+        fn check(text: &str, expected: &[&str]) {
+            assert_eq!(leaves(text), expected);
+        }
+        check("5", &[""]);
+        check(
+            r#"{"a": 1, "b": {"c": [1, 2], "d": "x"}, "e": [{"f": 1}, {"f": 2}]}"#,
+            &["a", "b.c", "b.d", "e[0].f"],
+        );
+        check("{", &[]);
+    }
+}

@@ -1,0 +1,197 @@
+//! The records of an MCAP file: what stands in the bytes of each kind.
+
+/// A schema: how the messages of a type are made.
+pub(super) const SCHEMA: u8 = 3;
+/// A channel: the messages of one publisher of a topic.
+pub(super) const CHANNEL: u8 = 4;
+/// A message.
+pub(super) const MESSAGE: u8 = 5;
+/// Records packed together.
+pub(super) const CHUNK: u8 = 6;
+/// The last kind that the format defines.
+pub(super) const LAST: u8 = 15;
+/// The end of the data.
+pub(super) const DATA_END: u8 = 15;
+/// Where the summary is.
+pub(super) const FOOTER: u8 = 2;
+/// Kind and length.
+pub(super) const HEAD: u64 = 9;
+
+/// Goes through the fields of a record; every step is `None` behind its end.
+#[derive(Clone, Copy)]
+pub(super) struct Cursor<'a>(pub(super) &'a [u8]);
+
+impl<'a> Cursor<'a> {
+    pub(super) fn bytes(&mut self, length: usize) -> Option<&'a [u8]> {
+        let (own, rest) = self.0.split_at_checked(length)?;
+        self.0 = rest;
+        Some(own)
+    }
+
+    pub(super) fn byte(&mut self) -> Option<u8> {
+        Some(*self.bytes(1)?.first()?)
+    }
+
+    pub(super) fn u16(&mut self) -> Option<u16> {
+        self.bytes(2)?.first_chunk().map(|bytes| u16::from_le_bytes(*bytes))
+    }
+
+    pub(super) fn u32(&mut self) -> Option<u32> {
+        self.bytes(4)?.first_chunk().map(|bytes| u32::from_le_bytes(*bytes))
+    }
+
+    pub(super) fn u64(&mut self) -> Option<u64> {
+        self.bytes(8)?.first_chunk().map(|bytes| u64::from_le_bytes(*bytes))
+    }
+
+    /// What its length of four bytes precedes.
+    pub(super) fn sized(&mut self) -> Option<&'a [u8]> {
+        let length = self.u32()?;
+        self.bytes(length as usize)
+    }
+
+    pub(super) fn text(&mut self) -> Option<&'a str> {
+        std::str::from_utf8(self.sized()?).ok()
+    }
+
+    /// A whole record: its kind and its content.
+    pub(super) fn record(&mut self) -> Option<(u8, &'a [u8])> {
+        let mut ahead = *self;
+        let kind = ahead.byte().filter(|kind| (1..=LAST).contains(kind))?;
+        let length = ahead.u64()?;
+        let content = ahead.bytes(usize::try_from(length).ok()?)?;
+        *self = ahead;
+        Some((kind, content))
+    }
+}
+
+/// A schema.
+pub(super) struct Schema<'a> {
+    pub(super) id: u16,
+    pub(super) name: &'a str,
+    pub(super) encoding: &'a str,
+    pub(super) data: &'a [u8],
+}
+
+impl<'a> Schema<'a> {
+    pub(super) fn of(content: &'a [u8]) -> Option<Schema<'a>> {
+        let mut at = Cursor(content);
+        Some(Schema { id: at.u16()?, name: at.text()?, encoding: at.text()?, data: at.sized()? })
+    }
+}
+
+/// A channel.
+pub(super) struct Channel<'a> {
+    pub(super) id: u16,
+    pub(super) schema: u16,
+    pub(super) topic: &'a str,
+    pub(super) encoding: &'a str,
+}
+
+impl<'a> Channel<'a> {
+    pub(super) fn of(content: &'a [u8]) -> Option<Channel<'a>> {
+        let mut at = Cursor(content);
+        Some(Channel { id: at.u16()?, schema: at.u16()?, topic: at.text()?, encoding: at.text()? })
+    }
+}
+
+/// A message.
+pub(super) struct Message<'a> {
+    pub(super) channel: u16,
+    pub(super) logged_ns: u64,
+    pub(super) published_ns: u64,
+    pub(super) data: &'a [u8],
+}
+
+impl<'a> Message<'a> {
+    pub(super) fn of(content: &'a [u8]) -> Option<Message<'a>> {
+        let mut at = Cursor(content);
+        let channel = at.u16()?;
+        at.u32()?;
+        Some(Message { channel, logged_ns: at.u64()?, published_ns: at.u64()?, data: at.0 })
+    }
+}
+
+/// What stands before the packed records of a chunk.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct ChunkHead {
+    /// The size of the records once they are unpacked.
+    pub(super) unpacked: u64,
+    /// Their CRC-32; 0 where it was not computed.
+    pub(super) crc: u32,
+    /// How they are packed; empty: not at all.
+    pub(super) method: String,
+    /// The size of the packed records.
+    pub(super) packed: u64,
+    /// The size of this head.
+    pub(super) size: u64,
+}
+
+impl ChunkHead {
+    /// The longest of those that are known.
+    pub(super) const SIZE_MAX: u64 = 8 + 8 + 8 + 4 + 4 + 32 + 8;
+
+    pub(super) fn of(content: &[u8]) -> Option<ChunkHead> {
+        let mut at = Cursor(content);
+        let (start, end) = (at.u64()?, at.u64()?);
+        let (unpacked, crc) = (at.u64()?, at.u32()?);
+        let method = at.text().filter(|method| method.len() <= 32)?.to_owned();
+        let packed = at.u64()?;
+        let size = (content.len() - at.0.len()) as u64;
+        (start <= end).then_some(ChunkHead { unpacked, crc, method, packed, size })
+    }
+}
+
+/// CRC-32 of IEEE 802.3, eight bytes at a time.
+pub(super) fn crc32(bytes: &[u8]) -> u32 {
+    const TABLES: [[u32; 256]; 8] = tables();
+    let mut crc = !0_u32;
+    let mut blocks = bytes.chunks_exact(8);
+    let of = |table: usize, byte: u32| TABLES[table][(byte & 0xff) as usize];
+    for block in &mut blocks {
+        let Some((low, high)) = block.split_first_chunk::<4>() else { continue };
+        let Some(high) = high.first_chunk::<4>() else { continue };
+        let (low, high) = (crc ^ u32::from_le_bytes(*low), u32::from_le_bytes(*high));
+        crc = of(7, low) ^ of(6, low >> 8) ^ of(5, low >> 16) ^ of(4, low >> 24);
+        crc ^= of(3, high) ^ of(2, high >> 8) ^ of(1, high >> 16) ^ of(0, high >> 24);
+    }
+    !blocks.remainder().iter().fold(crc, |crc, byte| crc >> 8 ^ of(0, crc ^ u32::from(*byte)))
+}
+
+const fn tables() -> [[u32; 256]; 8] {
+    let mut tables = [[0; 256]; 8];
+    let mut byte = 0;
+    while byte < 256 {
+        let mut crc = byte as u32;
+        let mut bit = 0;
+        while bit < 8 {
+            crc = crc >> 1 ^ if crc & 1 == 1 { 0xedb8_8320 } else { 0 };
+            bit += 1;
+        }
+        tables[0][byte] = crc;
+        byte += 1;
+    }
+    let mut table = 1;
+    while table < 8 {
+        let mut byte = 0;
+        while byte < 256 {
+            let before: u32 = tables[table - 1][byte];
+            tables[table][byte] = before >> 8 ^ tables[0][(before & 0xff) as usize];
+            byte += 1;
+        }
+        table += 1;
+    }
+    tables
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checksums_are_those_of_the_standard() {
+        assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
+        assert_eq!(crc32(b""), 0);
+        assert_eq!(crc32(b"The quick brown fox jumps over the lazy dog"), 0x414f_a339);
+    }
+}

@@ -1,0 +1,62 @@
+//! How the messages of a channel are decoded: from its encoding and its schema.
+
+use super::records::{Channel, Schema};
+use crate::recording::ros2;
+use crate::recording::topic::{Fields, Topic};
+use shsa_message::MessageError;
+use shsa_message::ros::{Layout, Types};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// The schemas of a file.
+pub(super) struct Schemas {
+    known: BTreeMap<u16, Known>,
+    /// What is known of ROS 2's messages without the file.
+    types: Arc<Types>,
+}
+
+struct Known {
+    name: String,
+    encoding: String,
+    data: Vec<u8>,
+}
+
+impl Schemas {
+    /// None yet; more types of ROS 2 are in these folders.
+    pub(super) fn new(folders: &[PathBuf]) -> Result<Schemas, MessageError> {
+        Ok(Schemas { known: BTreeMap::new(), types: ros2::known(folders)? })
+    }
+
+    pub(super) fn add(&mut self, schema: &Schema<'_>) {
+        let known = Known {
+            name: schema.name.to_owned(),
+            encoding: schema.encoding.to_owned(),
+            data: schema.data.to_vec(),
+        };
+        self.known.entry(schema.id).or_insert(known);
+    }
+
+    pub(super) fn topic<'t>(&'t self, channel: &Channel<'t>) -> Topic<'t> {
+        let schema = self.known.get(&channel.schema);
+        let kind = schema.map_or("", |schema| schema.name.as_str());
+        Topic::new(channel.topic, kind, self.fields(channel.encoding, schema))
+    }
+
+    fn fields(&self, encoding: &str, schema: Option<&Known>) -> Fields {
+        let (name, language) = schema.map_or(("", ""), |it| (it.name.as_str(), it.encoding.as_str()));
+        let data = schema.map_or(&[][..], |schema| schema.data.as_slice());
+        match (encoding, language) {
+            ("json", _) => Fields::Json,
+            ("ros1", _) | (_, "ros1msg") => {
+                let types = Arc::new(Types::of_bag(name, &String::from_utf8_lossy(data)));
+                Fields::Ros { types, kind: name.to_owned(), layout: Layout::Packed }
+            }
+            ("cdr", "ros2msg") => ros2::fields(&self.types, name, &String::from_utf8_lossy(data)),
+            ("cdr", "ros2idl" | "") => ros2::fields(&self.types, name, ""),
+            (encoding, language) => Fields::Unknown(format!(
+                "messages encoded as '{encoding}' with a schema of '{language}' cannot be read here"
+            )),
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! Bags of ROS 2 in SQLite files (`.db3`): the file as a sequence of topics and messages.
+//!
+//! Format: <https://github.com/ros2/rosbag2>, `rosbag2_storage_sqlite3`. Only the file itself is believed: what `metadata.yaml` says
+//! of names, times and counts may be wrong or missing. Definitions of types stand in the file from version 8 on; before, they are
+//! those of the standard types. Messages may be packed one by one.
+
+use super::sqlite::{Cell, Database, Event};
+use super::topic::{Body, Input, Listener, Times, Topic, TopicId};
+use super::unpack::{UNPACKED_MAX, ZSTD_MAGIC, unpack};
+use super::{Fields, Place, ReadOptions, RecordingError, ros2};
+use shsa_core::time::Time;
+use shsa_message::ros::{Types, full_name};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, Read};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A longer log of pages is not taken in, bytes.
+const LOG_MAX: u64 = 1 << 28;
+
+/// Tells the topics and messages of a file.
+pub(super) fn read(
+    input: &mut dyn Input,
+    options: &ReadOptions,
+    listener: &mut dyn Listener,
+) -> Result<(), RecordingError> {
+    let types = ros2::known(&options.messages).map_err(RecordingError::Definitions)?;
+    let mut bag = Bag { types, definitions: BTreeMap::new(), topics: BTreeMap::new() };
+    let read = log(listener)
+        .and_then(|log| Database::open(input, log))
+        .and_then(|mut database| bag.read(&mut database, listener));
+    if let Err(failure) = read {
+        listener.damaged(Place::Whole, format!("reading stopped: {failure}"));
+    }
+    Ok(())
+}
+
+/// The log of pages beside the file, which a recorder leaves that was not ended in order.
+fn log(listener: &mut dyn Listener) -> io::Result<Vec<u8>> {
+    let mut name = listener.file().as_os_str().to_owned();
+    name.push("-wal");
+    let path = PathBuf::from(name);
+    let Ok(file) = fs::File::open(&path) else { return Ok(Vec::new()) };
+    let mut bytes = Vec::new();
+    file.take(LOG_MAX).read_to_end(&mut bytes)?;
+    if !bytes.is_empty() {
+        listener.note(Place::Whole, format!("with the newest pages from {}", path.display()));
+    }
+    Ok(bytes)
+}
+
+struct Bag {
+    types: Arc<Types>,
+    /// The definitions that the file carries.
+    definitions: BTreeMap<String, String>,
+    topics: BTreeMap<i64, TopicId>,
+}
+
+impl Bag {
+    fn read<R: Input>(&mut self, database: &mut Database<R>, listener: &mut dyn Listener) -> io::Result<()> {
+        let mut is_damaged = false;
+        let mut told = |event: Event<'_>, listener: &mut dyn Listener| {
+            if let Event::Damage(offset, problem) = event {
+                is_damaged = true;
+                listener.damaged(Place::Offset(offset), problem);
+            }
+        };
+        let tables = database.tables(&mut |event| told(event, listener))?;
+        if let Some(root) = tables.get("message_definitions") {
+            database.rows(*root, &mut |event| match event {
+                Event::Row(_, cells) => self.define(cells),
+                damage => told(damage, listener),
+            })?;
+        }
+        if let Some(root) = tables.get("topics") {
+            database.rows(*root, &mut |event| match event {
+                Event::Row(id, cells) => self.topic(id, cells, listener),
+                damage => told(damage, listener),
+            })?;
+        }
+        if self.topics.is_empty() {
+            self.find_topics(database, listener)?;
+        }
+        match tables.get("messages") {
+            Some(root) => database.rows(*root, &mut |event| match event {
+                Event::Row(_, cells) => self.message(cells, listener),
+                damage => told(damage, listener),
+            })?,
+            None => {
+                is_damaged = true;
+                listener.damaged(Place::Whole, "there is no table of messages".into());
+            }
+        }
+        // What the pages above do not lead to any more may still be there.
+        if is_damaged {
+            database.rest(&mut |event| {
+                if let Event::Row(_, cells) = event {
+                    self.message(cells, listener);
+                }
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Looks for topics in all pages, where those that should lead to them are damaged.
+    fn find_topics<R: Input>(
+        &mut self,
+        database: &mut Database<R>,
+        listener: &mut dyn Listener,
+    ) -> io::Result<()> {
+        database.forget();
+        database.rest(&mut |event| {
+            if let Event::Row(id, cells) = event {
+                self.topic(id, cells, listener);
+            }
+        })?;
+        database.forget();
+        Ok(())
+    }
+
+    /// A row of the table of definitions: number, type, language, definition.
+    fn define(&mut self, cells: &[Cell<'_>]) {
+        if let [_, Cell::Text(name), Cell::Text(b"ros2msg"), Cell::Text(definition), ..] = cells {
+            let name = full_name(&String::from_utf8_lossy(name)).into_owned();
+            self.definitions.insert(name, String::from_utf8_lossy(definition).into_owned());
+        }
+    }
+
+    /// A row of the table of topics: number, name, type, serialisation.
+    fn topic(&mut self, id: i64, cells: &[Cell<'_>], listener: &mut dyn Listener) {
+        let [_, Cell::Text(name), Cell::Text(kind), Cell::Text(serialisation), ..] = cells else { return };
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        let (name, kind, serialisation) = (text(name), text(kind), text(serialisation));
+        let definition = self.definitions.get(&*full_name(&kind)).map_or("", String::as_str);
+        let fields = match serialisation.as_str() {
+            "cdr" => ros2::fields(&self.types, &kind, definition),
+            other => Fields::Unknown(format!("messages serialised as '{other}' cannot be read here")),
+        };
+        self.topics.insert(id, listener.topic(Topic::new(&name, &kind, fields)));
+    }
+
+    /// A row of the table of messages: number, topic, time of reception in nanoseconds, content.
+    fn message(&mut self, cells: &[Cell<'_>], listener: &mut dyn Listener) {
+        let [_, Cell::Whole(topic), Cell::Whole(received), Cell::Blob(content), ..] = cells else { return };
+        let Some(topic) = self.topics.get(topic).filter(|topic| listener.is_wanted(**topic)) else { return };
+        let times = Times::at(Time(*received));
+        // No message begins so: its first byte is 0.
+        if !content.starts_with(ZSTD_MAGIC) {
+            return listener.message(*topic, times, Body::Bytes(content));
+        }
+        let unpacked = unpack("zstd", content, UNPACKED_MAX);
+        match unpacked.problem {
+            None => listener.message(*topic, times, Body::Bytes(&unpacked.bytes)),
+            Some(problem) => {
+                listener.damaged(Place::Whole, format!("the message received at {received} ns: {problem}"));
+            }
+        }
+    }
+}

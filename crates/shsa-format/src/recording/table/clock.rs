@@ -1,0 +1,206 @@
+//! When the rows of a table were true: a number, a text, or a date whose parts stand in several columns.
+
+use super::layout::Layout;
+use crate::recording::names::{self, Fit};
+use crate::recording::stamp;
+use crate::recording::{ReadOptions, Zone};
+use shsa_core::time::{Span, Time};
+use shsa_message::moment::{DateOrder, Moment, is_date, is_time_of_day, moment, moment_of};
+use shsa_message::stamp::{civil, decimal, likely_step};
+
+const SECOND: i64 = 1_000_000_000;
+
+/// What the parts of a date and a time are called, from the year to the second; letters are as they stand.
+const PARTS: [&[&str]; 6] = [
+    &["YY", "YYYY", "year", "Year"],
+    &["MM", "month", "Month"],
+    &["DD", "day", "Day"],
+    &["hh", "HH", "hour", "Hour"],
+    &["mm", "minute", "Minute"],
+    &["ss", "second", "Second"],
+];
+
+/// Where rows have their time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Clock {
+    /// A number in a column, of which one step is so long.
+    Number(usize, Span),
+    /// A date and a time of day in a column.
+    Text(usize, DateOrder),
+    /// A date in one column, a time of day in another.
+    Apart(usize, usize, DateOrder),
+    /// A column for each part of the date and the time.
+    Parts(Vec<Option<usize>>),
+}
+
+/// A clock, and what was assumed to find it.
+pub(super) struct Found {
+    pub(super) clock: Clock,
+    pub(super) notes: Vec<String>,
+}
+
+/// Rows of cells.
+pub(super) type Cells<'a> = [Vec<&'a str>];
+
+/// Finds where the rows have their time, from the header and the first rows.
+///
+/// # Errors
+/// Says what was looked for in vain.
+pub(super) fn find(layout: &Layout, rows: &Cells<'_>, options: &ReadOptions) -> Result<Found, String> {
+    let scale = options.time_scale;
+    if let Some(name) = &options.time_column
+        && let Fit::Column(column) = names::column_of(&layout.headers, name)
+    {
+        return of_column(layout, rows, column, scale);
+    }
+    if let Some(found) = apart(layout, rows) {
+        return Ok(found);
+    }
+    if let Some(parts) = parts(&layout.headers) {
+        return Ok(Found { clock: Clock::Parts(parts), notes: Vec::new() });
+    }
+    if let Some(column) = stamp::time_column(&layout.headers) {
+        return of_column(layout, rows, column, scale);
+    }
+    let is_moment = |column: &usize| {
+        let mut cells = rows.iter().take(3).filter_map(|row| row.get(*column)).peekable();
+        cells.peek().is_some() && cells.all(|cell| cell.contains(':') && order_of(&[cell]).is_some())
+    };
+    let Some(column) = (0..layout.headers.len()).find(is_moment) else {
+        return Err(match &options.time_column {
+            Some(name) => format!("no time column '{name}'"),
+            None => "no column looks like the time".into(),
+        });
+    };
+    of_column(layout, rows, column, scale)
+}
+
+fn of_column(layout: &Layout, rows: &Cells<'_>, column: usize, scale: Option<Span>) -> Result<Found, String> {
+    let header = layout.headers.get(column).map_or("", String::as_str);
+    let texts: Vec<&str> = rows.iter().filter_map(|row| row.get(column).copied()).collect();
+    let first = texts.iter().find(|text| !text.is_empty()).copied().unwrap_or("");
+    if first.parse::<f64>().is_err() {
+        if let Some((order, note)) = order_of(&texts) {
+            return Ok(Found { clock: Clock::Text(column, order), notes: note.into_iter().collect() });
+        }
+        if is_time_of_day(first) {
+            return Err(format!("column '{header}' holds times of day without a date ('{first}')"));
+        }
+    }
+    let told = scale.or_else(|| stamp::unit_of(header)).or_else(|| {
+        let unit = layout.units.get(column)?.as_deref()?;
+        shsa_message::span::time_unit(unit)
+    });
+    let mut notes = Vec::new();
+    let scale = told.unwrap_or_else(|| {
+        let step = likely_step(first.parse::<f64>().unwrap_or(0.0).abs() as u64);
+        if !first.is_empty() {
+            notes.push(format!(
+                "column '{header}' names no unit of time; one step is taken as {} s (to say it: @{header}*SPAN)",
+                step.seconds()
+            ));
+        }
+        step
+    });
+    Ok(Found { clock: Clock::Number(column, scale), notes })
+}
+
+/// A date and a time of day side by side.
+fn apart(layout: &Layout, rows: &Cells<'_>) -> Option<Found> {
+    let row = rows.iter().find(|row| row.iter().any(|cell| !cell.is_empty()))?;
+    let named = |names: &[&str], is: fn(&str) -> bool| {
+        layout
+            .headers
+            .iter()
+            .position(|header| {
+                let name = stamp::split_unit(header).0.to_lowercase();
+                names.contains(&name.as_str())
+            })
+            .filter(|column| row.get(*column).is_some_and(|cell| is(cell)))
+    };
+    let date = named(&["date", "datum", "day"], is_date)?;
+    let clock = named(&["time", "uhrzeit", "clock", "hour"], is_time_of_day)?;
+    let texts: Vec<String> = rows
+        .iter()
+        .filter_map(|row| Some(format!("{} {}", row.get(date)?, row.get(clock)?)))
+        .filter(|text| !text.trim().is_empty())
+        .collect();
+    let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
+    // Times of day with dots are read with their dates only.
+    let dates: Vec<&str> = texts.iter().filter_map(|text| Some(text.split_once(' ')?.0)).collect();
+    let (order, note) = order_of(&texts).or_else(|| order_of(&dates))?;
+    Some(Found { clock: Clock::Apart(date, clock, order), notes: note.into_iter().collect() })
+}
+
+fn parts(headers: &[String]) -> Option<Vec<Option<usize>>> {
+    let column = |names: &&[&str]| headers.iter().position(|header| names.contains(&header.as_str()));
+    let columns: Vec<Option<usize>> = PARTS.iter().map(column).collect();
+    columns.iter().take(4).all(Option::is_some).then_some(columns)
+}
+
+/// The order of the dates in these texts: one in which all are dates; of several that in which they lie closest together.
+fn order_of(texts: &[&str]) -> Option<(DateOrder, Option<String>)> {
+    let span = |order: DateOrder| -> Option<i64> {
+        let times =
+            || texts.iter().filter(|text| !text.is_empty()).map(|text| moment(text, order, Zone::default()));
+        let times: Option<Vec<i64>> = times().map(|moment| moment.map(|moment| moment.time.0)).collect();
+        let times = times.filter(|times| !times.is_empty())?;
+        Some(times.iter().max()?.saturating_sub(*times.iter().min()?))
+    };
+    let fitting: Vec<(i64, DateOrder)> =
+        DateOrder::ALL.into_iter().filter_map(|order| Some((span(order)?, order))).collect();
+    let (least, order) = *fitting.iter().min_by_key(|(span, _)| *span)?;
+    let is_open = fitting.iter().filter(|(span, _)| *span == least).count() > 1;
+    let note = is_open.then(|| {
+        "dates are read as day, month, year; nothing tells whether the month comes first".to_owned()
+    });
+    Some((order, note))
+}
+
+impl Clock {
+    /// When a row was true; `None` where its cells say no time.
+    pub(super) fn moment(&self, cells: &[&str], zone: Zone) -> Option<Moment> {
+        let cell = |column: usize| cells.get(column).copied();
+        match self {
+            Clock::Number(column, scale) => {
+                decimal(cell(*column)?, *scale).map(|time| Moment { time, has_zone: true })
+            }
+            Clock::Text(column, order) => moment(cell(*column)?, *order, zone),
+            Clock::Apart(date, clock, order) => moment_of(cell(*date)?, cell(*clock)?, *order, zone),
+            Clock::Parts(columns) => of_parts(columns, cells, zone),
+        }
+    }
+
+    /// What a row says instead of a time.
+    pub(super) fn text(&self, cells: &[&str]) -> String {
+        let columns: Vec<usize> = match self {
+            Clock::Number(column, _) | Clock::Text(column, _) => vec![*column],
+            Clock::Apart(date, clock, _) => vec![*date, *clock],
+            Clock::Parts(columns) => columns.iter().flatten().copied().collect(),
+        };
+        let cells = columns.iter().filter_map(|column| cells.get(*column).copied());
+        cells.collect::<Vec<_>>().join(" ").trim().chars().take(40).collect()
+    }
+}
+
+fn of_parts(columns: &[Option<usize>], cells: &[&str], zone: Zone) -> Option<Moment> {
+    let mut numbers = [0; 6];
+    for (number, column) in numbers.iter_mut().zip(columns) {
+        if let Some(column) = column {
+            let cell = cells.get(*column)?;
+            *number = decimal(cell, Span(SECOND)).map(Time::seconds)? as i64;
+        }
+    }
+    let [year, month, day, hour, minute, second] = numbers;
+    let year = if year < 69 {
+        2000 + year
+    } else if year < 100 {
+        1900 + year
+    } else {
+        year
+    };
+    let is_time = (0..24).contains(&hour) && (0..60).contains(&minute) && (0..=60).contains(&second);
+    let of_day = (hour * 3_600 + minute * 60 + second) * SECOND;
+    let time = civil(year, month, day, of_day - zone.ahead.0).filter(|_| is_time)?;
+    Some(Moment { time, has_zone: false })
+}

@@ -1,0 +1,207 @@
+//! How a table is written: what stands between its columns, what these are called, in which units, and how numbers are written.
+
+use super::cells::{COLUMNS_MAX, Split, split};
+use super::rows::Line;
+use crate::recording::stamp::split_unit;
+use shsa_core::unit::Unit;
+use std::borrow::Cow;
+
+/// What stands between columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Separator {
+    /// This character.
+    Character(char),
+    /// Any number of blanks and tabs.
+    Blanks,
+}
+
+impl Separator {
+    /// Takes a row apart.
+    pub(super) fn split(self, text: &str) -> Split<'_> {
+        match self {
+            Separator::Character(character) => split(text, character),
+            Separator::Blanks => {
+                Split::Cells(text.split_whitespace().take(COLUMNS_MAX + 1).map(Cow::Borrowed).collect())
+            }
+        }
+    }
+
+    fn cells(self, text: &str) -> Vec<Cow<'_, str>> {
+        self.split(text).cells().unwrap_or_default()
+    }
+}
+
+/// A table's layout, from its first lines.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Layout {
+    pub(super) separator: Separator,
+    /// The names of the columns with their units, `speed [m/s]`; those without one are called by their number.
+    pub(super) headers: Vec<String>,
+    /// The units that a line of their own tells.
+    pub(super) units: Vec<Option<String>>,
+    /// How many lines stand before the first row.
+    pub(super) lines: usize,
+    /// Whether rows have a cell in front that the header lacks.
+    pub(super) has_index: bool,
+    /// Whether numbers are written like `1,5`.
+    pub(super) has_decimal_commas: bool,
+}
+
+/// Whether a line is a comment, or a header after a `#`.
+pub(super) fn is_comment(text: &str) -> bool {
+    text.trim_start().starts_with('#')
+}
+
+fn is_number(cell: &str) -> bool {
+    let cell = cell.trim();
+    cell.parse::<f64>().is_ok() || cell.contains(',') && cell.replacen(',', ".", 1).parse::<f64>().is_ok()
+}
+
+/// `1,5`, but not `a,b`, and no blank.
+pub(super) fn is_decimal_comma(cell: &str) -> bool {
+    let cell = cell.trim();
+    cell.split_once(',').is_some_and(|(whole, rest)| {
+        let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+        let whole = whole.strip_prefix(['-', '+']).unwrap_or(whole);
+        let (fraction, exponent) = rest.split_once(['e', 'E']).unwrap_or((rest, "0"));
+        (digits(whole) || whole.is_empty())
+            && digits(fraction)
+            && digits(exponent.strip_prefix(['-', '+']).unwrap_or(exponent))
+    })
+}
+
+impl Layout {
+    /// Of a file that begins with these lines; `None` where none of them is a row of names.
+    pub(super) fn of(head: &[Line]) -> Option<Layout> {
+        let lines: Vec<(usize, &str)> = head.iter().map(|line| line.text.as_str()).enumerate().collect();
+        let lines: Vec<(usize, &str)> =
+            lines.into_iter().filter(|(_, text)| !text.trim().is_empty()).collect();
+        let plain = lines.iter().position(|(_, text)| !is_comment(text));
+        let at = match plain {
+            // Names behind a `#`, with rows like them below.
+            Some(plain) if looks_like_data(lines.get(plain)?.1) => {
+                named_by_comment(&lines, plain).unwrap_or(plain)
+            }
+            Some(plain) => plain,
+            None => 0,
+        };
+        let &(line, text) = lines.get(at)?;
+        let text = uncommented(text);
+        let below: Vec<&str> = lines.iter().skip(at + 1).map(|(_, text)| *text).collect();
+        let separator = separator(text, &below);
+        let mut layout = Layout {
+            separator,
+            headers: separator.cells(text).iter().map(|cell| cell.trim().to_owned()).collect(),
+            units: Vec::new(),
+            lines: line + 1,
+            has_index: false,
+            has_decimal_commas: false,
+        };
+        if let Some(units) = layout.units(&below) {
+            layout.units = units;
+            layout.lines = lines.get(at + 1).map_or(layout.lines, |(line, _)| line + 1);
+        }
+        layout.look_at_rows(head.get(layout.lines..).unwrap_or_default());
+        Some(layout)
+    }
+
+    /// The units in the line below the names.
+    fn units(&self, below: &[&str]) -> Option<Vec<Option<String>>> {
+        let line = below.first()?;
+        let cells = self.separator.cells(uncommented(line));
+        let is_row = |text: &&&str| self.separator.cells(text).iter().any(|cell| is_number(cell));
+        let are_units = cells.len() == self.headers.len()
+            && !cells.iter().any(|cell| is_number(cell))
+            && below.get(1).filter(is_row).is_some()
+            && (is_comment(line) || cells.iter().any(|cell| is_unit(cell)));
+        let unit = |cell: &Cow<'_, str>| {
+            let unit = cell.trim().trim_matches(['[', ']', '(', ')']).trim().to_owned();
+            (!unit.is_empty() && unit != "-").then_some(unit)
+        };
+        are_units.then(|| cells.iter().map(unit).collect())
+    }
+
+    /// What only rows tell.
+    fn look_at_rows(&mut self, rows: &[Line]) {
+        let rows: Vec<Vec<Cow<'_, str>>> = rows
+            .iter()
+            .map(|line| line.text.as_str())
+            .filter(|text| !text.trim().is_empty() && !is_comment(text))
+            .map(|text| self.separator.cells(text))
+            .collect();
+        let is_blank = |cell: Option<&Cow<'_, str>>| cell.is_none_or(|cell| cell.trim().is_empty());
+        let is_longer =
+            |cells: &Vec<Cow<'_, str>>| cells.len() == self.headers.len() + 1 && !is_blank(cells.last());
+        let has_index = rows.first().is_some_and(is_longer) && rows.iter().take(3).all(is_longer);
+        let numbers = || rows.iter().flatten();
+        let is_decimal_point =
+            |cell: &Cow<'_, str>| cell.matches('.').count() == 1 && cell.trim().parse::<f64>().is_ok();
+        self.has_decimal_commas = self.separator != Separator::Character(',')
+            && numbers().any(|cell| is_decimal_comma(cell))
+            && !numbers().any(is_decimal_point);
+        self.has_index = has_index;
+        if has_index {
+            self.headers.insert(0, String::new());
+            if !self.units.is_empty() {
+                self.units.insert(0, None);
+            }
+        }
+        // Separators at the end of every line are no columns.
+        while self.headers.last().is_some_and(String::is_empty)
+            && rows.iter().all(|cells| is_blank(cells.get(self.headers.len() - 1)))
+        {
+            self.headers.pop();
+        }
+        for (at, header) in self.headers.iter_mut().enumerate() {
+            if header.is_empty() {
+                *header = format!("column {}", at + 1);
+            }
+        }
+    }
+
+    /// The unit of a column, from its header or the line below.
+    pub(super) fn unit(&self, column: usize) -> Option<String> {
+        let told = self.units.get(column).cloned().flatten();
+        told.or_else(|| split_unit(self.headers.get(column)?).1.map(str::to_owned))
+    }
+}
+
+/// A line without the `#` in front.
+fn uncommented(text: &str) -> &str {
+    text.trim_start().trim_start_matches('#').trim_start()
+}
+
+/// Whether most of a line are numbers.
+fn looks_like_data(text: &str) -> bool {
+    let cells = separator(text, &[]).cells(text);
+    let numbers = cells.iter().filter(|cell| is_number(cell)).count();
+    cells.len() > 1 && 2 * numbers > cells.len()
+}
+
+/// The first comment before a row that has as many cells, neither of them a number.
+fn named_by_comment(lines: &[(usize, &str)], row: usize) -> Option<usize> {
+    let (_, text) = lines.get(row)?;
+    let separator = separator(text, &[]);
+    let cells = separator.cells(text).len();
+    let is_header = |(_, text): &(usize, &str)| {
+        let names = separator.cells(uncommented(text));
+        names.len() == cells && !names.iter().any(|name| is_number(name))
+    };
+    lines.iter().take(row).position(is_header)
+}
+
+/// The separator of a line: the one of which there are most; blanks where there is none and the lines below have as many.
+fn separator(text: &str, below: &[&str]) -> Separator {
+    let count = |separator: char| text.matches(separator).count();
+    let most = [',', ';', '\t'].into_iter().rev().max_by_key(|separator| count(*separator)).unwrap_or(',');
+    let words = text.split_whitespace().count();
+    let are_alike = below.iter().take(3).all(|line| uncommented(line).split_whitespace().count() == words);
+    let are_blanks = count(most) == 0 && words > 1 && are_alike;
+    if are_blanks { Separator::Blanks } else { Separator::Character(most) }
+}
+
+fn is_unit(cell: &str) -> bool {
+    let cell = cell.trim();
+    let bare = cell.trim_matches(['[', ']', '(', ')']).trim();
+    !cell.is_empty() && (bare.len() < cell.len() || Unit::parse(bare).is_ok())
+}

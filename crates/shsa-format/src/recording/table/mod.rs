@@ -1,0 +1,165 @@
+//! Tables of text: a row of names, then a row for each moment.
+//!
+//! `lines -> layout (separator, names, units) -> rows -> clock (when) -> messages of one topic, the file's name`
+
+mod cells;
+mod clock;
+mod layout;
+mod rows;
+
+use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, Value};
+use super::{Place, ReadOptions, RecordingError};
+use cells::{COLUMNS_MAX, fits};
+use clock::Clock;
+use layout::{Layout, is_decimal_comma};
+use rows::{Line, Rows};
+use shsa_core::time::Time;
+use std::borrow::Cow;
+use std::path::Path;
+
+/// So many rows tell where the time is.
+const ROWS: usize = 100;
+
+/// Tells the rows of a table.
+pub(super) fn read(
+    input: &mut dyn Input,
+    options: &ReadOptions,
+    listener: &mut dyn Listener,
+) -> Result<(), RecordingError> {
+    let file = listener.file().to_path_buf();
+    let mut rows = Rows::new(input);
+    let Some(layout) = Layout::of(rows.head()) else {
+        listener.damaged(Place::Whole, "holds nothing, not even a row of names".into());
+        return Ok(());
+    };
+    expect_names(&layout, &file)?;
+    let clock = clock::find(&layout, &first_rows(rows.head(), &layout), options);
+    rows.skip(layout.lines);
+    let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let kind = layout.headers.join(", ");
+    let field = |(at, name): (usize, &String)| Field { name: name.clone(), unit: layout.unit(at) };
+    let fields = Fields::named(layout.headers.iter().enumerate().map(field));
+    let topic = listener.topic(Topic::new(&name, &kind, fields));
+    if !listener.is_wanted(topic) {
+        return Ok(());
+    }
+    let clock = match clock {
+        Ok(found) => {
+            found.notes.into_iter().for_each(|note| listener.note(Place::Whole, note));
+            Some(found.clock)
+        }
+        Err(problem) if listener.needs_time(topic) => {
+            return Err(RecordingError::NoTime { file, problem, columns: layout.headers });
+        }
+        Err(problem) => {
+            listener.untimed(topic, problem);
+            None
+        }
+    };
+    if layout.has_index {
+        let note = "rows have one cell more than the header: the first cell is the number of the row";
+        listener.note(Place::Whole, note.into());
+    }
+    let mut table = Table { layout, clock, options, listener, topic, count: 0, has_told_zone: false };
+    while let Some(row) = rows.row(&table.layout) {
+        table.take(&row);
+        rows.damages.drain(..).for_each(|(line, problem)| table.listener.damaged(Place::Line(line), problem));
+    }
+    rows.damages.drain(..).for_each(|(line, problem)| table.listener.damaged(Place::Line(line), problem));
+    Ok(())
+}
+
+fn expect_names(layout: &Layout, file: &Path) -> Result<(), RecordingError> {
+    let is_no_name = |header: &String| header.parse::<f64>().is_ok() || header.starts_with("column ");
+    if layout.headers.iter().all(is_no_name) {
+        return Err(RecordingError::NoHeader { file: file.into() });
+    }
+    if layout.headers.len() > COLUMNS_MAX {
+        return Err(RecordingError::TooWide { file: file.into(), most: COLUMNS_MAX });
+    }
+    Ok(())
+}
+
+/// The cells of the first rows.
+fn first_rows<'a>(head: &'a [Line], layout: &Layout) -> Vec<Vec<&'a str>> {
+    let lines = head.iter().skip(layout.lines).filter(|line| !layout::is_comment(&line.text));
+    let cells = |line: &'a Line| -> Option<Vec<&'a str>> {
+        let cells = layout.separator.split(&line.text).cells()?;
+        let borrowed = |cell: Cow<'a, str>| match cell {
+            Cow::Borrowed(text) => text.trim(),
+            // A quoted cell: what stands between its quotes, as far as it can be borrowed.
+            Cow::Owned(text) => {
+                line.text.find(&text).and_then(|at| line.text.get(at..at + text.len())).unwrap_or("").trim()
+            }
+        };
+        Some(cells.into_iter().map(borrowed).collect())
+    };
+    let is_filled = |cells: &Vec<&str>| cells.iter().any(|cell| !cell.is_empty());
+    lines.filter_map(cells).filter(is_filled).take(ROWS).collect()
+}
+
+/// A table whose rows are told.
+struct Table<'a, 'l> {
+    layout: Layout,
+    clock: Option<Clock>,
+    options: &'a ReadOptions,
+    listener: &'l mut dyn Listener,
+    topic: super::topic::TopicId,
+    count: i64,
+    has_told_zone: bool,
+}
+
+impl Table<'_, '_> {
+    fn take(&mut self, row: &Line) {
+        let cells = self.layout.separator.split(&row.text).cells();
+        let Some(cells) = cells.filter(|cells| fits(cells, &self.layout.headers)) else {
+            let problem = match row.is_ended {
+                true => format!("the row has not {} cells as the header", self.layout.headers.len()),
+                false => "the file ends within this row".into(),
+            };
+            return self.listener.damaged(Place::Line(row.number), format!("{problem}; row left out"));
+        };
+        if cells.len() > 1 && cells.iter().all(|cell| cell.trim().is_empty()) {
+            return;
+        }
+        let with_points: Vec<Cow<'_, str>>;
+        let cells: Vec<&str> = if self.layout.has_decimal_commas {
+            let pointed = |cell: &Cow<'_, str>| -> Cow<'static, str> {
+                Cow::Owned(if is_decimal_comma(cell) { cell.replacen(',', ".", 1) } else { cell.to_string() })
+            };
+            with_points = cells.iter().map(pointed).collect();
+            with_points.iter().map(|cell| cell.trim()).collect()
+        } else {
+            cells.iter().map(|cell| cell.trim()).collect()
+        };
+        let Some(received) = self.time(&cells, row.number) else { return };
+        let values: Vec<Value<'_>> = cells
+            .iter()
+            .map(|&cell| if cell.is_empty() { Value::Missing } else { Value::Text(cell) })
+            .collect();
+        self.listener.message(self.topic, Times::at(received), Body::Values(&values));
+    }
+
+    /// When a row was true; `None`, which is told, where that is not known and matters.
+    fn time(&mut self, cells: &[&str], line: u64) -> Option<Time> {
+        let number = self.count;
+        self.count += 1;
+        let Some(clock) = &self.clock else { return Some(Time(number)) };
+        match clock.moment(cells, self.options.zone) {
+            Some(moment) => {
+                if !moment.has_zone && !self.options.zone.is_given && !self.has_told_zone {
+                    self.has_told_zone = true;
+                    let note = "its times name no zone and are taken for UTC; --time-zone says another";
+                    self.listener.note(Place::Whole, note.into());
+                }
+                Some(moment.time)
+            }
+            None if self.listener.needs_time(self.topic) => {
+                let problem = format!("'{}' is no time; row left out", clock.text(cells));
+                self.listener.damaged(Place::Line(line), problem);
+                None
+            }
+            None => Some(Time(number)),
+        }
+    }
+}

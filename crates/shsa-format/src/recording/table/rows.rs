@@ -1,0 +1,124 @@
+//! The rows of a table: lines, or several that quotes hold together. After a stray quote, or a row of the wrong length, reading
+//! goes on with the very next line.
+
+use super::cells::{Split, fits};
+use super::layout::{Layout, is_comment};
+use crate::recording::lines::Lines;
+use std::collections::VecDeque;
+use std::io::BufRead;
+
+/// A quoted cell may go over so many lines.
+const LINES_IN_QUOTES: usize = 16;
+/// The most bytes of the lines that a quoted cell holds together.
+const QUOTED_MAX: usize = 1 << 20;
+/// So many lines tell how a table is written.
+const HEAD_LINES: usize = 200;
+/// And so many bytes.
+const HEAD_BYTES: usize = 1 << 20;
+
+/// One line of a file, or several that quotes hold together.
+#[derive(Clone, Debug)]
+pub(super) struct Line {
+    pub(super) number: u64,
+    pub(super) text: String,
+    pub(super) is_ended: bool,
+}
+
+/// The rows of a table, and what is wrong with the lines.
+pub(super) struct Rows<R> {
+    lines: Lines<R>,
+    pending: VecDeque<Line>,
+    /// What could not be read, by line.
+    pub(super) damages: Vec<(u64, String)>,
+}
+
+impl<R: BufRead> Rows<R> {
+    /// From the first line on.
+    pub(super) fn new(input: R) -> Rows<R> {
+        Rows { lines: Lines::new(input), pending: VecDeque::new(), damages: Vec::new() }
+    }
+
+    /// The first lines, which are given again.
+    pub(super) fn head(&mut self) -> &[Line] {
+        let mut bytes = 0;
+        while self.pending.len() < HEAD_LINES && bytes < HEAD_BYTES {
+            let Some(line) = self.fetch() else { break };
+            bytes += line.text.len();
+            self.pending.push_back(line);
+        }
+        self.pending.make_contiguous()
+    }
+
+    /// Passes over lines.
+    pub(super) fn skip(&mut self, lines: usize) {
+        (0..lines).for_each(|_| drop(self.line()));
+    }
+
+    fn line(&mut self) -> Option<Line> {
+        self.pending.pop_front().or_else(|| self.fetch())
+    }
+
+    fn fetch(&mut self) -> Option<Line> {
+        loop {
+            match self.lines.read()? {
+                Ok(line) => {
+                    return Some(Line {
+                        number: line.number,
+                        text: line.text.into_owned(),
+                        is_ended: line.is_ended,
+                    });
+                }
+                Err(problem) => self.damages.push(problem),
+            }
+        }
+    }
+
+    /// The next row that is neither blank nor a comment. Lines are joined only where that makes a whole row.
+    pub(super) fn row(&mut self, layout: &Layout) -> Option<Line> {
+        let first = self.line()?;
+        let is_open = |text: &str| text.contains('"') && matches!(layout.separator.split(text), Split::Open);
+        if first.text.trim().is_empty() || is_comment(&first.text) {
+            return self.row_behind(layout);
+        }
+        if first.text.len() > QUOTED_MAX || !is_open(&first.text) {
+            return Some(first);
+        }
+        let mut joined = first.text.clone();
+        let mut taken: Vec<Line> = Vec::new();
+        while taken.len() < LINES_IN_QUOTES {
+            let Some(next) = self.line() else { break };
+            joined.push('\n');
+            joined.push_str(&next.text);
+            let (is_ended, may_close) = (next.is_ended, next.text.contains('"'));
+            taken.push(next);
+            if joined.len() > QUOTED_MAX {
+                break;
+            }
+            if !may_close {
+                continue;
+            }
+            match layout.separator.split(&joined) {
+                Split::Cells(cells) if fits(&cells, &layout.headers) => {
+                    return Some(Line { number: first.number, text: joined, is_ended });
+                }
+                Split::Cells(_) | Split::Broken => break,
+                Split::Open => {}
+            }
+        }
+        for line in taken.into_iter().rev() {
+            self.pending.push_front(line);
+        }
+        Some(first)
+    }
+
+    /// The next row behind lines that are none.
+    fn row_behind(&mut self, layout: &Layout) -> Option<Line> {
+        loop {
+            let next = self.line()?;
+            if !next.text.trim().is_empty() && !is_comment(&next.text) {
+                self.pending.push_front(next);
+                return self.row(layout);
+            }
+        }
+    }
+}

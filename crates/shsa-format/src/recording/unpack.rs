@@ -1,0 +1,110 @@
+//! What is packed, unpacked: never to more than is allowed, and of what is cut short that which is there.
+
+use std::fs::{self, File};
+use std::io::{self, Read, Seek};
+use std::process;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// The largest piece of a file once it is unpacked, bytes: a few packed bytes could be as much as the memory.
+pub(super) const UNPACKED_MAX: u64 = 1 << 28;
+
+/// The first bytes of what zstd has packed.
+pub(super) const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
+
+/// The largest file that is packed as a whole, once it is unpacked, bytes: a few packed bytes could fill the disk.
+#[cfg(feature = "zstd")]
+const FILE_MAX: u64 = 1 << 36;
+
+/// Unpacks a whole file into one that has no name and goes when it is closed. What is cut short gives what is there.
+///
+/// # Errors
+/// Those of the files, and when it unpacks to more than [`FILE_MAX`].
+#[cfg(feature = "zstd")]
+pub(super) fn file(packed: File) -> io::Result<File> {
+    let mut unpacked = nameless()?;
+    let mut decoder = zstd::stream::read::Decoder::new(packed)?;
+    let copied = io::copy(&mut decoder.by_ref().take(FILE_MAX + 1), &mut unpacked);
+    match copied {
+        Ok(length) if length > FILE_MAX => {
+            return Err(io::Error::other(format!("it unpacks to more than {} GiB", FILE_MAX >> 30)));
+        }
+        Err(error) if error.kind() == io::ErrorKind::StorageFull => return Err(error),
+        // The reader of the format tells that the end is missing.
+        Ok(_) | Err(_) => {}
+    }
+    unpacked.rewind()?;
+    Ok(unpacked)
+}
+
+/// As above, without the library.
+#[cfg(not(feature = "zstd"))]
+pub(super) fn file(_packed: File) -> io::Result<File> {
+    Err(io::Error::other(NO_ZSTD))
+}
+
+#[cfg(not(feature = "zstd"))]
+const NO_ZSTD: &str =
+    "packed by zstd, which this program was built without: build it with the feature 'zstd'";
+
+/// A file for a while.
+#[cfg(feature = "zstd")]
+fn nameless() -> io::Result<File> {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let name = format!("shsa-unpacked-{}-{}", process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+    let path = std::env::temp_dir().join(name);
+    let file = File::options().read(true).write(true).create_new(true).open(&path)?;
+    // Where an open file cannot be removed it stays until the folder is tidied up.
+    drop(fs::remove_file(&path));
+    Ok(file)
+}
+
+/// What could be unpacked.
+pub(super) struct Unpacked {
+    /// The bytes; of what is damaged those before the damage.
+    pub(super) bytes: Vec<u8>,
+    /// What is wrong; `None`: these are all.
+    pub(super) problem: Option<String>,
+}
+
+/// Unpacks by the method of this name, up to `limit` bytes.
+pub(super) fn unpack(method: &str, packed: &[u8], limit: u64) -> Unpacked {
+    match method {
+        "lz4" => bounded(lz4_flex::frame::FrameDecoder::new(packed), limit),
+        "zstd" => zstd(packed, limit),
+        other => Unpacked {
+            bytes: Vec::new(),
+            problem: Some(format!("packed by '{other}', which is not known here")),
+        },
+    }
+}
+
+#[cfg(feature = "zstd")]
+fn zstd(packed: &[u8], limit: u64) -> Unpacked {
+    match zstd::stream::read::Decoder::with_buffer(packed) {
+        Ok(decoder) => bounded(decoder, limit),
+        Err(error) => Unpacked { bytes: Vec::new(), problem: Some(error.to_string()) },
+    }
+}
+
+#[cfg(not(feature = "zstd"))]
+fn zstd(_packed: &[u8], _limit: u64) -> Unpacked {
+    Unpacked { bytes: Vec::new(), problem: Some(NO_ZSTD.into()) }
+}
+
+fn bounded(unpacked: impl Read, limit: u64) -> Unpacked {
+    let mut bytes = Vec::new();
+    // One byte more: only by reading past the end are checksums compared, and is it known that there is more.
+    let done = unpacked.take(limit.saturating_add(1)).read_to_end(&mut bytes);
+    let problem = match done {
+        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
+            Some(format!("cut short: {} bytes can be unpacked", bytes.len()))
+        }
+        Err(error) => Some(error.to_string()),
+        Ok(_) if bytes.len() as u64 > limit => {
+            bytes.truncate(usize::try_from(limit).unwrap_or(usize::MAX));
+            Some(format!("unpacks to more than {limit} bytes"))
+        }
+        Ok(_) => None,
+    };
+    Unpacked { bytes, problem }
+}

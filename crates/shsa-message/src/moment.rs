@@ -1,0 +1,261 @@
+//! Dates and times of day as people write them in tables: `2018-04-08 10:31:37.097`, `08/04/2018`, `10.31.37`, `10:31 PM`.
+
+use crate::stamp::{Zone, civil, days_of};
+use shsa_core::time::Time;
+
+const SECOND: i64 = 1_000_000_000;
+const HOUR: i64 = 3_600 * SECOND;
+
+/// In which order a date has its parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DateOrder {
+    /// `2018-04-08`, `2018/4/8`, `20180408`.
+    YearMonthDay,
+    /// `08/04/2018`, `8.4.2018`.
+    DayMonthYear,
+    /// `04/08/2018`.
+    MonthDayYear,
+}
+
+impl DateOrder {
+    /// All of them.
+    pub const ALL: [DateOrder; 3] =
+        [DateOrder::YearMonthDay, DateOrder::DayMonthYear, DateOrder::MonthDayYear];
+}
+
+/// A moment and whether its text says in which zone it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Moment {
+    /// In UTC.
+    pub time: Time,
+    /// Else it is that of the place.
+    pub has_zone: bool,
+}
+
+/// A date and a time of day, with a zone or without one; a date alone is its first moment. `None` for what is neither.
+#[must_use]
+pub fn moment(text: &str, order: DateOrder, zone: Zone) -> Option<Moment> {
+    let text = text.trim();
+    let at = text.find(['T', 't', ' ', '_']).unwrap_or(text.len());
+    let (date, rest) = text.split_at_checked(at)?;
+    let of_day = match rest.get(1..).map(str::trim) {
+        None | Some("") => OfDay { nanoseconds: 0, ahead: None },
+        Some(clock) => of_day(clock)?,
+    };
+    joined(date, of_day, order, zone)
+}
+
+/// A moment whose date and time of day stand apart.
+#[must_use]
+pub fn moment_of(date: &str, clock: &str, order: DateOrder, zone: Zone) -> Option<Moment> {
+    joined(date.trim(), of_day(clock.trim())?, order, zone)
+}
+
+/// Whether a text is a date, in some order.
+#[must_use]
+pub fn is_date(text: &str) -> bool {
+    DateOrder::ALL.iter().any(|order| date(text.trim(), *order).is_some())
+}
+
+/// Whether a text is a time of day.
+#[must_use]
+pub fn is_time_of_day(text: &str) -> bool {
+    of_day(text.trim()).is_some()
+}
+
+struct OfDay {
+    nanoseconds: i64,
+    /// How far its zone is ahead of UTC, nanoseconds.
+    ahead: Option<i64>,
+}
+
+fn joined(text: &str, of_day: OfDay, order: DateOrder, zone: Zone) -> Option<Moment> {
+    let [year, month, day] = date(text, order)?;
+    let ahead = of_day.ahead.unwrap_or(zone.ahead.0);
+    let time = civil(year, month, day, of_day.nanoseconds.checked_sub(ahead)?)?;
+    Some(Moment { time, has_zone: of_day.ahead.is_some() })
+}
+
+/// Year, month and day.
+fn date(text: &str, order: DateOrder) -> Option<[i64; 3]> {
+    let between = text.chars().find(|character| !character.is_ascii_digit());
+    let parts: Vec<&str> = match between {
+        Some(between @ ('-' | '/' | '.')) => text.split(between).collect(),
+        None if text.len() == 8 && order == DateOrder::YearMonthDay => {
+            vec![text.get(..4)?, text.get(4..6)?, text.get(6..)?]
+        }
+        _ => return None,
+    };
+    let [first, second, third] = parts.as_slice() else { return None };
+    let (year, month, day) = match order {
+        DateOrder::YearMonthDay => (first, second, third),
+        DateOrder::DayMonthYear => (third, second, first),
+        DateOrder::MonthDayYear => (third, first, second),
+    };
+    let [month, day] = [number(month, 2)?, number(day, 2)?];
+    let year = match year.len() {
+        4 => number(year, 4)?,
+        // Two digits mean the hundred years around 2000 that POSIX takes them for.
+        2 if order != DateOrder::YearMonthDay => match number(year, 2)? {
+            year @ 69.. => 1900 + year,
+            year => 2000 + year,
+        },
+        _ => return None,
+    };
+    let is_day = (1..=12).contains(&month) && day >= 1;
+    // The first day of the next month is as many days away as the month has.
+    let next = if month == 12 { (year + 1, 1) } else { (year, month + 1) };
+    let length = days_of(next.0, next.1, 1) - days_of(year, month, 1);
+    (is_day && day <= length).then_some([year, month, day])
+}
+
+/// Digits and nothing else, at most so many.
+fn number(text: &str, most: usize) -> Option<i64> {
+    let is_number = (1..=most).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_digit());
+    text.parse().ok().filter(|_| is_number)
+}
+
+fn of_day(text: &str) -> Option<OfDay> {
+    let (text, half) = split_half(text);
+    let (clock, ahead) = match half {
+        Some(_) => (text, None),
+        None => split_zone(text)?,
+    };
+    let clock = clock.trim_end();
+    let between = clock.chars().find(|character| !character.is_ascii_digit())?;
+    let mut parts = match between {
+        ':' => clock.splitn(3, ':'),
+        '.' if clock.matches('.').count() == 2 => clock.splitn(3, '.'),
+        _ => return None,
+    };
+    let [mut hour, minute] = [number(parts.next()?, 2)?, number(parts.next()?, 2)?];
+    let (second, fraction) = match parts.next() {
+        None => (0, 0),
+        Some(seconds) => {
+            let (second, fraction) = seconds.split_once(['.', ',']).unwrap_or((seconds, "0"));
+            (number(second, 2)?, fraction_of(fraction)?)
+        }
+    };
+    if let Some(is_afternoon) = half {
+        let is_hour = (1..=12).contains(&hour);
+        hour = is_hour.then_some(hour % 12 + if is_afternoon { 12 } else { 0 })?;
+    }
+    // A leap second is told as the 60th, the end of a day as 24:00.
+    let is_time =
+        hour < 24 && minute < 60 && second <= 60 || (hour, minute, second, fraction) == (24, 0, 0, 0);
+    let nanoseconds = hour * HOUR + minute * 60 * SECOND + second * SECOND + fraction;
+    is_time.then_some(OfDay { nanoseconds, ahead })
+}
+
+/// `10:31 PM` and whether it is after noon.
+fn split_half(text: &str) -> (&str, Option<bool>) {
+    let halves = [("am", false), ("pm", true)];
+    let ends = |half: &str| {
+        let at = text.len().checked_sub(half.len())?;
+        let (clock, end) = text.split_at_checked(at)?;
+        end.eq_ignore_ascii_case(half).then_some(clock.trim_end())
+    };
+    halves
+        .into_iter()
+        .find_map(|(half, is_afternoon)| Some((ends(half)?, Some(is_afternoon))))
+        .unwrap_or((text, None))
+}
+
+/// A time of day and how far its zone is ahead of UTC, nanoseconds; `None` where a zone is written that is none.
+fn split_zone(text: &str) -> Option<(&str, Option<i64>)> {
+    for utc in ["Z", "z", "UTC", "GMT"] {
+        if let Some(clock) = text.strip_suffix(utc) {
+            return Some((clock, Some(0)));
+        }
+    }
+    let Some(at) = text.rfind(['+', '-']) else { return Some((text, None)) };
+    let (clock, zone) = text.split_at(at);
+    let digits: String = zone.get(1..)?.split(':').collect();
+    let (hours, minutes) = match digits.len() {
+        2 => (number(&digits, 2)?, 0),
+        4 => (number(digits.get(..2)?, 2)?, number(digits.get(2..)?, 2)?),
+        _ => return None,
+    };
+    let ahead = hours * HOUR + minutes * 60 * SECOND;
+    (hours < 24 && minutes < 60).then_some((clock, Some(if zone.starts_with('-') { -ahead } else { ahead })))
+}
+
+/// The digits behind the point, as nanoseconds; those beyond the ninth are cut off.
+fn fraction_of(digits: &str) -> Option<i64> {
+    let is_fraction = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
+    let filled = digits.bytes().chain(std::iter::repeat(b'0')).take(9);
+    is_fraction.then(|| filled.fold(0, |sum, digit| 10 * sum + i64::from(digit - b'0')))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[track_caller]
+    fn check(text: &str, order: DateOrder, expected: Option<(i64, bool)>) {
+        let found = moment(text, order, Zone::default());
+        assert_eq!(found.map(|it| (it.time.0, it.has_zone)), expected, "{text}");
+    }
+
+    /// 2018-04-08 10:31:37 UTC.
+    const THEN: i64 = 1_523_183_497 * SECOND;
+
+    #[test]
+    fn moments_are_written_in_many_ways() {
+        use DateOrder::{DayMonthYear, MonthDayYear, YearMonthDay};
+        check("2018-04-08T10:31:37Z", YearMonthDay, Some((THEN, true)));
+        check("2018-04-08 10:31:37.097", YearMonthDay, Some((THEN + 97_000_000, false)));
+        check("2018-04-08 12:31:37+02:00", YearMonthDay, Some((THEN, true)));
+        check("2018-04-08 12:31:37 +0200", YearMonthDay, Some((THEN, true)));
+        check("2018-04-08T05:01:37-05:30", YearMonthDay, Some((THEN, true)));
+        check("2018/4/8 10:31:37", YearMonthDay, Some((THEN, false)));
+        check("20180408 10:31:37,5 UTC", YearMonthDay, Some((THEN + 500_000_000, true)));
+        check("08/04/2018 10.31.37", DayMonthYear, Some((THEN, false)));
+        check("8.4.18 10:31:37", DayMonthYear, Some((THEN, false)));
+        check("04/08/2018 10:31:37 AM", MonthDayYear, Some((THEN, false)));
+        check("4/8/2018 12:00:00 pm", MonthDayYear, Some((THEN + 5_303 * SECOND, false)));
+        check("2018-04-08", YearMonthDay, Some((THEN - 37_897 * SECOND, false)));
+        check("2018-04-07 24:00", YearMonthDay, Some((THEN - 37_897 * SECOND, false)));
+        let zone: Zone = "+02:00".parse().unwrap();
+        let of_place = moment("2018-04-08 12:31:37", YearMonthDay, zone).unwrap();
+        assert_eq!((of_place.time.0, of_place.has_zone), (THEN, false));
+        let apart = moment_of("08/04/2018", "10.31.37", DayMonthYear, Zone::default()).unwrap();
+        assert_eq!(apart.time.0, THEN);
+    }
+
+    #[test]
+    fn what_is_no_moment_is_none() {
+        for wrong in [
+            "",
+            "5",
+            "1.5",
+            "2018",
+            "2018-02-30",
+            "2018-13-01 10:00",
+            "2018-04-08 25:00",
+            "2018-04-08 10:60",
+            "2018-04-08 10",
+            "2018-04-08 10:31:37+2",
+            "2018-04-08 13:00 PM",
+            "10:31:37",
+            "2018-04-08x10:31",
+            "é",
+        ] {
+            check(wrong, DateOrder::YearMonthDay, None);
+        }
+        check("31/02/2018", DateOrder::DayMonthYear, None);
+        assert!(is_date("2018-04-08") && is_date("13/04/2018") && !is_date("1.5") && !is_date("10:31"));
+        assert!(is_time_of_day("10:31") && is_time_of_day("18.00.00") && !is_time_of_day("18.5"));
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_survived(garbage in "\\PC{0,40}") {
+            for order in DateOrder::ALL {
+                let _moment = moment(&garbage, order, Zone::default());
+                let _moment = moment_of(&garbage, &garbage, order, Zone::default());
+            }
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! How recordings are read: what the command line says where a file itself does not, the same for every command.
+
+use shsa_core::time::Span;
+use shsa_format::recording::ReadOptions;
+use shsa_message::span::parse_span;
+use shsa_message::stamp::Zone;
+use std::path::PathBuf;
+
+/// What recordings do not say of themselves.
+#[derive(clap::Args)]
+pub(crate) struct ReadArguments {
+    /// The column with the time, where a table's header does not tell.
+    #[arg(long, value_name = "NAME")]
+    time_column: Option<String>,
+    /// What one step of the time column is: s, ms, us, ns or a span such as 5s.
+    #[arg(long, value_name = "UNIT", value_parser = parse_span)]
+    time_unit: Option<Span>,
+    /// Where times without a zone were written down: UTC, +02:00.
+    #[arg(long, value_name = "ZONE", allow_hyphen_values = true)]
+    time_zone: Option<Zone>,
+    /// A folder with the definitions of ROS 2 messages that recordings lack, PACKAGE/msg/NAME.msg; may be given several times.
+    #[arg(long, value_name = "DIR")]
+    messages: Vec<PathBuf>,
+    /// A database of CAN messages (DBC); may be given several times.
+    #[arg(long, value_name = "FILE")]
+    dbc: Vec<PathBuf>,
+}
+
+impl ReadArguments {
+    /// As the readers take them.
+    pub(crate) fn options(&self) -> ReadOptions {
+        ReadOptions {
+            time_column: self.time_column.clone(),
+            time_scale: self.time_unit,
+            zone: self.time_zone.unwrap_or_default(),
+            messages: self.messages.clone(),
+            dbc: self.dbc.clone(),
+        }
+    }
+}
