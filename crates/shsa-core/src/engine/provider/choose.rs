@@ -55,7 +55,9 @@ impl Provider {
     /// than what was published last goes out at once.
     fn replace_by_best(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> bool {
         let best = self.fittest(monitor, now, None).or_else(|| self.sources.ways().next()).cloned();
-        let since = self.last.map(|(_, sample)| sample.validity.to);
+        // What was not admitted until now, though it was known, is owed.
+        let never = self.contracts.is_demanding().then_some(Time::MIN);
+        let since = self.last.map(|(_, sample)| sample.validity.to).or(never);
         let assured = best.and_then(|way| self.contracts.admit(way));
         let service = assured.and_then(|way| Service::start(knowledge, way, monitor.ports(), since));
         self.take_over(knowledge, service);

@@ -5,7 +5,7 @@ use super::super::message::{Event, EventKind};
 use super::situation::{Situation, Succession};
 use super::sources::MOST_NAMED;
 use super::{Forced, Provider};
-use crate::assurance::{Admitted, Assurance, Ground, Lacking, Override, Refused, Verdict};
+use crate::assurance::{Admitted, Assurance, Ground, Lacking, Override, Refused, Trust, Verdict};
 use crate::diagnosis::Judge;
 use crate::knowledge::{KnowledgeBase, SignalId, Watched};
 use crate::monitor::{Monitor, WayIndex};
@@ -36,7 +36,8 @@ impl Provider {
     /// Begins while no evidence is known: with what needs none.
     pub(super) fn begin_under_contract(&mut self, knowledge: &KnowledgeBase, assurance: Option<&Assurance>) {
         let Provider { sources, contracts, .. } = self;
-        contracts.consider(knowledge, assurance, sources.all().iter().map(|source| &source.way));
+        let all = sources.all().iter().map(|source| (&source.way, Trust::Trusted));
+        contracts.consider(knowledge, assurance, all);
         contracts.begin(knowledge);
         let may_hold = |way: &&Way| {
             let assessment = contracts.assessment(way);
@@ -54,8 +55,9 @@ impl Provider {
         }
         let (knowledge, assurance) = (change.situation.knowledge, change.situation.assurance());
         let was_admitted = |way: &&Way| old.contracts.admit(*way).is_some();
-        let way = old.state.way().filter(was_admitted).and_then(|way| way.succeeded(change.lineage));
-        self.contracts.go_on(knowledge, assurance, &old.contracts, way.as_ref());
+        let before = old.state.way().filter(was_admitted);
+        let way = before.and_then(|way| way.succeeded(change.lineage));
+        self.contracts.go_on(knowledge, assurance, &old.contracts, before.zip(way.as_ref()));
     }
 
     /// Reads the evidence that may have changed. Whether a source is admitted otherwise than before; and an override that is

@@ -4,7 +4,7 @@ use super::super::instruments::{Attested, Instruments};
 use super::super::ready_sources::ReadySources;
 use super::super::ways::{Lost, MOST, Source};
 use crate::alignment::Sample;
-use crate::assurance::{Assessments, Assurance, Ground, Search};
+use crate::assurance::{Assessments, Assurance, Ground, Search, Trust};
 use crate::diagnosis::Judge;
 use crate::knowledge::{KnowledgeBase, Lineage, NeedId, SignalId, Watched};
 use crate::monitor::{Inheritance, Monitor};
@@ -85,15 +85,19 @@ impl Situation<'_> {
     }
 
     fn consider(&self, contracts: &mut Assessments, lists: &[Arc<[Source]>; 3], doubted: &[Source]) {
-        let ways = lists.iter().flat_map(|list| list.iter()).chain(doubted).map(|source| &source.way);
-        contracts.consider(self.knowledge, self.assurance(), ways);
+        let trusts = [Trust::Trusted, Trust::Returning, Trust::Unproven];
+        let trusted = lists.iter().zip(trusts);
+        let of = |(list, trust): (&[Source], Trust)| {
+            contracts.consider(self.knowledge, self.assurance(), list.iter().map(|it| (&it.way, trust)));
+        };
+        trusted.map(|(list, trust)| (&**list, trust)).chain([(doubted, Trust::Doubted)]).for_each(of);
     }
 
     /// Asks about one more way, which may serve by order only.
     pub(super) fn assess_one(&self, contracts: &mut Assessments, way: &Way) {
         let instruments = self.instruments();
         let read = |contract, watched: &Watched, way: &Way| instruments.read(contract, watched, way);
-        contracts.consider(self.knowledge, self.assurance(), core::iter::once(way));
+        contracts.consider(self.knowledge, self.assurance(), core::iter::once((way, Trust::Doubted)));
         contracts.run(Some(way));
         contracts.settle(self.knowledge, &read, self.now);
     }
