@@ -5,6 +5,7 @@ pub mod comparisons;
 pub mod event;
 pub mod drive;
 pub mod conserts;
+pub mod case;
 pub mod drawing;
 pub mod fault;
 pub mod journal;

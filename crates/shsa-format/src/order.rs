@@ -15,8 +15,7 @@ use shsa_core::time::Span;
 use shsa_message::span::parse_span;
 
 /// The names of all orders.
-pub const ORDERS: [&str; 8] =
-    ["forbid", "allow", "force", "release", "clear", "override", "attest", "deny"];
+pub const ORDERS: [&str; 8] = ["forbid", "allow", "force", "release", "clear", "override", "attest", "deny"];
 
 /// An order as it is written: a name, and what it is about. Not every form is an order: see [`OrderForm::order`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -3,9 +3,12 @@
 use anyhow::Context;
 use serde::Deserialize;
 use serde_json::Value;
-use shsa_core::assurance::{Certificates, Demand, DemandId, Evidence, EvidenceId, Guarantee, Quantifier, Service, ServiceId, ServiceKind, Tree};
-use shsa_core::statement::{Content, Inclusion, Property, Scales, Statement};
+use shsa_core::assurance::{
+    Certificates, Demand, DemandId, Evidence, EvidenceId, Guarantee, Quantifier, Service, ServiceId,
+    ServiceKind, Tree,
+};
 use shsa_core::interval::Interval;
+use shsa_core::statement::{Content, Inclusion, Property, Scales, Statement};
 use shsa_core::unit::Dimension;
 use std::collections::BTreeMap;
 

@@ -147,7 +147,8 @@ impl Piece {
     fn is(&self, contract: ContractId, watched: &Watched, of: Option<usize>) -> bool {
         let own = &self.watched;
         let is_told = own.source == EvidenceSource::Told;
-        (own.source, self.of, own.within, own.max_age) == (watched.source, of, watched.within, watched.max_age)
+        (own.source, self.of, own.within, own.max_age)
+            == (watched.source, of, watched.within, watched.max_age)
             && (!is_told || (self.contract, &own.name) == (contract, &watched.name))
     }
 }
@@ -310,9 +311,8 @@ impl Assessments {
         let Some((old, way)) = way else { return };
         demanded.running = demanded.place(way);
         let old = before.0.as_ref().and_then(|demanded| demanded.of(old));
-        let has_held = |it: &Assessed| {
-            it.admitted.is_some_and(|it| matches!(it.ground, Ground::Met | Ground::Lapsing))
-        };
+        let has_held =
+            |it: &Assessed| it.admitted.is_some_and(|it| matches!(it.ground, Ground::Met | Ground::Lapsing));
         // Where nothing was demanded before, nothing was missing.
         let (has_held, open_since) = old.map_or((true, None), |it| (has_held(it), it.open_since));
         let running = demanded.running.and_then(|at| demanded.ways.get_mut(at));
@@ -489,12 +489,7 @@ impl Demanded {
     }
 
     /// On which ground a way is admitted.
-    fn ground(
-        &self,
-        at: usize,
-        assessed: &Assessed,
-        now: Time,
-    ) -> Option<Ground> {
+    fn ground(&self, at: usize, assessed: &Assessed, now: Time) -> Option<Ground> {
         let Assessment { verdict, level, .. } = assessed.assessment;
         let (any_holds, highest) = self.best(assessed.trust);
         let (is_highest, is_running) = (level == highest, self.running == Some(at));

@@ -2,9 +2,7 @@
 
 use super::assessments::Read;
 use super::{Assurance, Verdict};
-use crate::knowledge::{
-    IdVec, KnowledgeBase, NeedId, RelationSet, SignalId, SignalSet, VariableId, Watched,
-};
+use crate::knowledge::{IdVec, KnowledgeBase, NeedId, RelationSet, SignalId, SignalSet, VariableId, Watched};
 use crate::plan::Admission;
 use crate::substitution::{Step, Substitution, Way};
 use alloc::vec::Vec;
@@ -113,6 +111,9 @@ impl Admission for Search<'_> {
 
 impl fmt::Debug for Search<'_> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.debug_struct("Search").field("need", &self.need).field("barred", &self.barred).finish_non_exhaustive()
+        out.debug_struct("Search")
+            .field("need", &self.need)
+            .field("barred", &self.barred)
+            .finish_non_exhaustive()
     }
 }

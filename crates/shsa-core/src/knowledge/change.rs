@@ -7,8 +7,8 @@
 mod apply;
 
 use super::draft::{
-    Bounds, ContractDraft, Diagnostic, Draft, NeedDraft, PropertyDrafts, RelationDraft, Severity, SignalDraft, Text,
-    UtilityDraft, VariableDraft,
+    Bounds, ContractDraft, Diagnostic, Draft, NeedDraft, PropertyDrafts, RelationDraft, Severity,
+    SignalDraft, Text, UtilityDraft, VariableDraft,
 };
 use super::{Element, Id, KnowledgeBase, SignalId, build};
 use crate::unit::nearest;

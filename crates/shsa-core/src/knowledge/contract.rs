@@ -4,8 +4,8 @@
 //! platform, or of this program itself (Schneider and Trapp 2013, doi:10.1145/2491465.2491467). Who meets whose demands
 //! depends on the flow of information: see [`assurance`](crate::assurance).
 
-use super::properties::{INTEGRITY, Properties};
 use super::ids::{IdVec, NeedId, RelationId, SignalId, VariableId, id};
+use super::properties::{INTEGRITY, Properties};
 use crate::interval::Interval;
 use crate::statement::{Level, Scales, Statement};
 use crate::time::Span;
@@ -265,7 +265,9 @@ impl Contracts {
     #[must_use]
     pub fn passes_on(&self, relation: &Properties, level: Level) -> bool {
         let own = relation.get(INTEGRITY);
-        own.is_none_or(|own| self.scales.rank_on(INTEGRITY_SCALE, level).is_none_or(|rank| f64::from(rank) <= *own))
+        own.is_none_or(|own| {
+            self.scales.rank_on(INTEGRITY_SCALE, level).is_none_or(|rank| f64::from(rank) <= *own)
+        })
     }
 
     /// The contract of who needs a variable. O(log contracts).

@@ -1,5 +1,6 @@
 //! A model as it is written: pieces of text, each with its place, before anything is checked.
 
+use super::signal::SourceParts;
 pub use crate::expression::Severity;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -220,6 +221,8 @@ pub struct SignalDraft {
     pub variable: Option<Text>,
     /// Where it is found; its name when absent.
     pub source: Option<Text>,
+    /// What that tells of its measurement, by who knows how such texts are written.
+    pub source_parts: SourceParts,
     /// What its values come in, or a multiple of it such as `-1 m/s`; the variable's unit when absent.
     pub unit: Option<Text>,
     /// What each reading is multiplied by to be a value in its unit; 1 when absent.

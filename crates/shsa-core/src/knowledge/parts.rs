@@ -13,8 +13,8 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use fields::{
-    Clash, Fields, constant_fields, contract_fields, different, function_fields, need_fields, relation_fields, signal_fields,
-    utility_fields, variable_fields,
+    Clash, Fields, constant_fields, contract_fields, different, function_fields, need_fields,
+    relation_fields, signal_fields, utility_fields, variable_fields,
 };
 
 /// Two parts that say different things about one name.
@@ -150,7 +150,9 @@ fn needed<'d>(draft: &'d Draft, section: Section, at: usize, mut tell: impl FnMu
             need.signal.iter().chain([&need.variable]).for_each(|name| tell(Section::Contracts, &name.text));
         }
         Section::Platform => draft.platform.iter().skip(at).take(1).for_each(|it| of_contract(it, &mut tell)),
-        Section::Contracts => draft.contracts.iter().skip(at).take(1).for_each(|it| of_contract(it, &mut tell)),
+        Section::Contracts => {
+            draft.contracts.iter().skip(at).take(1).for_each(|it| of_contract(it, &mut tell))
+        }
     }
 }
 

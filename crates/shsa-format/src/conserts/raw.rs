@@ -1,10 +1,13 @@
 //! A certificate as files write it: by names, whatever their order; conditions as arrows between them.
 
 use crate::model::reader::Reader;
-use shsa_core::assurance::{Certificates, Demand, DemandId, Evidence, EvidenceId, Guarantee, MAX_DEPTH, Quantifier, Service, ServiceKind, Tree};
-use shsa_core::statement::{Level, Property, Scales, Statement};
+use shsa_core::assurance::{
+    Certificates, Demand, DemandId, Evidence, EvidenceId, Guarantee, MAX_DEPTH, Quantifier, Service,
+    ServiceKind, Tree,
+};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{Place, Text};
+use shsa_core::statement::{Level, Property, Scales, Statement};
 use std::collections::BTreeMap;
 
 /// How many nodes the conditions of a certificate may have: a gate counts wherever it is used.

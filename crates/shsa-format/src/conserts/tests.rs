@@ -1,10 +1,13 @@
 //! Small certificates of our own, and the public ones where they are there.
 
 use super::{compose, prolog, read};
-use shsa_core::assurance::{Certificates, Demand, Evaluation, Evidence, EvidenceId, Guarantee, Quantifier, Service, ServiceId, ServiceKind, System, Tree, Verdict};
-use shsa_core::statement::{Content, FailureMode, Statement};
+use shsa_core::assurance::{
+    Certificates, Demand, Evaluation, Evidence, EvidenceId, Guarantee, Quantifier, Service, ServiceId,
+    ServiceKind, System, Tree, Verdict,
+};
 use shsa_core::interval::{Interval, Truth};
 use shsa_core::knowledge::Id;
+use shsa_core::statement::{Content, FailureMode, Statement};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write as _;
 use std::path::Path;

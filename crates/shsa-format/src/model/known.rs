@@ -60,7 +60,8 @@ impl<'r, 'n> Known<'r, 'n> {
     pub(crate) fn words(&mut self, key: &str) -> PropertyDrafts {
         let entries = self.entries(key);
         let example = "fresh: age at most 300 ms";
-        let read = |(name, node): &(Text, Node)| Some((name.clone(), self.reader.text(node, "words", example)?));
+        let read =
+            |(name, node): &(Text, Node)| Some((name.clone(), self.reader.text(node, "words", example)?));
         entries.iter().filter_map(read).collect()
     }
 

@@ -71,7 +71,9 @@ fn of_form(form: Form) -> Value {
         Form::Names => json!({ "anyOf": [{ "type": ["string", "null"] }, names()] }),
         Form::Numbers => numbers(),
         Form::Words => json!({ "type": ["object", "null"], "additionalProperties": { "type": "string" } }),
-        Form::Statements(keys) => json!({ "type": ["object", "null"], "additionalProperties": of_statement(keys) }),
+        Form::Statements(keys) => {
+            json!({ "type": ["object", "null"], "additionalProperties": of_statement(keys) })
+        }
         Form::Shares => json!({ "anyOf": [{ "type": "string" }, names(), numbers()] }),
     }
 }

@@ -1,9 +1,10 @@
 //! The shape of a model file: which keys there are and what they hold.
 
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, ContractDraft, DemandDraft, Draft, GuaranteeDraft, NeedDraft, RelationDraft, Severity, SignalDraft, Source, Text, UtilityDraft,
-    VariableDraft,
+    BodyDraft, Bounds, ContractDraft, DemandDraft, Draft, GuaranteeDraft, NeedDraft, RelationDraft, Severity,
+    SignalDraft, Source, Text, UtilityDraft, VariableDraft,
 };
+use shsa_message::source;
 
 use super::json::{Entry, Json};
 use super::keys::{
@@ -111,14 +112,18 @@ impl Source for Model<'_, '_, '_> {
     fn platform(&mut self) -> Vec<ContractDraft> {
         let mut found = Vec::new();
         let example = "computer: { gives: { time: { time: at least 5 ms } } }";
-        self.section("platform", example, &mut |reader, entry| found.push(contract(reader, entry, &PLATFORM)));
+        self.section("platform", example, &mut |reader, entry| {
+            found.push(contract(reader, entry, &PLATFORM))
+        });
         found
     }
 
     fn contracts(&mut self) -> Vec<ContractDraft> {
         let mut found = Vec::new();
         let example = "/scan: { gives: { near: { error: at most 0.1 m, level: SIL 2 } } }";
-        self.section("contracts", example, &mut |reader, entry| found.push(contract(reader, entry, &CONTRACT)));
+        self.section("contracts", example, &mut |reader, entry| {
+            found.push(contract(reader, entry, &CONTRACT))
+        });
         found
     }
 
@@ -223,10 +228,12 @@ fn body(keys: &mut Known, name: &Text) -> Option<BodyDraft> {
 fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
     let example = "/scan: { variable: distances, rate: 10 Hz }";
     let mut keys = Known::of(reader, node, &SIGNAL, "a signal's keys", example);
+    let source = keys.text("source");
     SignalDraft {
         name: name.clone(),
         variable: keys.text("variable"),
-        source: keys.text("source"),
+        source_parts: source::parts(&name.text, source.as_ref().map(|source| source.text.as_str())),
+        source,
         unit: keys.text("unit"),
         scale: keys.text("scale"),
         offset: keys.text("offset"),
@@ -312,7 +319,8 @@ fn contract(reader: &mut Reader, (name, node): &(Text, Node), keys: &'static [Ke
 }
 
 fn given(reader: &mut Reader, (name, node): &(Text, Node)) -> GuaranteeDraft {
-    let (mut keys, properties) = Known::beside_words(reader, node, &GIVEN, "a guarantee", "near: { error: at most 0.1 m }");
+    let (mut keys, properties) =
+        Known::beside_words(reader, node, &GIVEN, "a guarantee", "near: { error: at most 0.1 m }");
     GuaranteeDraft {
         name: name.clone(),
         of: keys.text("of"),

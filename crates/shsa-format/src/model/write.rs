@@ -1,8 +1,8 @@
 //! Drafts as text: YAML for people, JSON for programs; both load to the same draft again.
 
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, CAUSE_PRIOR, ContractDraft, DemandDraft, Draft, GuaranteeDraft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text,
-    UtilityDraft, VariableDraft,
+    BodyDraft, Bounds, CAUSE_PRIOR, ContractDraft, DemandDraft, Draft, GuaranteeDraft, NeedDraft,
+    PropertyDrafts, RelationDraft, SignalDraft, Text, UtilityDraft, VariableDraft,
 };
 use std::fmt::Write;
 

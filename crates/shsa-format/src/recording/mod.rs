@@ -26,6 +26,15 @@ mod ros2;
 mod mcap;
 mod sqlite;
 mod rosbag2;
+mod window;
+mod record;
+mod ulog;
+mod dataflash;
+mod can;
+mod nmea;
+mod signalk;
+mod influx;
+mod mdf;
 mod session;
 mod stamp;
 mod stamps;
@@ -322,6 +331,16 @@ fn read_with(
         Format::Bag => rosbag::read(input, listener),
         Format::Mcap => mcap::read(input, options, listener),
         Format::Rosbag2 => rosbag2::read(input, options, listener),
+        Format::Ulog => ulog::read(input, listener),
+        Format::DataFlash => dataflash::binary::read(input, listener),
+        Format::DataFlashText => dataflash::text::read(input, listener),
+        Format::Blf => can::blf::read(input, options, listener),
+        Format::Asc => can::asc::read(input, options, listener),
+        Format::Candump => can::candump::read(input, options, listener),
+        Format::Nmea => nmea::read(input, listener),
+        Format::SignalK => signalk::read(input, listener),
+        Format::Influx => influx::read(input, listener),
+        Format::Mdf => mdf::read(input, options, listener),
         Format::JsonLines => jsonl::read(input, listener),
         Format::Csv => table::read(input, options, listener),
     }
@@ -380,4 +399,4 @@ fn mean_rate(count: usize, first: Time, last: Time) -> Option<f64> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

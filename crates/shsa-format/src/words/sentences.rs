@@ -145,7 +145,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("may-be-used", "{subject} may be used again, by order of the operator"),
     ("was-cleared", "{subject} was cleared by order of the operator"),
     ("chooses-itself", "the need chooses its source itself again, by order of the operator"),
-    ("contract-overridden", "the contract of {need} is overridden for {lasts}, by order of the operator: {because}"),
+    (
+        "contract-overridden",
+        "the contract of {need} is overridden for {lasts}, by order of the operator: {because}",
+    ),
     ("override-over", "the contract of {need} is not overridden any more"),
     ("attested", "{evidence} is so, by order of the operator"),
     ("denied", "{evidence} is not so, by order of the operator"),

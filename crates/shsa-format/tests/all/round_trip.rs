@@ -1,13 +1,17 @@
 //! What is written loads to the same again: drafts as YAML and JSON, formulas by way of Prolog.
 
+mod contracts;
+
+use contracts::contract;
 use proptest::prelude::*;
 use shsa_core::expression::Symbol;
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, ContractDraft, DemandDraft, Draft, GuaranteeDraft, Id, KnowledgeBase, NeedDraft,
-    RelationDraft, SignalDraft, Text, UtilityDraft, VariableDraft, VariableId,
+    BodyDraft, Bounds, ContractDraft, Draft, Id, KnowledgeBase, NeedDraft, RelationDraft, SignalDraft,
+    SourceParts, Text, UtilityDraft, VariableDraft, VariableId,
 };
 use shsa_format::model::thesis::prolog;
 use shsa_format::model::{load, read, write};
+use shsa_message::source::parts;
 use std::fs;
 use std::path::PathBuf;
 
@@ -193,6 +197,7 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
                 name,
                 variable,
                 source,
+                source_parts: SourceParts::default(),
                 unit,
                 scale,
                 offset,
@@ -277,31 +282,6 @@ fn named<T: std::fmt::Debug + Clone>(
     })
 }
 
-fn contract() -> impl Strategy<Value = ContractDraft> {
-    let bounds = || named((Just(Text::default()), text()), |(name, _), text| *name = text);
-    let given = (some(text()), some(text()), some(text()), some(names(2)), bounds()).prop_map(
-        |(of, level, when, redundant, properties)| GuaranteeDraft {
-            name: Text::default(),
-            of,
-            level,
-            when,
-            redundant,
-            properties,
-        },
-    );
-    let asked = (some(text()), some(text()), bounds()).prop_map(|(of, level, properties)| DemandDraft {
-        name: Text::default(),
-        of,
-        level,
-        properties,
-    });
-    let gives = named(given, |given, text| given.name = text);
-    let asks = named(asked, |asked, text| asked.name = text);
-    (some(text()), some(text()), gives, asks, bounds()).prop_map(|(runs_on, policy, gives, asks, evidence)| {
-        ContractDraft { name: Text::default(), runs_on, policy, gives, asks, evidence }
-    })
-}
-
 fn draft() -> impl Strategy<Value = Draft> {
     let pairs = named((Just(Text::default()), bounds()), |(name, _), text| *name = text);
     let functions = named((Just(Text::default()), text()), |(name, _), text| *name = text);
@@ -310,7 +290,11 @@ fn draft() -> impl Strategy<Value = Draft> {
         pairs,
         functions,
         named(relation(), |relation, text| relation.name = text),
-        named(signal(), |signal, text| signal.name = text),
+        named(signal(), |signal, text| {
+            let source = signal.source.as_ref().map(|source| source.text.as_str());
+            signal.source_parts = parts(&text.text, source);
+            signal.name = text;
+        }),
         named(need(), |need, text| need.variable = text),
         named(contract(), |contract, text| contract.name = text),
         utility(),

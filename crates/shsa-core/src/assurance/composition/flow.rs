@@ -1,6 +1,8 @@
 //! Who takes part in a flow of information, and who provides what to whom.
 
-use crate::knowledge::{ContractId, KnowledgeBase, NeedId, RelationId, SignalId, SignalSet, Subject, VariableId};
+use crate::knowledge::{
+    ContractId, KnowledgeBase, NeedId, RelationId, SignalId, SignalSet, Subject, VariableId,
+};
 use crate::substitution::{Step, Way};
 use alloc::vec::Vec;
 
@@ -54,7 +56,8 @@ impl Flow<'_> {
     pub(super) fn members(self, knowledge: &KnowledgeBase) -> Vec<Member> {
         match self {
             Flow::Way(need, way) => {
-                let steps = way.substitution.steps.iter().map(|step| Member::Relation(step.relation, step.output));
+                let steps =
+                    way.substitution.steps.iter().map(|step| Member::Relation(step.relation, step.output));
                 let signals = way.inputs().map(Member::Signal);
                 core::iter::once(Member::Need(need)).chain(steps).chain(signals).collect()
             }
@@ -83,7 +86,8 @@ impl Flow<'_> {
             Flow::Way(_, way) => provider(way, to, variable).into_iter().collect(),
             Flow::Any => {
                 let carriers = knowledge.carriers(variable).iter().map(|&id| Member::Signal(id));
-                let producers = knowledge.producers(variable).iter().map(|&id| Member::Relation(id, variable));
+                let producers =
+                    knowledge.producers(variable).iter().map(|&id| Member::Relation(id, variable));
                 carriers.chain(producers).filter(|member| *member != to).collect()
             }
         };

@@ -2,12 +2,12 @@
 
 use super::flow::{Flow, Member};
 use crate::assurance::certificate::{
-    Certificates, Demand, DemandId, Evidence, EvidenceId, Guarantee, GuaranteeId, Quantifier, Service, ServiceId,
-    ServiceKind, Tree,
+    Certificates, Demand, DemandId, Evidence, EvidenceId, Guarantee, GuaranteeId, Quantifier, Service,
+    ServiceId, ServiceKind, Tree,
 };
 use crate::knowledge::{
-    Asked, CONSUMER, Condition, Contract, ContractId, EvidenceSource, Given, HEALER, IdVec, KnowledgeBase, Measure,
-    NeedId, Party, Subject, VariableId, dependence,
+    Asked, CONSUMER, Condition, Contract, ContractId, EvidenceSource, Given, HEALER, IdVec, KnowledgeBase,
+    Measure, NeedId, Party, Subject, VariableId, dependence,
 };
 use crate::statement::{Level, Statement};
 use alloc::collections::BTreeMap;
@@ -98,12 +98,12 @@ impl<'a> Joint<'a> {
         let knowledge = self.knowledge;
         let contract = &knowledge.contracts().rows()[id];
         let demands: Vec<DemandId> = contract.asks.iter().map(|asked| self.demand(member, asked)).collect();
-        let evidence: Vec<EvidenceId> = (0..contract.evidence.len())
-            .filter_map(|at| self.evidence(member, contract, id, at))
-            .collect();
+        let evidence: Vec<EvidenceId> =
+            (0..contract.evidence.len()).filter_map(|at| self.evidence(member, contract, id, at)).collect();
         let tree = |condition: &Condition| tree(condition, &demands, &evidence);
         if let Member::Need(need) = member {
-            let modes: Vec<(&Given, Tree)> = contract.gives.iter().map(|given| (given, tree(&given.when))).collect();
+            let modes: Vec<(&Given, Tree)> =
+                contract.gives.iter().map(|given| (given, tree(&given.when))).collect();
             let all = demands.iter().map(|&id| Tree::Demand(id));
             let all = Tree::All(all.chain(evidence.iter().map(|&id| Tree::Evidence(id))).collect());
             let from_source = contract.asks.iter().zip(&demands);
@@ -157,9 +157,16 @@ impl<'a> Joint<'a> {
     }
 
     /// A guarantee of nothing but a level.
-    fn plain(&mut self, member: Member, variable: VariableId, level: Option<Level>, when: Tree) -> GuaranteeId {
+    fn plain(
+        &mut self,
+        member: Member,
+        variable: VariableId,
+        level: Option<Level>,
+        when: Tree,
+    ) -> GuaranteeId {
         let service = self.knowledge.variables()[variable].name.clone();
-        let name = level.map_or_else(|| "as it is".to_string(), |level| self.certificates.scales.written(level));
+        let name =
+            level.map_or_else(|| "as it is".to_string(), |level| self.certificates.scales.written(level));
         self.guarantee(member, &name, Statement { service, level, properties: Vec::new() }, when)
     }
 
@@ -204,16 +211,24 @@ impl<'a> Joint<'a> {
         self.certificates.demands.push(Demand { name, service, statement, of, quantifier })
     }
 
-    fn evidence(&mut self, member: Member, contract: &Contract, id: ContractId, at: usize) -> Option<EvidenceId> {
+    fn evidence(
+        &mut self,
+        member: Member,
+        contract: &Contract,
+        id: ContractId,
+        at: usize,
+    ) -> Option<EvidenceId> {
         let watched = contract.evidence.get(at)?;
         let service = self.service(member);
         let (within, max_age) = (watched.within, watched.max_age);
         let row = Evidence { name: watched.name.clone(), service, within, max_age };
         // What serves a need is measured at its end, not at a relation on the way.
         let is_measured = match (watched.source, member, self.flow) {
-            (EvidenceSource::Source(Measure::Value | Measure::Width), Member::Relation(_, output), Flow::Way(_, way)) => {
-                output == way.substitution.sink
-            }
+            (
+                EvidenceSource::Source(Measure::Value | Measure::Width),
+                Member::Relation(_, output),
+                Flow::Way(_, way),
+            ) => output == way.substitution.sink,
             _ => true,
         };
         self.observed.push(is_measured.then_some((id, at)));

@@ -11,9 +11,8 @@ mod prune;
 
 use super::certificate::{DemandId, EvidenceId, GuaranteeId};
 use super::evaluation::{Evaluation, Leaf, System, Verdict};
-use crate::knowledge::{
-    ContractId, IdVec, KnowledgeBase, NeedId, Policy, Watched,
-};
+use crate::interval::Truth;
+use crate::knowledge::{ContractId, IdVec, KnowledgeBase, NeedId, Policy, Watched};
 use crate::statement::Level;
 use crate::substitution::Way;
 use alloc::string::String;
@@ -40,7 +39,8 @@ impl Assurance {
         if !demands.iter().any(|demands| *demands) {
             return None;
         }
-        let asked = contracts.rows().iter().flat_map(|row| &row.asks).filter_map(|asked| asked.statement.level);
+        let asked =
+            contracts.rows().iter().flat_map(|row| &row.asks).filter_map(|asked| asked.statement.level);
         let letters = knowledge.needs().iter().filter_map(|need| need.integrity).map(String::from);
         let scale = crate::knowledge::INTEGRITY_SCALE;
         let integrity = letters.filter_map(|letter| contracts.scales().level(scale, &letter));
@@ -150,6 +150,16 @@ impl Composition {
         })
     }
 
+    /// An evaluation in which each piece of evidence that can be measured in this flow is what is supposed of it.
+    #[must_use]
+    pub fn supposing(&self, truth: impl Fn(EvidenceId) -> Truth) -> Evaluation {
+        let mut evaluation = self.evaluation();
+        let measured = self.observed.enumerate().filter(|(_, observed)| observed.is_some());
+        let changes: Vec<_> = measured.map(|(id, _)| (id, truth(id))).collect();
+        evaluation.set_all(&self.system, changes.into_iter());
+        evaluation
+    }
+
     /// What can be given under this evidence. Allocates nothing; O(guarantees that the need's demands may be met by).
     #[must_use]
     pub fn assess(&self, evaluation: &Evaluation) -> Assessment {
@@ -173,12 +183,16 @@ impl Composition {
         let mut sets: Vec<Vec<Lacking>> = Vec::new();
         for &root in &self.roots {
             let (repairs, _) = evaluation.why_no_guarantee(&self.system, root, most);
-            let named = repairs.sets.into_iter().map(|set| set.into_iter().map(|id| self.lacking(Leaf::Evidence(id))).collect());
+            let named = repairs
+                .sets
+                .into_iter()
+                .map(|set| set.into_iter().map(|id| self.lacking(Leaf::Evidence(id))).collect());
             sets.extend(named);
         }
         if let (true, Some(&root)) = (sets.is_empty(), self.roots.last()) {
             let missing = evaluation.missing(&self.system, root, most);
-            let named = missing.sets.into_iter().map(|set| set.into_iter().map(|leaf| self.lacking(leaf)).collect());
+            let named =
+                missing.sets.into_iter().map(|set| set.into_iter().map(|leaf| self.lacking(leaf)).collect());
             sets.extend(named);
         }
         sets.sort_by_key(Vec::len);

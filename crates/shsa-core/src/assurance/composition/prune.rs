@@ -7,7 +7,8 @@ use crate::assurance::certificate::{DemandId, GuaranteeId, ServiceId, Tree};
 use crate::assurance::evaluation::{Evaluation, System, Verdict};
 use crate::interval::Truth;
 use crate::knowledge::{
-    ContractId, EvidenceSource, IdVec, KnowledgeBase, NeedId, RelationId, RelationSet, SignalSet, VariableId, Watched,
+    ContractId, EvidenceSource, IdVec, KnowledgeBase, NeedId, RelationId, RelationSet, SignalSet, VariableId,
+    Watched,
 };
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
@@ -44,8 +45,14 @@ impl Assurance {
         system.certificates().demands.enumerate().for_each(|(id, row)| demands[row.service].push(id));
         let mut offers = IdVec::filled(system.certificates().services.len(), |_| Vec::new());
         system.certificates().guarantees.enumerate().for_each(|(id, row)| offers[row.service].push(id));
-        let outlook =
-            Outlook { knowledge, system: &system, evaluation: &evaluation, members: &members, demands, offers };
+        let outlook = Outlook {
+            knowledge,
+            system: &system,
+            evaluation: &evaluation,
+            members: &members,
+            demands,
+            offers,
+        };
         outlook.barred(need)
     }
 }
@@ -113,7 +120,8 @@ impl Outlook<'_> {
 
     /// Whether a reader can give nothing with this provider of a variable.
     fn asks_more(&self, reader: Member, provider: Member, variable: VariableId) -> bool {
-        let (Some(&reader), Some(&provider)) = (self.members.get(&reader), self.members.get(&provider)) else {
+        let (Some(&reader), Some(&provider)) = (self.members.get(&reader), self.members.get(&provider))
+        else {
             return false;
         };
         let (demands, offers) = (&self.system.certificates().demands, &self.system.certificates().guarantees);

@@ -23,7 +23,7 @@ impl Provider {
         let lost = self.sources.find(self.settings.need, situation, &mut self.contracts);
         let is_left = self.state.way().is_some_and(|way| self.sources.contain(way));
         if self.forced.is_none() && !is_left {
-            self.refusals.note((knowledge, graph, ready_sources), self.settings.need, lost);
+            self.refusals.note(knowledge, graph, ready_sources, self.settings.need, lost);
         }
         self.sources.rank(knowledge, monitor, Some(*now));
     }
@@ -317,9 +317,10 @@ impl Provider {
         let Some(ways) = self.candidates(situation) else {
             return self.tell_unserved(knowledge, because, now);
         };
+        let ports = monitor.ports();
         let unsure = match before {
-            Some(before) => before.goes_on((knowledge, monitor.ports(), &self.contracts), ways, because),
-            None => self.unsure((knowledge, monitor.ports()), ways, because, now),
+            Some(before) => before.goes_on(knowledge, ports, &self.contracts, ways, because),
+            None => self.unsure(knowledge, ports, ways, because, now),
         };
         self.state.go_on_unsure(unsure);
         None
@@ -357,7 +358,7 @@ impl Provider {
         if !self.sources.is_alone {
             let source = self.source_name(knowledge);
             let because = source.map(|source| Reason::Contradicted { source }.into());
-            let unsure = self.unsure((knowledge, ports), ways, because, now);
+            let unsure = self.unsure(knowledge, ports, ways, because, now);
             self.state.go_on_unsure(unsure);
         }
     }
@@ -365,7 +366,8 @@ impl Provider {
     /// These ways may be right from now on.
     fn unsure(
         &self,
-        (knowledge, ports): (&KnowledgeBase, &IdVec<SignalId, Port>),
+        knowledge: &KnowledgeBase,
+        ports: &IdVec<SignalId, Port>,
         ways: Vec<Way>,
         because: Option<Reasons>,
         now: Time,
@@ -374,6 +376,7 @@ impl Provider {
         // So it was before a change of the model, too.
         let is_told = self.told.is_uncertain();
         let last = self.last.map(|(_, sample)| sample);
-        Unsure::new((knowledge, ports, &self.contracts), kind, ways, because, now).following(last, is_told)
+        let unsure = Unsure::new(knowledge, ports, &self.contracts, kind, ways, because, now);
+        unsure.following(last, is_told)
     }
 }

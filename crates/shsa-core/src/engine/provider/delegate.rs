@@ -100,13 +100,15 @@ impl Delegate {
         &mut self,
         service: &mut Service,
         need: NeedId,
-        (ports, last): (&IdVec<SignalId, Port>, Option<Sample>),
+        ports: &IdVec<SignalId, Port>,
+        last: Option<Sample>,
         outputs: &mut VecDeque<Output>,
     ) -> Option<Given> {
         if !self.is_ready {
-            let computed = service.compute(ports, last).map(owned)?;
+            let computed = service.compute(ports, last)?;
             self.has_given = false;
-            return Some(computed);
+            let (value, validity) = computed;
+            return Some((owned(value), validity));
         }
         if let Some(task) = service.task(ports, last) {
             let number = self.hand_out(task.moment);
@@ -139,10 +141,9 @@ fn is_of(validity: Validity, moment: Validity) -> bool {
     validity.from <= validity.to && validity.to == moment.to
 }
 
-fn owned((computed, validity): (Computed<'_>, Validity)) -> Given {
-    let value = match computed {
+fn owned(computed: Computed<'_>) -> PublishedValue {
+    match computed {
         Computed::Scalar(value) => PublishedValue::Scalar(value),
         Computed::Vector(elements) => PublishedValue::Vector(elements.to_vec()),
-    };
-    (value, validity)
+    }
 }

@@ -149,7 +149,7 @@ impl Provider {
             told: Told::NOTHING,
             statistics: Statistics::default(),
         };
-        provider.refusals.note((knowledge, graph, ready_sources), id, &Lost::default());
+        provider.refusals.note(knowledge, graph, ready_sources, id, &Lost::default());
         provider.sources.rank(knowledge, monitor, None);
         if provider.contracts.is_demanding() {
             provider.begin_under_contract(knowledge, assurance);

@@ -77,13 +77,12 @@ impl Provider {
             None => self.is_late(now).then_some(Fault::Late),
         };
         if let Some(fault) = fault
-            && let Some((sample, way)) =
-                self.stand_in(knowledge, monitor, trusts, (now, fault == Fault::Late))
+            && let Some((sample, way)) = self.stand_in(knowledge, monitor, trusts, now, fault == Fault::Late)
         {
             self.state.end_unsure();
             tell(outputs, self.note_stand_in(knowledge, monitor, way, fault, now));
             if let Some(admitted) = self.admitted_stand_in(monitor, way) {
-                self.publish_sample(knowledge, (sample, Server::StandIn(way)), admitted, now, outputs);
+                self.publish_sample(knowledge, sample, Server::StandIn(way), admitted, now, outputs);
             }
             return;
         }
@@ -128,7 +127,7 @@ impl Provider {
     fn computed(&mut self, monitor: &Monitor, outputs: &mut VecDeque<Output>) -> Option<Given> {
         let last = self.last.map(|(_, sample)| sample);
         let serving = self.state.serving_mut()?;
-        self.delegate.next(&mut serving.service, self.settings.need, (monitor.ports(), last), outputs)
+        self.delegate.next(&mut serving.service, self.settings.need, monitor.ports(), last, outputs)
     }
 
     /// What is wrong with a value of the source, and whether it may go out all the same where nothing better is there.
@@ -162,7 +161,8 @@ impl Provider {
         knowledge: &KnowledgeBase,
         monitor: &Monitor,
         trusts: impl Fn(&WatchedWay) -> bool + Copy,
-        (now, is_late): (Time, bool),
+        now: Time,
+        is_late: bool,
     ) -> Option<(Sample, WayIndex)> {
         if self.forced.is_some() {
             return None;
@@ -253,21 +253,21 @@ impl Provider {
         }
         let server = Server::Active { since: self.switched };
         if let Some(admitted) = self.admitted() {
-            self.publish_sample(knowledge, (sample, server), admitted, now, outputs);
+            self.publish_sample(knowledge, sample, server, admitted, now, outputs);
         }
     }
 
     fn publish_sample(
         &mut self,
         knowledge: &KnowledgeBase,
-        given: (Sample, Server),
+        sample: Sample,
+        server: Server,
         admitted: Admitted,
         now: Time,
         outputs: &mut VecDeque<Output>,
     ) {
-        let wraps = knowledge.variables()[self.settings.variable].wraps;
         let last = self.last.map(|(_, last)| last);
-        let Sample { value, validity } = self.blend.apply(given, last, (&self.settings, wraps), now);
+        let Sample { value, validity } = self.blend.apply(sample, server, last, &self.settings, now);
         self.publish(knowledge, (PublishedValue::Scalar(value), validity), admitted, now, outputs);
     }
 
@@ -344,17 +344,14 @@ impl Provider {
         now: Time,
         outputs: &mut VecDeque<Output>,
     ) {
-        let there = (knowledge, monitor.ports());
         let unsure = self.state.unsure_mut();
-        if let Some(sample) = unsure.and_then(|unsure| unsure.value(there, &self.settings, now)) {
-            let unsure = self.state.unsure();
-            if let Some(admitted) = unsure.and_then(|unsure| unsure.admitted(&self.contracts)) {
-                self.blend.stop();
-                tell(outputs, self.tell_uncertain(knowledge, now));
-                let Sample { value, validity } = sample;
-                let given = (PublishedValue::Scalar(value), validity);
-                return self.publish(knowledge, given, admitted, now, outputs);
-            }
+        let sample = unsure.and_then(|unsure| unsure.value(knowledge, monitor.ports(), &self.settings, now));
+        let admitted = self.state.unsure().and_then(|unsure| unsure.admitted(&self.contracts));
+        if let (Some(Sample { value, validity }), Some(admitted)) = (sample, admitted) {
+            self.blend.stop();
+            tell(outputs, self.tell_uncertain(knowledge, now));
+            let given = (PublishedValue::Scalar(value), validity);
+            return self.publish(knowledge, given, admitted, now, outputs);
         }
         tell(outputs, self.tell_nothing_certain(knowledge, now));
         tell(outputs, self.check_age(knowledge, now));

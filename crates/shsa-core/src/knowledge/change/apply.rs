@@ -2,8 +2,8 @@
 
 use super::{Edit, Section, error, function_name, put_property};
 use crate::knowledge::draft::{
-    Bounds, ContractDraft, Diagnostic, Draft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text, UtilityDraft,
-    VariableDraft,
+    Bounds, ContractDraft, Diagnostic, Draft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text,
+    UtilityDraft, VariableDraft,
 };
 use crate::unit::nearest;
 use alloc::collections::BTreeMap;

@@ -2,8 +2,8 @@
 
 use crate::expression::parse_quantity;
 use crate::knowledge::draft::{
-    BodyDraft, Bounds, ContractDraft, DemandDraft, GuaranteeDraft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text, UtilityDraft,
-    VariableDraft,
+    BodyDraft, Bounds, ContractDraft, DemandDraft, GuaranteeDraft, NeedDraft, PropertyDrafts, RelationDraft,
+    SignalDraft, Text, UtilityDraft, VariableDraft,
 };
 use crate::unit::Unit;
 use alloc::format;

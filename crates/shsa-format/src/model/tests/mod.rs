@@ -64,7 +64,7 @@ needs:
 platform:
   host: { evidence: { spare: value of s1 at least 20 % }, gives: { time: { time: at least 5 ms, level: SIL 2, when: spare } } }
 contracts:
-  /scan: { runs_on: host, asks: { time: { time: at least 2 ms, level: SIL 2 } }, gives: { near: { level: SIL 2 } } }
+  curve_radius: { runs_on: host, policy: warn, asks: { time: { of: platform, time: at least 2 ms, level: SIL 2 } } }
 utility: norm
 "#;
 

@@ -1,7 +1,7 @@
 //! Whether a level that is claimed for two redundant demands is one that a standard allows.
 
 use super::super::problems::Problems;
-use crate::expression::{Formula, Operation, Reduction};
+use crate::expression::{Binary, Formula, Operation, Reduction};
 use crate::knowledge::contract::{Contract, Contracts, Given, Party, Subject};
 use crate::knowledge::decomposition::{Claim, Common, Objection, Redundancy, dependence};
 use crate::knowledge::draft::{ContractDraft, Text};
@@ -78,9 +78,9 @@ fn selects(knowledge: &KnowledgeBase, relation: RelationId, one: VariableId, oth
 fn is_selection(formula: &Formula) -> bool {
     match formula.operation() {
         Operation::Symbol(_) => true,
-        Operation::Reduce(Reduction::Min | Reduction::Max) | Operation::List => {
-            formula.arguments().iter().all(is_selection)
-        }
+        Operation::Binary(Binary::Min | Binary::Max)
+        | Operation::Reduce(Reduction::Min | Reduction::Max)
+        | Operation::List => formula.arguments().iter().all(is_selection),
         _ => false,
     }
 }
@@ -139,7 +139,8 @@ fn told(
         ),
         Objection::Insufficient => (
             "one of the two is not enough on its own".to_string(),
-            "ask of each what is given, and compute `min` or `max` of the two: a mean is no decomposition".to_string(),
+            "ask of each what is given, and compute `min` or `max` of the two: a mean is no decomposition"
+                .to_string(),
         ),
         Objection::NotCompared => (
             "the two are not compared".to_string(),

@@ -99,19 +99,21 @@ impl<'a> Reader<'a> {
     fn part(&mut self, depth: usize) -> Result<Condition, Problem> {
         if self.take("(") {
             if depth == MAX_DEPTH {
-                return Err(self.error("this condition is nested too deeply", "split it into several guarantees"));
+                return Err(
+                    self.error("this condition is nested too deeply", "split it into several guarantees")
+                );
             }
             let inner = self.joined(depth + 1)?;
             return if self.take(")") { Ok(inner) } else { Err(self.error("a `)` is missing", "close it")) };
         }
         let span = self.next_span();
-        let word = self.peek().ok_or_else(|| self.error("a name is missing", "name what is asked or observed"))?;
+        let word =
+            self.peek().ok_or_else(|| self.error("a name is missing", "name what is asked or observed"))?;
         self.at = span.end;
         match word.parse::<u32>() {
             Ok(count) => self.several(count, span, depth),
-            Err(_) => (self.leaf)(word).ok_or_else(|| {
-                Problem::error(span, format!("`{word}` is neither asked nor observed here"))
-            }),
+            Err(_) => (self.leaf)(word)
+                .ok_or_else(|| Problem::error(span, format!("`{word}` is neither asked nor observed here"))),
         }
     }
 
@@ -143,7 +145,8 @@ mod tests {
 
     #[track_caller]
     fn check(text: &str, expected: &str) {
-        let leaf = |name: &str| ["a", "b", "c", "d"].iter().position(|known| *known == name).map(Condition::Asked);
+        let leaf =
+            |name: &str| ["a", "b", "c", "d"].iter().position(|known| *known == name).map(Condition::Asked);
         let told = match read(text, &leaf) {
             Ok(condition) => written(&condition),
             Err(problem) => problem.to_string(),
@@ -168,7 +171,10 @@ mod tests {
         check(" a and b and c", "(a and b and c)");
         check("a or (b and c)", "(a or (b and c))");
         check("2 of (a, b or c, d) and a", "(2(a, (b or c), d) and a)");
-        check("a and b or c", "error at 8..10: `and` and `or` stand side by side (put what belongs together into parentheses: `a or (b and c)`)");
+        check(
+            "a and b or c",
+            "error at 8..10: `and` and `or` stand side by side (put what belongs together into parentheses: `a or (b and c)`)",
+        );
         check("a and e", "error at 6..7: `e` is neither asked nor observed here");
         check("a and", "error at 5..5: a name is missing (name what is asked or observed)");
         check("3 of (a, b)", "error at 0..1: 3 of 2 is no choice (write a number from 1 to 2)");

@@ -81,7 +81,11 @@ impl<'t> Words<'t> {
             Subject::Relation(_) | Subject::Need(_) => Some(EvidenceSource::Source(measure)),
             Subject::Platform | Subject::Healer => {
                 let message = format!("`{}` does not say of which signal", text.text);
-                problems.error(text, message, format!("write `{} of /signal {}`", measure.name(), self.bound));
+                problems.error(
+                    text,
+                    message,
+                    format!("write `{} of /signal {}`", measure.name(), self.bound),
+                );
                 None
             }
         }
@@ -100,7 +104,11 @@ impl<'t> Words<'t> {
             if matches!(self.bound, "healthy" | "is healthy") {
                 return Some(None);
             }
-            problems.error(text, format!("`{}` is no verdict that could be evidence", self.bound), "write `verdict healthy`");
+            problems.error(
+                text,
+                format!("`{}` is no verdict that could be evidence", self.bound),
+                "write `verdict healthy`",
+            );
             return None;
         }
         let ends = match Bound::read(self.bound) {
@@ -137,7 +145,9 @@ impl<'t> Words<'t> {
     /// A value counts as long as its signal may be silent.
     fn usual_age(&self, knowledge: &KnowledgeBase, source: EvidenceSource) -> Option<Span> {
         match source {
-            EvidenceSource::Signal(signal, Measure::Value | Measure::Width) => knowledge.signals()[signal].timeout,
+            EvidenceSource::Signal(signal, Measure::Value | Measure::Width) => {
+                knowledge.signals()[signal].timeout
+            }
             _ => None,
         }
     }

@@ -1,9 +1,7 @@
 //! Whether demands can ever be met, and guarantees are ever demanded, whatever serves a need.
 
 use super::super::problems::Problems;
-use crate::knowledge::contract::{
-    Asked, Contract, ContractId, Contracts, Given, HEALER, Party, Subject,
-};
+use crate::knowledge::contract::{Asked, Contract, ContractId, Contracts, Given, HEALER, Party, Subject};
 use crate::knowledge::draft::ContractDraft;
 use crate::knowledge::{IdVec, KnowledgeBase, RelationId, SignalId, VariableId};
 use crate::statement::{Level, Statement};
@@ -21,9 +19,10 @@ pub(super) fn check(
     drafts: &[&ContractDraft],
 ) {
     let market = Market { knowledge, contracts };
-    let mut is_wanted = IdVec::filled(contracts.rows().len(), |id: ContractId| {
-        alloc::vec![false; contracts.rows()[id].gives.len()]
-    });
+    let mut is_wanted = IdVec::filled(
+        contracts.rows().len(),
+        |id: ContractId| alloc::vec![false; contracts.rows()[id].gives.len()],
+    );
     for ((id, contract), draft) in contracts.rows().enumerate().zip(drafts) {
         for asked in &contract.asks {
             let offers = market.offers(id, asked);
@@ -45,8 +44,13 @@ pub(super) fn check(
             if market.serves_by_itself(contract) {
                 continue;
             }
-            let at = draft.gives.iter().find(|it| it.name.text == given.name).map_or(&draft.name, |it| &it.name);
-            problems.note(at, format!("nothing demands `{}` of `{}`", given.name, contract.name), String::new());
+            let at =
+                draft.gives.iter().find(|it| it.name.text == given.name).map_or(&draft.name, |it| &it.name);
+            problems.note(
+                at,
+                format!("nothing demands `{}` of `{}`", given.name, contract.name),
+                String::new(),
+            );
         }
     }
 }
@@ -67,14 +71,18 @@ impl<'a> Market<'a> {
         let service = &asked.statement.service;
         let mut add = |id: ContractId| {
             let gives = self.contracts.rows()[id].gives.iter().enumerate();
-            offers.extend(gives.filter(|(_, given)| given.statement.service == *service).map(|(at, it)| (id, at, it)));
+            offers.extend(
+                gives.filter(|(_, given)| given.statement.service == *service).map(|(at, it)| (id, at, it)),
+            );
         };
         match asked.of {
             Party::Provider(variable) => {
                 let providers = self.providers(variable).filter(|id| *id != of);
                 providers.for_each(&mut add);
             }
-            Party::Producer(signal) => self.contracts.of(Subject::Signal(signal)).into_iter().for_each(&mut add),
+            Party::Producer(signal) => {
+                self.contracts.of(Subject::Signal(signal)).into_iter().for_each(&mut add)
+            }
             Party::Contract(id) => add(id),
             Party::Consumers => {
                 let rows = self.contracts.rows().enumerate();
@@ -117,10 +125,13 @@ impl<'a> Market<'a> {
             Party::Provider(variable) if self.knowledge.variables()[variable].constant.is_some() => true,
             Party::Provider(variable) => {
                 let carried = self.knowledge.carriers(variable).iter().any(|&id| signal(id));
-                is_level_only && (carried || self.knowledge.producers(variable).iter().any(|&id| relation(id)))
+                is_level_only
+                    && (carried || self.knowledge.producers(variable).iter().any(|&id| relation(id)))
             }
             Party::Producer(id) => is_level_only && signal(id),
-            Party::Consumers => !self.contracts.rows().iter().any(|row| matches!(row.subject, Subject::Need(_))),
+            Party::Consumers => {
+                !self.contracts.rows().iter().any(|row| matches!(row.subject, Subject::Need(_)))
+            }
             Party::Contract(_) => false,
         }
     }
@@ -138,21 +149,26 @@ impl<'a> Market<'a> {
             };
             return (message(format!("nobody guarantees anything of `{service}`")), help.to_string());
         }
-        let says: Vec<_> = offers.iter().filter(|(_, _, given)| given.statement.says(&asked.statement)).collect();
+        let says: Vec<_> =
+            offers.iter().filter(|(_, _, given)| given.statement.says(&asked.statement)).collect();
         let best = says.iter().filter_map(|(id, _, given)| Some((given.statement.level?, *id))).max();
         match (best, asked.statement.level) {
             (Some((level, id)), Some(wanted)) if level.scale != wanted.scale => {
                 let why = self.levels(level, id, wanted);
                 (message(why), "nothing converts one scale into another: state both in one".to_string())
             }
-            (Some((level, id)), Some(wanted)) => {
-                (message(self.levels(level, id, wanted)), "ask for less, or show that more is given".to_string())
-            }
+            (Some((level, id)), Some(wanted)) => (
+                message(self.levels(level, id, wanted)),
+                "ask for less, or show that more is given".to_string(),
+            ),
             (None, Some(wanted)) if !says.is_empty() => {
                 let why = format!("it is given without a level, and {} is asked", scales.written(wanted));
                 (message(why), "state the level of the guarantee".to_string())
             }
-            _ => (message(self.unmet_property(asked, offers)), "compare names, directions and bounds of both".to_string()),
+            _ => (
+                message(self.unmet_property(asked, offers)),
+                "compare names, directions and bounds of both".to_string(),
+            ),
         }
     }
 
@@ -165,7 +181,9 @@ impl<'a> Market<'a> {
     /// The first demanded property that the nearest guarantee does not have.
     fn unmet_property(&self, asked: &Asked, offers: &Offers<'_>) -> String {
         let wanted = &asked.statement.properties;
-        let met = |given: &Given| wanted.iter().filter(|it| given.statement.properties.iter().any(|own| own.meets(it))).count();
+        let met = |given: &Given| {
+            wanted.iter().filter(|it| given.statement.properties.iter().any(|own| own.meets(it))).count()
+        };
         let nearest = offers.iter().max_by_key(|(_, _, given)| met(given));
         let Some((id, _, given)) = nearest else { return String::new() };
         let missing = wanted.iter().find(|it| !given.statement.properties.iter().any(|own| own.meets(it)));

@@ -3,13 +3,14 @@
 mod words;
 mod condition;
 mod evidence;
+mod party;
 mod claim;
 mod matching;
 
 use super::problems::Problems;
 use crate::knowledge::contract::{
-    Asked, CONSUMER, Condition, Contract, ContractId, Contracts, Given, HEALER, PLATFORM, Party, Policy, Subject,
-    Watched,
+    Asked, CONSUMER, Condition, Contract, ContractId, Contracts, Given, HEALER, PLATFORM, Party, Policy,
+    Subject, Watched,
 };
 use crate::knowledge::draft::{ContractDraft, DemandDraft, GuaranteeDraft, Source, Text};
 use crate::knowledge::{IdVec, KnowledgeBase, VariableId};
@@ -69,7 +70,8 @@ fn subject(problems: &mut Problems, knowledge: &KnowledgeBase, name: &Text) -> O
             let relations = knowledge.relations().iter().map(|it| it.name.as_str());
             let needs = knowledge.needs().ids().map(|id| knowledge.need_name(id));
             let known: Vec<&str> = signals.chain(relations).chain(needs).collect();
-            let otherwise = "name a signal, a relation, a need or `shsa`; what they run on stands under `platform`";
+            let otherwise =
+                "name a signal, a relation, a need or `shsa`; what they run on stands under `platform`";
             problems.unknown(name, "signal, relation or need", known.len(), || known, otherwise);
             None
         }
@@ -108,7 +110,11 @@ fn check_platforms(
         }
         if below.is_some() || rows[id].runs_on == Some(id) {
             let at = draft.runs_on.as_ref().unwrap_or(&draft.name);
-            problems.error(at, format!("`{}` runs on itself", draft.name.text), "name what it really runs on");
+            problems.error(
+                at,
+                format!("`{}` runs on itself", draft.name.text),
+                "name what it really runs on",
+            );
             rows[id].runs_on = None;
         }
     }
@@ -137,7 +143,8 @@ impl Reader<'_, '_> {
             .filter_map(|entry| evidence::watched(self.problems, self.knowledge, self.subject, entry))
             .collect();
         let complete = asks.len() == draft.asks.len() && evidence.len() == draft.evidence.len();
-        let gives = draft.gives.iter().filter_map(|given| self.given(given, &asks, &evidence, complete)).collect();
+        let gives =
+            draft.gives.iter().filter_map(|given| self.given(given, &asks, &evidence, complete)).collect();
         let contract = Contract {
             name: draft.name.text.clone(),
             subject: self.subject,
@@ -182,9 +189,14 @@ impl Reader<'_, '_> {
         for names in [leaves, given] {
             for (at, name) in names.iter().enumerate() {
                 if names.iter().take(at).any(|earlier| earlier.text == name.text) {
-                    self.problems.error(*name, format!("`{}` is there twice", name.text), "give each a name of its own");
+                    self.problems.error(
+                        *name,
+                        format!("`{}` is there twice", name.text),
+                        "give each a name of its own",
+                    );
                 } else if !condition::is_name(&name.text) {
-                    let help = "a name has letters, digits, `_`, `-` and `.`, and is none of `and`, `or`, `of`";
+                    let help =
+                        "a name has letters, digits, `_`, `-` and `.`, and is none of `and`, `or`, `of`";
                     self.problems.error(*name, format!("`{}` cannot be a name here", name.text), help);
                 }
             }
@@ -200,80 +212,6 @@ impl Reader<'_, '_> {
         };
         let statement = self.statement(service, draft.level.as_ref(), &draft.properties, variable);
         Some(Asked { name: draft.name.text.clone(), statement, of })
-    }
-
-    /// Who is asked, and for which type of service.
-    fn party(&mut self, draft: &DemandDraft, runs_on: Option<ContractId>) -> Option<(Party, String)> {
-        let Some(of) = &draft.of else { return self.usual_party(draft, runs_on) };
-        if of.text == PLATFORM {
-            if runs_on.is_none() {
-                self.problems.error(of, "nothing says what it runs on", "write `runs_on:` with the name of a platform");
-            }
-            return Some((Party::Contract(runs_on?), PLATFORM.to_string()));
-        }
-        if of.text == "consumers" {
-            return Some((Party::Consumers, CONSUMER.to_string()));
-        }
-        if let Some(&id) = self.names.get(of.text.as_str()) {
-            let service = if of.text == HEALER { HEALER } else { PLATFORM };
-            return Some((Party::Contract(id), service.to_string()));
-        }
-        if let Some(signal) = self.knowledge.signal(&of.text) {
-            let variable = self.knowledge.signals()[signal].variable;
-            return Some((Party::Producer(signal), self.knowledge.variables()[variable].name.clone()));
-        }
-        self.provider(of)
-    }
-
-    /// Who provides a variable: an input of the relation, or the variable that is needed.
-    fn provider(&mut self, of: &Text) -> Option<(Party, String)> {
-        let inputs = self.inputs();
-        let name = |id: VariableId| self.knowledge.variables()[id].name.as_str();
-        let found = self.knowledge.variable(&of.text).filter(|variable| inputs.contains(variable));
-        if found.is_none() {
-            let signals = self.knowledge.signals().iter().map(|signal| signal.name.as_str());
-            let words = [PLATFORM, "consumers"].into_iter();
-            let known = inputs.iter().map(|&id| name(id)).chain(self.names.keys().copied()).chain(words);
-            let near = nearest(&of.text, known.chain(signals)).map(|near| format!("did you mean `{near}`?"));
-            let usual = "name an input of the relation, a signal, a platform, `platform`, `consumers` or `shsa`";
-            let message = format!("`{}` is nobody who could be asked here", of.text);
-            self.problems.error(of, message, near.unwrap_or_else(|| usual.to_string()));
-        }
-        found.map(|variable| (Party::Provider(variable), name(variable).to_string()))
-    }
-
-    /// The variables whose providers can be asked without naming a signal.
-    fn inputs(&self) -> Vec<VariableId> {
-        match self.subject {
-            Subject::Relation(id) => self.knowledge.relations()[id].inputs.clone(),
-            Subject::Need(id) => Vec::from([self.knowledge.needs()[id].variable]),
-            _ => Vec::new(),
-        }
-    }
-
-    /// Who is asked where nobody is named: the only input, else the platform.
-    fn usual_party(&mut self, draft: &DemandDraft, runs_on: Option<ContractId>) -> Option<(Party, String)> {
-        let inputs = self.inputs();
-        let outputs = match self.subject {
-            Subject::Relation(id) => self.knowledge.relations()[id].outputs.as_slice(),
-            _ => &[],
-        };
-        let read: Vec<VariableId> = match outputs {
-            [only] => inputs.iter().copied().filter(|input| input != only).collect(),
-            _ => inputs,
-        };
-        match (read.as_slice(), runs_on) {
-            ([only], _) => {
-                let name = self.knowledge.variables()[*only].name.clone();
-                Some((Party::Provider(*only), name))
-            }
-            ([], Some(platform)) => Some((Party::Contract(platform), PLATFORM.to_string())),
-            _ => {
-                let message = format!("`{}` does not say who is asked", draft.name.text);
-                self.problems.error(&draft.name, message, "write `of:` with an input, a signal or `platform`");
-                None
-            }
-        }
     }
 
     fn given(
@@ -292,11 +230,15 @@ impl Reader<'_, '_> {
         let when = match &draft.when {
             // Nothing is left out by forgetting it.
             None => Condition::All(
-                (0..asks.len()).map(Condition::Asked).chain((0..evidence.len()).map(Condition::Watched)).collect(),
+                (0..asks.len())
+                    .map(Condition::Asked)
+                    .chain((0..evidence.len()).map(Condition::Watched))
+                    .collect(),
             ),
             Some(text) => self.condition(text, &leaf, complete)?,
         };
-        let redundant = draft.redundant.as_ref().and_then(|names| self.redundant(&draft.name, names, asks, complete));
+        let redundant =
+            draft.redundant.as_ref().and_then(|names| self.redundant(&draft.name, names, asks, complete));
         Some(Given { name: draft.name.text.clone(), statement, when, redundant })
     }
 
@@ -308,7 +250,8 @@ impl Reader<'_, '_> {
         complete: bool,
     ) -> Option<Condition> {
         let draft = self.draft;
-        let declared = || draft.asks.iter().map(|it| &it.name).chain(draft.evidence.iter().map(|(name, _)| name));
+        let declared =
+            || draft.asks.iter().map(|it| &it.name).chain(draft.evidence.iter().map(|(name, _)| name));
         match condition::read(&text.text, leaf) {
             Ok(condition) => Some(condition),
             Err(problem) => {
@@ -338,7 +281,8 @@ impl Reader<'_, '_> {
         match (&draft.of, outputs.as_slice()) {
             (None, [only]) => named(*only),
             (None, _) => {
-                let message = format!("`{}` does not say which of several outputs it is about", draft.name.text);
+                let message =
+                    format!("`{}` does not say which of several outputs it is about", draft.name.text);
                 self.problems.error(&draft.name, message, "write `of:` with the variable that is computed");
                 None
             }
@@ -375,7 +319,11 @@ impl Reader<'_, '_> {
         if found.is_none() {
             let known = self.scales.named(scale).and_then(|id| self.scales.get(id));
             let help = match known {
-                Some(scale) => format!("the levels of {} are {}, the lowest first", scale.name.to_uppercase(), scale.levels.join(", ")),
+                Some(scale) => format!(
+                    "the levels of {} are {}, the lowest first",
+                    scale.name.to_uppercase(),
+                    scale.levels.join(", ")
+                ),
                 None => "write it like `SIL 2`, `ASIL B`, `PL d`, `DAL C` or `AgPL c`".to_string(),
             };
             self.problems.error(text, format!("`{}` is no level", text.text), help);
@@ -383,7 +331,13 @@ impl Reader<'_, '_> {
         found
     }
 
-    fn redundant(&mut self, given: &Text, names: &[Text], asks: &[Asked], complete: bool) -> Option<[usize; 2]> {
+    fn redundant(
+        &mut self,
+        given: &Text,
+        names: &[Text],
+        asks: &[Asked],
+        complete: bool,
+    ) -> Option<[usize; 2]> {
         let place = |name: &Text| asks.iter().position(|asked| asked.name == name.text);
         for name in names.iter().filter(|name| complete && place(name).is_none()) {
             let known = asks.iter().map(|asked| asked.name.as_str());
@@ -396,7 +350,11 @@ impl Reader<'_, '_> {
             _ if names.len() == 2 => None,
             _ => {
                 let at = names.first().unwrap_or(given);
-                self.problems.error(at, "a decomposition is of two demands", "write `redundant: [one, other]`");
+                self.problems.error(
+                    at,
+                    "a decomposition is of two demands",
+                    "write `redundant: [one, other]`",
+                );
                 None
             }
         }

@@ -12,8 +12,7 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 /// How bounds are written, for whom wrote something else.
-pub(super) const EXAMPLES: &str =
-    "write `at most 0.5 m`, `at least 64 MiB`, `between 5 V and 6 V`, `one of slow or stop`, `covers day and night` or `yes`";
+pub(super) const EXAMPLES: &str = "write `at most 0.5 m`, `at least 64 MiB`, `between 5 V and 6 V`, `one of slow or stop`, `covers day and night` or `yes`";
 
 /// The keys of statements that are no bounds.
 const KEYS: [&str; 4] = ["of", "level", "when", "redundant"];
@@ -37,7 +36,8 @@ impl<'t> Bound<'t> {
     /// Reads the words of a bound; `None` where they are others.
     pub(super) fn read(text: &'t str) -> Option<Bound<'t>> {
         let text = text.trim();
-        let after = |words: &str| text.strip_prefix(words).filter(|rest| rest.starts_with(' ')).map(str::trim);
+        let after =
+            |words: &str| text.strip_prefix(words).filter(|rest| rest.starts_with(' ')).map(str::trim);
         if let Some(rest) = after("between") {
             let (low, high) = rest.split_once(" and ")?;
             return Some(Bound::Between(low.trim(), high.trim()));
