@@ -1,5 +1,7 @@
 //! The port of one signal: its recent observations, ready to be read at any moment.
 
+mod newest;
+
 use super::about::Known;
 use super::clock::Misdated;
 use super::gate::Gate;
@@ -318,34 +320,6 @@ impl Port {
     pub fn moments(&self) -> impl Iterator<Item = Validity> + '_ {
         let kept = self.scalars.len();
         (0..kept).rev().filter_map(|back| self.scalars.newest(back)).map(|sample| sample.validity)
-    }
-
-    /// When a value was true that is kept, scalar or vector: `back` before the newest.
-    #[must_use]
-    pub fn moment(&self, back: usize) -> Option<Validity> {
-        match self.shape {
-            Shape::Scalar => self.scalars.newest(back).map(|sample| sample.validity),
-            Shape::Vector => self.scans.iter().rev().nth(back).map(|scan| scan.validity),
-        }
-    }
-
-    /// The newest value; of a vector, what all of its elements lie within.
-    #[must_use]
-    pub fn hull(&self) -> Option<Interval> {
-        match self.shape {
-            Shape::Scalar => self.newest().map(|sample| sample.value),
-            Shape::Vector => self.scans.last()?.elements.iter().copied().reduce(Interval::hull),
-        }
-    }
-
-    /// How wide the newest value is, as a point; of a vector, its widest element.
-    #[must_use]
-    pub fn widest(&self) -> Option<Interval> {
-        let width = match self.shape {
-            Shape::Scalar => self.newest()?.value.width(),
-            Shape::Vector => self.scans.last()?.elements.iter().map(|it| it.width()).fold(0.0, f64::max),
-        };
-        Some(Interval::point(width))
     }
 
     /// The newest scalar.

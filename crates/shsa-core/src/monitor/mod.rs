@@ -287,15 +287,6 @@ impl Monitor {
         self.consensus.knowing(way.substitution.sink).find(is_it)
     }
 
-    /// The index of a signal of a variable by itself, when it is watched. O(ways of the variable).
-    #[must_use]
-    pub fn find_direct(&self, variable: VariableId, signal: SignalId) -> Option<WayIndex> {
-        let is_it = |index: &WayIndex| {
-            self.way(*index).is_some_and(|watched| watched.computation.way().direct() == Some(signal))
-        };
-        self.consensus.knowing(variable).find(is_it)
-    }
-
     /// All pairs under watch.
     #[must_use]
     pub fn residuals(&self) -> &[Residual] {

@@ -6,7 +6,7 @@ use crate::wiring::{Note, Situation, Takeover};
 use serde_json::{Value, json};
 use shsa_bridge::Clock;
 use shsa_bridge::{Bridge, BridgeError, Quality};
-use shsa_core::assurance::{Lacking, Verdict};
+use shsa_core::assurance::{self, Lacking};
 use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{self, EventKind, NeedAssurance, NeedStatus, Order, Publication, Subject};
 use shsa_core::knowledge::{NeedId, SignalId};
@@ -259,7 +259,7 @@ impl Healer {
         json!({
             "admitted": assurance.admitted.map(|admitted| admitted.ground.name()),
             "level": level.map(|level| scales.written(level)),
-            "verdict": assurance.verdict.map(Verdict::name),
+            "verdict": assurance.verdict.map(assurance::Verdict::name),
             "lacking": assurance.lacking.iter().map(set).collect::<Vec<_>>(),
             "overridden": assurance.overridden.is_some(),
         })

@@ -68,10 +68,8 @@ impl Provider {
                 fault
             }
             Some((vector, validity)) if !is_unfit => {
-                return match self.admitted() {
-                    Some(admitted) => self.publish(knowledge, (vector, validity), admitted, now, outputs),
-                    None => {}
-                };
+                let Some(admitted) = self.admitted() else { return };
+                return self.publish(knowledge, (vector, validity), admitted, now, outputs);
             }
             Some(_) => None,
             None => self.is_late(now).then_some(Fault::Late),
