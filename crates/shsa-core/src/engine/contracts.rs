@@ -55,8 +55,8 @@ impl Engine {
         let has_spoken = |signal| contracts.has_spoken[signal];
         let mut has_changed = false;
         for provider in providers.iter_mut() {
-            let known = (&*knowledge, &*monitor, &*judge);
-            let (is_changed, event) = provider.follow_evidence(&has_spoken, known, &contracts.attested, now);
+            let (is_changed, event) =
+                provider.follow_evidence(&has_spoken, knowledge, monitor, judge, &contracts.attested, now);
             has_changed |= is_changed;
             outputs.extend(event.map(Output::Event));
         }
@@ -78,7 +78,9 @@ impl Engine {
     pub(super) fn override_contract(
         &mut self,
         order: &Order,
-        (name, lasts, because): (&String, Span, &String),
+        name: &str,
+        lasts: Span,
+        because: &str,
         now: Time,
     ) -> Result<Option<Reason>, Refusal> {
         let need = find_need(&self.knowledge, name)?;
@@ -86,12 +88,13 @@ impl Engine {
             let reason = Reason::CannotObey { order: order.clone() };
             return Err(Refusal::new(reason, Reason::OverrideNeeds));
         }
-        let order = Override { until: now + lasts, because: because.clone() };
+        let order = Override { until: now + lasts, because: String::from(because) };
         if !self.providers[need].set_aside(Some(order), now) {
-            let reason = Reason::NothingDemanded { need: name.clone() };
+            let reason = Reason::NothingDemanded { need: String::from(name) };
             return Err(Refusal::new(reason, Reason::NothingToDo));
         }
-        let reason = Reason::ContractOverridden { need: name.clone(), lasts, because: because.clone() };
+        let reason =
+            Reason::ContractOverridden { need: String::from(name), lasts, because: String::from(because) };
         self.tell_overridden(need, reason.clone(), now);
         Ok(Some(reason))
     }

@@ -119,9 +119,10 @@ impl Engine {
         let judge = Judge::new(&knowledge, judge);
         let ready_sources = plan_ahead(&knowledge, &graph);
         let contracts = Contracts::of(&knowledge);
-        let demands = (&knowledge, contracts.as_ref().map(|contracts| &contracts.assurance));
+        let assurance = contracts.as_ref().map(|contracts| &contracts.assurance);
+        let proven = options.ties == Ties::Proven;
         let providers = IdVec::filled(knowledge.needs().len(), |need| {
-            Provider::new(demands, &graph, &ready_sources, &monitor, need, options.ties == Ties::Proven)
+            Provider::new(&knowledge, assurance, &graph, &ready_sources, &monitor, need, proven)
         });
         Engine {
             knowledge,

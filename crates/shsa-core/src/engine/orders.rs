@@ -96,7 +96,7 @@ impl Engine {
                 Ok(Some(Reason::WasCleared { subject: subject.clone() }))
             }
             Order::Override { need, lasts, because } => {
-                self.override_contract(order, (need, *lasts, because), now)
+                self.override_contract(order, need, *lasts, because, now)
             }
             Order::Attest { evidence, holds } => self.attest(evidence, *holds),
         }

@@ -143,7 +143,7 @@ impl ReadySources {
     ) -> Arc<[Source]> {
         let variable = knowledge.needs()[need].variable;
         let Demands { requirements, barred } = &self.demands[need];
-        admitted_ways((knowledge, graph), variable, &lost.with(barred), requirements, contracts).into()
+        admitted_ways(knowledge, graph, variable, &lost.with(barred), requirements, contracts).into()
     }
 
     /// What would serve a need without what is lost rather than anything that meets its demands, best first, each with the

@@ -63,7 +63,8 @@ pub(super) fn ways(
 
 /// The same of those that contracts admit, pruned inside the search.
 pub(super) fn admitted_ways(
-    (knowledge, graph): (&KnowledgeBase, &Graph),
+    knowledge: &KnowledgeBase,
+    graph: &Graph,
     variable: VariableId,
     lost: &Lost,
     demands: &Requirements,

@@ -1,6 +1,6 @@
 //! Where to look among ways and pairs: what speaks about a signal or a variable, and what may speak against one.
 
-use super::{Monitor, Residual, WatchedWay, WayIndex};
+use super::{Residual, WatchedWay, WayIndex};
 use crate::knowledge::{IdVec, KnowledgeBase, SignalId, VariableId};
 use alloc::vec::Vec;
 
@@ -62,15 +62,4 @@ impl Index {
 
 fn number(at: usize) -> u32 {
     u32::try_from(at).unwrap_or(u32::MAX)
-}
-
-impl Monitor {
-    /// The index of a signal of a variable by itself, when it is watched. O(ways of the variable).
-    #[must_use]
-    pub fn find_direct(&self, variable: VariableId, signal: SignalId) -> Option<WayIndex> {
-        let is_it = |index: &WayIndex| {
-            self.way(*index).is_some_and(|watched| watched.computation.way().direct() == Some(signal))
-        };
-        self.consensus.knowing(variable).find(is_it)
-    }
 }

@@ -65,7 +65,9 @@ impl Provider {
     pub(in super::super) fn follow_evidence(
         &mut self,
         has_spoken: &dyn Fn(SignalId) -> bool,
-        (knowledge, monitor, judge): (&KnowledgeBase, &Monitor, &Judge),
+        knowledge: &KnowledgeBase,
+        monitor: &Monitor,
+        judge: &Judge,
         attested: &Attested,
         now: Time,
     ) -> (bool, Option<Event>) {

@@ -77,7 +77,8 @@ impl Delegate {
     pub(super) fn end(
         &mut self,
         service: &mut Service,
-        (knowledge, contracts): (&KnowledgeBase, &Assessments),
+        knowledge: &KnowledgeBase,
+        contracts: &Assessments,
         ports: &IdVec<SignalId, Port>,
     ) {
         if !core::mem::take(&mut self.is_ready) {

@@ -127,7 +127,8 @@ pub(super) struct Provider {
 
 impl Provider {
     pub(super) fn new(
-        (knowledge, assurance): (&KnowledgeBase, Option<&Assurance>),
+        knowledge: &KnowledgeBase,
+        assurance: Option<&Assurance>,
         graph: &Graph,
         ready_sources: &ReadySources,
         monitor: &Monitor,
@@ -269,7 +270,7 @@ impl Provider {
             }
             Report::Gone => {
                 if let Some(serving) = self.state.serving_mut() {
-                    self.delegate.end(&mut serving.service, (knowledge, &self.contracts), ports);
+                    self.delegate.end(&mut serving.service, knowledge, &self.contracts, ports);
                 }
             }
         }
