@@ -221,7 +221,7 @@ pub(crate) struct Run<'a> {
 
 impl Run<'_> {
     fn of(knowledge: &KnowledgeBase, inputs: &[Input]) -> Vec<String> {
-        let engine = Engine::new(knowledge.clone(), Options::default());
+        let engine = shsa_estimate::node::engine(knowledge.clone(), Options::default());
         Run::new(knowledge, engine, Time::MIN).through(inputs)
     }
 

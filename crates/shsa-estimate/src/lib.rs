@@ -3,6 +3,8 @@
 //! The modules stand in reading order. All methods stand behind one trait, [`method::Method`]; those that need a model of the
 //! system take a [`system::System`], which is matrices ([`system::Linear`]) or formulas ([`formulas::Formulas`]).
 //!
+//! [`node`] has the fusions of a model at work beside the engine.
+//!
 //! Nothing here reads a clock, a file or a socket, starts a thread, or allocates once it is made. The same inputs give the same
 //! bytes.
 
@@ -17,6 +19,7 @@ pub mod interval_fusion;
 pub mod system;
 mod compiled;
 pub mod formulas;
+pub mod continuous;
 pub mod method;
 pub mod direct;
 pub mod kalman;
@@ -25,6 +28,7 @@ pub mod particle;
 pub mod kinematic;
 pub mod fusion;
 pub mod extrapolation;
+pub mod node;
 mod error;
 
 pub use error::Error;

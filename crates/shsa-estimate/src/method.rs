@@ -116,7 +116,7 @@ impl Gaussian {
 ///
 /// Measurements are given in the declared order of their sensors, none twice; of more than there are sensors the rest is left
 /// out.
-pub trait Method {
+pub trait Method: Send {
     /// The present estimate.
     fn gaussian(&self) -> &Gaussian;
 

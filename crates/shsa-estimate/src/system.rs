@@ -8,7 +8,7 @@ use crate::matrix::{Matrix, at, check_covariance, column, column_mut, multiply};
 ///
 /// All numbers are in SI units. What has no value is not-a-number; the caller looks. Slices have the length that is said; nothing
 /// is allocated.
-pub trait System {
+pub trait System: Send {
     /// The numbers of a state.
     fn states(&self) -> usize;
 

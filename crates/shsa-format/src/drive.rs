@@ -156,7 +156,7 @@ impl Run {
     #[must_use]
     pub fn with(knowledge: &KnowledgeBase, options: Options, first: Time) -> Run {
         Run {
-            engine: Engine::new(knowledge.clone(), options),
+            engine: shsa_estimate::node::engine(knowledge.clone(), options),
             observations: 0,
             first,
             last: first,

@@ -2,6 +2,7 @@
 
 pub mod words;
 pub mod comparisons;
+pub mod measurements;
 pub mod event;
 pub mod drive;
 pub mod conserts;

@@ -98,7 +98,7 @@ impl Healer {
             path,
             live,
             own: None,
-            engine: Engine::new(knowledge.clone(), options),
+            engine: shsa_estimate::node::engine(knowledge.clone(), options),
             told: knowledge,
             inputs: Inputs::default(),
             output_options,

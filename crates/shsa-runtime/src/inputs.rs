@@ -45,7 +45,8 @@ impl Inputs {
     pub fn new(knowledge: &KnowledgeBase) -> Result<Inputs, RuntimeError> {
         let mut fields: BTreeMap<Arc<str>, Vec<(Field, SignalId)>> = BTreeMap::new();
         let mut ends = IdVec::filled(knowledge.signals().len(), |_| End::default());
-        for (id, signal) in knowledge.signals().enumerate() {
+        // What is fused is computed here, not found on a bus.
+        for (id, signal) in knowledge.signals().enumerate().filter(|(id, _)| !knowledge.is_computed(*id)) {
             let text = if signal.source.is_empty() { &signal.name } else { &signal.source };
             let source: Source =
                 text.parse().map_err(|why| unfit(format!("the source of {}: {why}", signal.name)))?;

@@ -2,18 +2,29 @@
 
 use crate::workspace::{File, Package};
 
-/// Which crates of the workspace a crate may rest on: `shsa -> {lab, runtime} -> {format, bridge} -> message -> core`.
+/// Which crates of the workspace a crate may rest on: `shsa -> {lab, runtime} -> {format, bridge} -> {estimate, message} -> core`.
 ///
 /// A new crate or a new arrow is a change of this table, so that it is seen.
 const ARROWS: [(&str, &[&str]); 12] = [
     ("shsa-core", &[]),
     ("shsa-estimate", &["shsa-core"]),
     ("shsa-message", &["shsa-core"]),
-    ("shsa-format", &["shsa-core", "shsa-message"]),
+    ("shsa-format", &["shsa-core", "shsa-estimate", "shsa-message"]),
     ("shsa-bridge", &["shsa-core", "shsa-message"]),
-    ("shsa-lab", &["shsa-core", "shsa-format"]),
-    ("shsa-runtime", &["shsa-core", "shsa-message", "shsa-format", "shsa-bridge"]),
-    ("shsa", &["shsa-core", "shsa-message", "shsa-format", "shsa-bridge", "shsa-lab", "shsa-runtime"]),
+    ("shsa-lab", &["shsa-core", "shsa-estimate", "shsa-format"]),
+    ("shsa-runtime", &["shsa-core", "shsa-estimate", "shsa-message", "shsa-format", "shsa-bridge"]),
+    (
+        "shsa",
+        &[
+            "shsa-core",
+            "shsa-estimate",
+            "shsa-message",
+            "shsa-format",
+            "shsa-bridge",
+            "shsa-lab",
+            "shsa-runtime",
+        ],
+    ),
     (
         "shsa-bench",
         &[
@@ -26,7 +37,7 @@ const ARROWS: [(&str, &[&str]); 12] = [
             "shsa-runtime",
         ],
     ),
-    ("shsa-fuzz", &["shsa-core", "shsa-message", "shsa-format", "shsa-bridge"]),
+    ("shsa-fuzz", &["shsa-core", "shsa-estimate", "shsa-message", "shsa-format", "shsa-bridge"]),
     ("shsa-ratchet", &["shsa-core"]),
     ("xtask", &[]),
 ];

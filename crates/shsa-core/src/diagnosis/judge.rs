@@ -74,6 +74,8 @@ pub struct Judge {
     priors: Arc<Priors>,
     /// What stands for each signal and all that it is derived from.
     origins: IdVec<SignalId, SignalSet>,
+    /// What stands for each signal and all without which it is lost.
+    foundations: IdVec<SignalId, SignalSet>,
     /// Of everything that was ever accused.
     standings: BTreeMap<Component, ComponentState>,
     /// The comparisons that have spoken against what is accused, by their two ways.
@@ -97,6 +99,9 @@ impl Judge {
             priors: Arc::new(Priors::new(knowledge, &options)),
             origins: IdVec::filled(knowledge.signals().len(), |signal| {
                 knowledge.as_witnesses(knowledge.origins(signal))
+            }),
+            foundations: IdVec::filled(knowledge.signals().len(), |signal| {
+                knowledge.as_witnesses(knowledge.foundations(signal))
             }),
             standings: BTreeMap::new(),
             grounds: BTreeMap::new(),
@@ -177,10 +182,12 @@ impl Judge {
         self.next_review
     }
 
-    /// Whether neither a signal nor anything that it is derived from is suspect, failed or forbidden.
+    /// Whether neither a signal nor anything that it is derived from is suspect, failed or forbidden; an estimator leaves out what
+    /// is.
     #[must_use]
     pub fn trusts(&self, signal: SignalId) -> bool {
-        self.trusts_all() || self.origins[signal].iter().all(|origin| self.may_use(Component::Signal(origin)))
+        self.trusts_all()
+            || self.foundations[signal].iter().all(|origin| self.may_use(Component::Signal(origin)))
     }
 
     /// Whether a signal may serve where nothing else is left: it and all that it is derived from are trusted, or at least
@@ -192,7 +199,7 @@ impl Judge {
             self.may_use(component)
                 || self.state_of(component).unproven && !self.forbidden.contains(&component)
         };
-        self.trusts_all() || self.origins[signal].iter().all(is_tolerable)
+        self.trusts_all() || self.foundations[signal].iter().all(is_tolerable)
     }
 
     /// Whether a way rests on nothing that is suspect, failed or forbidden.
@@ -200,7 +207,7 @@ impl Judge {
     pub fn trusts_way(&self, way: &WatchedWay) -> bool {
         let mut steps = way.computation.way().substitution.steps.iter();
         self.trusts_all()
-            || way.rests_on.iter().all(|signal| self.trusts(signal))
+            || way.computation.way().inputs().all(|signal| self.trusts(signal))
                 && steps.all(|step| self.may_use(Component::Relation(step.relation)))
     }
 

@@ -18,9 +18,11 @@ mod orders;
 mod reload;
 mod restore;
 mod evidence;
+mod fusing;
 mod ticks;
 
 pub use evidence::{Comparison, Evidence, Mute, Rival, Side};
+pub use fusing::{Fuse, Heard, Measurements};
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality, Report};
 pub use operator::Refusal;
 pub use provider::{Delegation, NeedAssurance, NeedStatus};
@@ -95,6 +97,9 @@ pub struct Engine {
     /// The accusations that stand, as they were told.
     accusations: BTreeMap<Component, Accusation>,
     options: Options,
+    /// Who computes the signals that are fused.
+    estimators: Option<Box<dyn Fuse>>,
+    has_fusions: bool,
 }
 
 impl Engine {
@@ -124,6 +129,7 @@ impl Engine {
         let providers = IdVec::filled(knowledge.needs().len(), |need| {
             Provider::new(&knowledge, assurance, &graph, &ready_sources, &monitor, need, proven)
         });
+        let has_fusions = !knowledge.fusions().is_empty();
         Engine {
             knowledge,
             graph,
@@ -141,6 +147,8 @@ impl Engine {
             unheard: Vec::new(),
             accusations: BTreeMap::new(),
             options,
+            estimators: None,
+            has_fusions,
         }
     }
 
@@ -184,8 +192,9 @@ impl Engine {
         let stages = self.monitor.timeouts().next_deadline().into_iter().chain(self.judge.next_review());
         let returns = self.returning.iter().map(|(_, since)| *since + self.probation);
         let needs = self.providers.iter().filter_map(move |provider| provider.next_deadline(now));
+        let fused = self.estimators.as_ref().filter(|_| self.has_fusions).and_then(|it| it.next_deadline());
         // What was due until now has been done: a driver that obeys never waits in vain.
-        stages.chain(returns).chain(needs).filter(move |due| *due > now && *due < Time::MAX)
+        stages.chain(returns).chain(needs).chain(fused).filter(move |due| *due > now && *due < Time::MAX)
     }
 
     /// The knowledge base that it works with.
@@ -279,6 +288,9 @@ impl Engine {
             self.changes.push(change);
         }
         self.waiting = true;
+        if self.fuses() {
+            self.let_hear(observation, observed.kept, now);
+        }
         if !observed.kept {
             return;
         }
@@ -310,6 +322,9 @@ impl Engine {
     /// The same after something from outside, which may have changed what the evidence means.
     fn settle_after(&mut self, is_intervention: bool) {
         let Some(now) = self.now else { return };
+        if self.fuses() {
+            self.fuse(now);
+        }
         self.waiting = false;
         let evidence_changed = self.monitor.settle(now);
         let review_due = self.judge.next_review().is_some_and(|due| due <= now);
@@ -337,7 +352,7 @@ impl Engine {
         let usable = |signal: SignalId| {
             self.knowledge.is_available(signal)
                 && trusts(signal)
-                && self.knowledge.origins(signal).iter().all(present)
+                && self.knowledge.foundations(signal).iter().all(present)
         };
         Lost {
             signals: self.knowledge.signals().ids().filter(|signal| !usable(*signal)).collect(),

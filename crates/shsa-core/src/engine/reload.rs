@@ -41,6 +41,7 @@ impl Engine {
 
     fn inherit(&mut self, mut old: Engine, lineage: &Lineage, now: Time) {
         self.now = old.now;
+        self.inherit_estimators(&mut old, lineage);
         self.outputs.append(&mut old.outputs);
         self.outputs.push_back(Output::Reloaded(now));
         let source = |(signal, since): &(SignalId, Time)| Some((lineage.source(*signal)?, *since));

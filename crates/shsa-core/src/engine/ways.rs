@@ -99,7 +99,9 @@ pub(super) fn ways_of(
     lost: &[SignalId],
     is_admitted: impl Fn(&Way) -> bool,
 ) -> Vec<Source> {
-    let may_use = |signal| knowledge.is_available(signal) && lost.binary_search(&signal).is_err();
+    // What others say of an input is there to bear witness: the output of its fusion knows more.
+    let serves = |signal| knowledge.is_available(signal) && !knowledge.is_prediction(signal);
+    let may_use = |signal| serves(signal) && lost.binary_search(&signal).is_err();
     let appraisal = Appraisal::new(graph, lost);
     let mut sources: Vec<Source> = Vec::new();
     for (substitution, utility) in &plan.substitutions {

@@ -7,8 +7,8 @@
 mod apply;
 
 use super::draft::{
-    Bounds, ContractDraft, Diagnostic, Draft, NeedDraft, PropertyDrafts, RelationDraft, Severity,
-    SignalDraft, Text, UtilityDraft, VariableDraft,
+    Bounds, ContractDraft, Diagnostic, Draft, FusionDraft, NeedDraft, PropertyDrafts, RelationDraft,
+    Severity, SignalDraft, Text, UtilityDraft, VariableDraft,
 };
 use super::{Element, Id, KnowledgeBase, SignalId, build};
 use crate::unit::nearest;
@@ -29,6 +29,8 @@ pub enum Section {
     Relations,
     /// What carries variables.
     Signals,
+    /// Signals that are computed from others by estimation.
+    Fusions,
     /// What must stay available, by the names of the variables: all needs of one; or, to be removed, by the name under which
     /// one is published.
     Needs,
@@ -48,6 +50,7 @@ impl Section {
             Section::Functions => "function",
             Section::Relations => "relation",
             Section::Signals => "signal",
+            Section::Fusions => "fusion",
             Section::Needs => "need",
             Section::Platform => "platform",
             Section::Contracts => "contract",
@@ -69,6 +72,8 @@ pub enum Edit {
     Relation(RelationDraft),
     /// Adds a signal, or replaces the one of its name.
     Signal(SignalDraft),
+    /// Adds a fusion, or replaces the one of its name.
+    Fusion(FusionDraft),
     /// Adds a need, or replaces all of its variable.
     Need(NeedDraft),
     /// Adds needs, all of one variable, or replaces all that it has.

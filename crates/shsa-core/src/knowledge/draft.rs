@@ -1,10 +1,13 @@
 //! A model as it is written: pieces of text, each with its place, before anything is checked.
 
+mod fusion;
+
 use super::signal::SourceParts;
 pub use crate::expression::Severity;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::ops::Range;
+pub use fusion::{FusionDraft, FusionInputDraft, FusionOutputDraft, FusionStateDraft};
 
 /// A range of bytes in the source that a draft was read from.
 ///
@@ -58,6 +61,8 @@ pub struct Draft {
     pub relations: Vec<RelationDraft>,
     /// What carries variables.
     pub signals: Vec<SignalDraft>,
+    /// Signals that are computed from others by estimation.
+    pub fusions: Vec<FusionDraft>,
     /// What must stay available.
     pub needs: Vec<NeedDraft>,
     /// What others run on, each with its contract.
@@ -104,6 +109,8 @@ pub trait Source {
     fn relations(&mut self, take: &mut dyn FnMut(&RelationDraft));
     /// Gives all signals.
     fn signals(&mut self, take: &mut dyn FnMut(&SignalDraft));
+    /// Gives all fusions.
+    fn fusions(&mut self, take: &mut dyn FnMut(&FusionDraft));
     /// Gives all needs.
     fn needs(&mut self, take: &mut dyn FnMut(&NeedDraft));
     /// What others run on.
@@ -124,6 +131,7 @@ impl Draft {
         source.functions(&mut |function| draft.functions.push(function.clone()));
         source.relations(&mut |relation| draft.relations.push(relation.clone()));
         source.signals(&mut |signal| draft.signals.push(signal.clone()));
+        source.fusions(&mut |fusion| draft.fusions.push(fusion.clone()));
         source.needs(&mut |need| draft.needs.push(need.clone()));
         draft.platform = source.platform();
         draft.contracts = source.contracts();
@@ -146,6 +154,9 @@ impl Source for &Draft {
     }
     fn signals(&mut self, take: &mut dyn FnMut(&SignalDraft)) {
         self.signals.iter().for_each(take);
+    }
+    fn fusions(&mut self, take: &mut dyn FnMut(&FusionDraft)) {
+        self.fusions.iter().for_each(take);
     }
     fn needs(&mut self, take: &mut dyn FnMut(&NeedDraft)) {
         self.needs.iter().for_each(take);

@@ -10,12 +10,13 @@ mod properties;
 mod id_set;
 mod variable;
 mod signal;
+mod draft;
+mod fusion;
 mod need;
 mod contract;
 mod decomposition;
 mod utility;
 mod sources;
-mod draft;
 mod build;
 mod lineage;
 mod change;
@@ -33,8 +34,13 @@ pub use contract::{
 };
 pub use decomposition::{Claim, Common, Objection, Redundancy, dependence, in_common, level_of_pair};
 pub use draft::{
-    BodyDraft, Bounds, ContractDraft, DemandDraft, Diagnostic, Draft, GuaranteeDraft, NeedDraft, Place,
-    PropertyDrafts, RelationDraft, Severity, SignalDraft, Source, Text, UtilityDraft, VariableDraft,
+    BodyDraft, Bounds, ContractDraft, DemandDraft, Diagnostic, Draft, FusionDraft, FusionInputDraft,
+    FusionOutputDraft, FusionStateDraft, GuaranteeDraft, NeedDraft, Place, PropertyDrafts, RelationDraft,
+    Severity, SignalDraft, Source, Text, UtilityDraft, VariableDraft,
+};
+pub use fusion::{
+    Fusion, FusionInput, FusionMethod, FusionOutput, FusionPlaces, FusionPrediction, FusionSettings,
+    FusionState,
 };
 pub use id_set::{IdSet, RelationSet, SignalSet};
 pub use ids::{CauseId, Id, IdVec, NeedId, RelationId, SignalId, VariableId};
@@ -92,6 +98,10 @@ pub struct KnowledgeBase {
     signals: IdVec<SignalId, Signal>,
     needs: IdVec<NeedId, Need>,
     causes: IdVec<CauseId, Cause>,
+    fusions: Vec<Fusion>,
+    /// Their outputs, and all signals that they compute.
+    fused: SignalSet,
+    computed: SignalSet,
     utility: Utility,
     contracts: Contracts,
     available: IdVec<SignalId, bool>,
@@ -358,6 +368,9 @@ impl KnowledgeBase {
             signals,
             needs,
             causes: IdVec::new(),
+            fusions: Vec::new(),
+            fused: SignalSet::new(),
+            computed: SignalSet::new(),
             utility: Utility::default(),
             contracts: Contracts::default(),
             available,

@@ -13,7 +13,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use fields::{
-    Clash, Fields, constant_fields, contract_fields, different, function_fields, need_fields,
+    Clash, Fields, constant_fields, contract_fields, different, function_fields, fusion_fields, need_fields,
     relation_fields, signal_fields, utility_fields, variable_fields,
 };
 
@@ -84,11 +84,12 @@ fn all_names(draft: &Draft) -> impl Iterator<Item = (Section, &str)> {
     let functions = draft.functions.iter().map(|it| (Section::Functions, function_name(&it.0.text)));
     let relations = draft.relations.iter().map(|it| (Section::Relations, it.name.text.as_str()));
     let signals = draft.signals.iter().map(|it| (Section::Signals, it.name.text.as_str()));
+    let fusions = draft.fusions.iter().map(|it| (Section::Fusions, it.name.text.as_str()));
     let needs = draft.needs.iter().map(|it| (Section::Needs, it.variable.text.as_str()));
     let platform = draft.platform.iter().map(|it| (Section::Platform, it.name.text.as_str()));
     let contracts = draft.contracts.iter().map(|it| (Section::Contracts, it.name.text.as_str()));
-    let elements = variables.chain(constants).chain(functions).chain(relations).chain(signals).chain(needs);
-    elements.chain(platform).chain(contracts)
+    let elements = variables.chain(constants).chain(functions).chain(relations).chain(signals);
+    elements.chain(fusions).chain(needs).chain(platform).chain(contracts)
 }
 
 /// The places of all names in their sections.
@@ -143,6 +144,17 @@ fn needed<'d>(draft: &'d Draft, section: Section, at: usize, mut tell: impl FnMu
             signal.derived_from.iter().for_each(|name| tell(Section::Signals, &name.text));
             tell(Section::Contracts, &signal.name.text);
         }
+        Section::Fusions => {
+            let Some(fusion) = draft.fusions.get(at) else { return };
+            let outputs = fusion.outputs.iter().flat_map(|it| [&it.value, &it.variable]);
+            let states = fusion.states.iter().flat_map(|it| [&it.transition, &it.noise]);
+            let inputs = fusion.inputs.iter().flat_map(|it| [&it.measures, &it.noise]);
+            outputs.chain(states).chain(inputs).flatten().for_each(&mut formula);
+            fusion.states.iter().for_each(|it| formula(&it.name));
+            fusion.inputs.iter().for_each(|it| formula(&it.name));
+            fusion.inputs.iter().for_each(|it| tell(Section::Signals, &it.name.text));
+            fusion.controls.iter().for_each(|(_, signal)| tell(Section::Signals, &signal.text));
+        }
         Section::Needs => {
             let Some(need) = draft.needs.get(at) else { return };
             tell(Section::Variables, &need.variable.text);
@@ -182,6 +194,7 @@ fn taken_out(draft: &Draft, taken: &BTreeSet<(Section, usize)>) -> Draft {
         functions: kept(&draft.functions, Section::Functions, taken),
         relations: kept(&draft.relations, Section::Relations, taken),
         signals: kept(&draft.signals, Section::Signals, taken),
+        fusions: kept(&draft.fusions, Section::Fusions, taken),
         needs: kept(&draft.needs, Section::Needs, taken),
         platform: kept(&draft.platform, Section::Platform, taken),
         contracts: kept(&draft.contracts, Section::Contracts, taken),
@@ -218,6 +231,7 @@ impl Joint {
         ledger.add(Section::Functions, &mut whole.functions, &part.functions, |it| &it.0, function_fields);
         ledger.add(Section::Relations, &mut whole.relations, &part.relations, |it| &it.name, relation_fields);
         ledger.add(Section::Signals, &mut whole.signals, &part.signals, |it| &it.name, signal_fields);
+        ledger.add(Section::Fusions, &mut whole.fusions, &part.fusions, |it| &it.name, fusion_fields);
         ledger.need(&mut whole.needs, &part.needs);
         ledger.add(Section::Platform, &mut whole.platform, &part.platform, |it| &it.name, contract_fields);
         ledger.add(Section::Contracts, &mut whole.contracts, &part.contracts, |it| &it.name, contract_fields);

@@ -76,6 +76,7 @@ impl Draft {
             it.range.iter_mut().flat_map(|(lo, hi)| [lo, hi]).for_each(&mut *each);
             properties(&mut it.properties, each);
         }
+        self.fusions.iter_mut().for_each(|fusion| fusion.texts(each));
         for it in &mut self.needs {
             each(&mut it.variable);
             let limits = [&mut it.signal, &mut it.max_age, &mut it.max_width, &mut it.integrity];

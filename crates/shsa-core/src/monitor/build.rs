@@ -153,7 +153,10 @@ pub fn are_compared(knowledge: &KnowledgeBase, one: (&Way, &SignalSet), other: (
     };
     let fallible =
         |way: &Way| way.substitution.relations().into_iter().filter(may_fail).collect::<Vec<RelationId>>();
-    one.1 != other.1 || fallible(one.0) != fallible(other.0)
+    // What is fused from a signal agrees with it by its making, or leaves it out.
+    let is_fused = |way: &Way| way.inputs().any(|signal| knowledge.is_fused(signal));
+    let is_made_of_it = (is_fused(one.0) || is_fused(other.0)) && one.1.meets(other.1);
+    !is_made_of_it && (one.1 != other.1 || fallible(one.0) != fallible(other.0))
 }
 
 /// The longest time between an event and the last observation of it: how far back histories reach.

@@ -220,6 +220,14 @@ impl Fusion {
         (self.count, self.base_at, self.is_base_taken) = (0, at, false);
     }
 
+    /// Begins anew with what another fusion of the same method and sensors knows behind its newest moment.
+    pub fn begin_as(&mut self, other: &Fusion) {
+        self.base.clone_from(other.present());
+        self.now.clone_from(other.present());
+        self.method.restore(&self.now.memory);
+        (self.count, self.base_at, self.is_base_taken) = (0, other.at(), true);
+    }
+
     fn is_too_late(&self, at: Time) -> bool {
         let oldest = self.present().last_used.map_or(self.base_at, |newest| newest - self.options.horizon);
         at < oldest || at < self.base_at || (self.is_base_taken && at == self.base_at)

@@ -2,7 +2,9 @@
 //!
 //! The reader takes them from here, and so do the schema and the tests that hold the reference.
 
-use shsa_core::knowledge::{Aggregate, INTEGRITY_LEVELS, ISOLATIONS, Policy, Shape, WhenUnsure};
+use shsa_core::knowledge::{
+    Aggregate, FusionMethod, INTEGRITY_LEVELS, ISOLATIONS, Policy, Shape, WhenUnsure,
+};
 
 /// A part of a model that stands at its top.
 #[derive(Clone, Copy, Debug)]
@@ -71,16 +73,19 @@ pub enum Form {
     Statements(&'static [Key]),
     /// Names, each with a text.
     Words,
+    /// Names, each with a mapping of these keys.
+    Entries(&'static [Key], Short),
 }
 
 /// The sections of a model.
-pub const SECTIONS: [Section; 10] = [
+pub const SECTIONS: [Section; 11] = [
     Section { name: "shsa", holds: Holds::Version },
     Section { name: "variables", holds: Holds::Entries(&VARIABLE, Short::None) },
     Section { name: "constants", holds: Holds::Values(Form::Bounds) },
     Section { name: "functions", holds: Holds::Values(Form::Text) },
     Section { name: "relations", holds: Holds::Entries(&RELATION, Short::Text) },
     Section { name: "signals", holds: Holds::Entries(&SIGNAL, Short::None) },
+    Section { name: "fusion", holds: Holds::Entries(&FUSION, Short::None) },
     Section { name: "needs", holds: Holds::Entries(&NEED, Short::List) },
     Section { name: "platform", holds: Holds::Entries(&PLATFORM, Short::None) },
     Section { name: "contracts", holds: Holds::Entries(&CONTRACT, Short::None) },
@@ -154,6 +159,57 @@ pub const SIGNAL: [Key; 19] = [
     span("frozen_after"),
     names("derived_from", "names of signals"),
     formed("shares", Form::Shares, "what it shares with other signals", "[imu], or shares: { imu: 0.001 }"),
+    numbers("properties"),
+];
+
+/// The keys of a fusion.
+pub const FUSION: [Key; 14] = [
+    formed(
+        "method",
+        Form::Choice(|| FusionMethod::NAMES.map(|(name, _)| name).into()),
+        "a method of fusion",
+        "kalman",
+    ),
+    formed(
+        "states",
+        Form::Entries(&FUSION_STATE, Short::None),
+        "what is estimated",
+        "{ speed: { spread: 2 } }",
+    ),
+    formed("controls", Form::Words, "names in formulas, each with a signal", "{ acceleration: /imu }"),
+    formed("inputs", Form::Entries(&FUSION_INPUT, Short::Text), "what is measured", "{ /gps: position }"),
+    formed("outputs", Form::Entries(&FUSION_OUTPUT, Short::Text), "new signals", "{ fused/speed: speed }"),
+    span("period"),
+    span("horizon"),
+    span("unknown_after"),
+    text("gate", "a share, or `none`", "99.9 %"),
+    formed("witnesses", Form::Choice(|| vec!["all", "none"]), "`all` or `none`", "none"),
+    text("faulty", "a number of inputs", "1"),
+    text("window", "a number of values", "5"),
+    text("particles", "a number", "1000"),
+    text("seed", "a number", "1"),
+];
+
+/// The keys of a state of a fusion.
+pub const FUSION_STATE: [Key; 5] = [
+    text("unit", "a unit", "m/s"),
+    text("initial", "a value", "0"),
+    text("spread", "a standard deviation", "10"),
+    text("noise", "a standard deviation in a second, or a formula", "0.5"),
+    text("transition", "a formula over states, controls and `dt`", "position + speed * dt"),
+];
+
+/// The keys of an input of a fusion.
+pub const FUSION_INPUT: [Key; 2] = [
+    text("measures", "a formula over states and controls", "speed"),
+    text("noise", "a standard deviation, or a formula", "0.1"),
+];
+
+/// The keys of an output of a fusion.
+pub const FUSION_OUTPUT: [Key; 4] = [
+    text("value", "a formula over states and controls", "speed"),
+    text("variable", "a variable", "speed"),
+    text("confidence", "a share", "99 %"),
     numbers("properties"),
 ];
 

@@ -50,19 +50,13 @@ impl<'r, 'n> Known<'r, 'n> {
         self.keys.iter().any(|known| known.name == key)
     }
 
-    /// The entries of a mapping with free names.
-    pub(crate) fn entries(&mut self, key: &str) -> &'n [(Text, Node)] {
-        let found = self.read(key, |reader, node, key| Some(reader.entries(node, key.what, written(key))));
-        found.unwrap_or_default()
-    }
-
     /// Names with a text each.
     pub(crate) fn words(&mut self, key: &str) -> PropertyDrafts {
-        let entries = self.entries(key);
         let example = "fresh: age at most 300 ms";
-        let read =
-            |(name, node): &(Text, Node)| Some((name.clone(), self.reader.text(node, "words", example)?));
-        entries.iter().filter_map(read).collect()
+        let read = |reader: &mut Reader, (name, node): &(Text, Node)| {
+            Some((name.clone(), reader.text(node, "words", example)?))
+        };
+        self.entries(key, read).into_iter().flatten().collect()
     }
 
     pub(crate) fn get(&self, key: &str) -> Option<&'n Node> {
@@ -89,6 +83,31 @@ impl<'r, 'n> Known<'r, 'n> {
     pub(crate) fn numbers(&mut self, key: &str) -> PropertyDrafts {
         let node = self.get(key);
         self.reader.properties(node)
+    }
+
+    /// Names, each with a name.
+    pub(crate) fn texts(&mut self, key: &str) -> Vec<(Text, Text)> {
+        let read = self.read(key, |reader, node, key| {
+            let entries = reader.entries(node, key.what, key.example);
+            let one = |(name, node): &(Text, Node)| {
+                Some((name.clone(), reader.text(node, "a name", written(key))?))
+            };
+            Some(entries.iter().filter_map(one).collect())
+        });
+        read.unwrap_or_default()
+    }
+
+    /// Names, each with what `one` makes of it.
+    pub(crate) fn entries<T>(
+        &mut self,
+        key: &str,
+        mut one: impl FnMut(&mut Reader, &(Text, Node)) -> T,
+    ) -> Vec<T> {
+        let read = self.read(key, |reader, node, key| {
+            let entries = reader.entries(node, key.what, written(key));
+            Some(entries.iter().map(|entry| one(reader, entry)).collect())
+        });
+        read.unwrap_or_default()
     }
 
     fn read<T>(

@@ -10,18 +10,20 @@ use shsa_core::knowledge::{
 };
 use std::collections::BTreeSet;
 
+use super::fusion;
 use super::reader::Reader;
 use super::report::Report;
 use super::tree::{self, Node, Value};
 use super::{MAX_YAML_BYTES, shape};
 
 /// The sections of a model whose entries a change may remove.
-const SECTIONS: [(&str, Section); 8] = [
+const SECTIONS: [(&str, Section); 9] = [
     ("variables", Section::Variables),
     ("constants", Section::Constants),
     ("functions", Section::Functions),
     ("relations", Section::Relations),
     ("signals", Section::Signals),
+    ("fusion", Section::Fusions),
     ("needs", Section::Needs),
     ("platform", Section::Platform),
     ("contracts", Section::Contracts),
@@ -57,8 +59,8 @@ impl Live {
         let texts = Texts::default().with(written, &read, 0);
         match Model::new(read.draft) {
             Ok((model, found)) if read.is_right => {
-                let report = texts.report(0, read.problems, found);
-                Ok((Live { model, texts }, report))
+                let report = texts.report(0, read.problems, fusion::checked(model.knowledge(), found));
+                if report.ok() { Ok((Live { model, texts }, report)) } else { Err(report) }
             }
             Ok((_, found)) | Err(found) => Err(texts.report(0, read.problems, found)),
         }
@@ -91,7 +93,10 @@ impl Live {
         };
         match changed {
             Ok(found) if read.is_right => {
-                let report = texts.report(base, read.problems, found);
+                let report = texts.report(base, read.problems, fusion::checked(model.knowledge(), found));
+                if !report.ok() {
+                    return Err(report);
+                }
                 texts.forget(model.draft());
                 *self = Live { model, texts };
                 Ok(report)
@@ -125,10 +130,13 @@ pub fn join(parts: &[Written<'_>]) -> Result<(Live, Report), Report> {
         }
     })?;
     let built = Model::new(joint);
-    let (Ok((_, found)) | Err(found)) = &built;
-    report.diagnostics.extend(texts.locate(found.clone()).diagnostics);
+    let found = match &built {
+        Ok((model, found)) => fusion::checked(model.knowledge(), found.clone()),
+        Err(found) => found.clone(),
+    };
+    report.diagnostics.extend(texts.locate(found).diagnostics);
     match built {
-        Ok((model, _)) if is_right => Ok((Live { model, texts }, report)),
+        Ok((model, _)) if is_right && report.ok() => Ok((Live { model, texts }, report)),
         _ => Err(report),
     }
 }
@@ -253,13 +261,24 @@ fn properties(reader: &mut Reader, node: &Node, moved: &impl Fn(&Text) -> Text) 
 
 /// Everything that a draft holds, as something to add or replace.
 fn edits_of(draft: Draft) -> Vec<Edit> {
-    let Draft { variables, constants, functions, relations, signals, needs, platform, contracts, utility } =
-        draft;
+    let Draft {
+        variables,
+        constants,
+        functions,
+        relations,
+        signals,
+        fusions,
+        needs,
+        platform,
+        contracts,
+        utility,
+    } = draft;
     let variables = variables.into_iter().map(Edit::Variable);
     let constants = constants.into_iter().map(|(name, bounds)| Edit::Constant(name, bounds));
     let functions = functions.into_iter().map(|(head, body)| Edit::Function(head, body));
     let relations = relations.into_iter().map(Edit::Relation);
     let signals = signals.into_iter().map(Edit::Signal);
+    let fusions = fusions.into_iter().map(Edit::Fusion);
     let mut by_variable: Vec<Vec<NeedDraft>> = Vec::new();
     for need in needs {
         let same = |known: &&mut Vec<NeedDraft>| known[0].variable.text == need.variable.text;
@@ -275,6 +294,7 @@ fn edits_of(draft: Draft) -> Vec<Edit> {
         .chain(functions)
         .chain(relations)
         .chain(signals)
+        .chain(fusions)
         .chain(needs)
         .chain(platform.into_iter().map(Edit::Platform))
         .chain(contracts.into_iter().map(Edit::Contract))

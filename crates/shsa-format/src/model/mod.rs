@@ -10,6 +10,7 @@ mod known;
 pub(crate) mod lines;
 pub(crate) mod reader;
 mod report;
+mod fusion;
 pub(crate) mod shape;
 pub(crate) mod tree;
 pub mod schema;
@@ -109,10 +110,12 @@ pub fn load(text: &str, name: &str) -> Loaded {
         Err(report) => return Loaded { knowledge: KnowledgeBase::default(), report },
         Ok(Opened::Json(root, mut json)) => {
             let (knowledge, found) = build_from(&mut Model::new(&mut reader, &root, Some(&mut json)));
+            let found = fusion::checked(&knowledge, found);
             (knowledge, [json.problems, reader.problems, found].concat(), json.rewritten)
         }
         Ok(Opened::Yaml(root, tree)) => {
             let (knowledge, found) = build_from(&mut Model::new(&mut reader, &root, None));
+            let found = fusion::checked(&knowledge, found);
             (knowledge, [tree.problems, reader.problems, found].concat(), tree.rewritten)
         }
         Ok(Opened::Other(source)) => return source.build(text, name),
@@ -208,6 +211,7 @@ impl Source {
     #[must_use]
     pub fn build(self, text: &str, name: &str) -> Loaded {
         let (knowledge, found) = build(&self.draft);
+        let found = fusion::checked(&knowledge, found);
         let problems = self.problems.into_iter().chain(found).collect();
         Loaded { knowledge, report: Report::locate(name, text, problems, &self.rewritten) }
     }

@@ -27,17 +27,24 @@ pub fn schema() -> Value {
 }
 
 fn of_section(section: &Section) -> Value {
-    let named = |entry: Value| json!({ "type": ["object", "null"], "additionalProperties": entry });
     match section.holds {
         Holds::Version => json!({ "enum": [1, "1"] }),
         Holds::Values(form) => named(of_form(form)),
         Holds::Mapping(keys) => json!({ "anyOf": [word(), of_keys(keys)] }),
-        Holds::Entries(keys, short) => named(match short {
-            Short::None => of_keys(keys),
-            Short::Text => json!({ "anyOf": [word(), of_keys(keys)] }),
-            Short::List => json!({ "anyOf": [of_keys(keys), { "type": "array", "items": of_keys(keys) }] }),
-        }),
+        Holds::Entries(keys, short) => of_entries(keys, short),
     }
+}
+
+fn named(entry: Value) -> Value {
+    json!({ "type": ["object", "null"], "additionalProperties": entry })
+}
+
+fn of_entries(keys: &[Key], short: Short) -> Value {
+    named(match short {
+        Short::None => of_keys(keys),
+        Short::Text => json!({ "anyOf": [word(), of_keys(keys)] }),
+        Short::List => json!({ "anyOf": [of_keys(keys), { "type": "array", "items": of_keys(keys) }] }),
+    })
 }
 
 fn of_keys(keys: &[Key]) -> Value {
@@ -74,6 +81,7 @@ fn of_form(form: Form) -> Value {
         Form::Statements(keys) => {
             json!({ "type": ["object", "null"], "additionalProperties": of_statement(keys) })
         }
+        Form::Entries(keys, short) => of_entries(keys, short),
         Form::Shares => json!({ "anyOf": [{ "type": "string" }, names(), numbers()] }),
     }
 }

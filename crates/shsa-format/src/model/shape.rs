@@ -1,11 +1,12 @@
 //! The shape of a model file: which keys there are and what they hold.
 
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, ContractDraft, DemandDraft, Draft, GuaranteeDraft, NeedDraft, RelationDraft, Severity,
-    SignalDraft, Source, Text, UtilityDraft, VariableDraft,
+    BodyDraft, Bounds, ContractDraft, DemandDraft, Draft, FusionDraft, GuaranteeDraft, NeedDraft,
+    RelationDraft, Severity, SignalDraft, Source, Text, UtilityDraft, VariableDraft,
 };
 use shsa_message::source;
 
+use super::fusion;
 use super::json::{Entry, Json};
 use super::keys::{
     ASKED, CONTRACT, GIVEN, Key, NEED, PLATFORM, RELATION, SECTIONS, SIGNAL, UTILITY, VARIABLE,
@@ -98,6 +99,11 @@ impl Source for Model<'_, '_, '_> {
     fn signals(&mut self, take: &mut dyn FnMut(&SignalDraft)) {
         let example = "/scan: { variable: distances }";
         self.section("signals", example, &mut |reader, entry| take(&signal(reader, entry)));
+    }
+
+    fn fusions(&mut self, take: &mut dyn FnMut(&FusionDraft)) {
+        let example = "motion: { method: kalman, states: .., inputs: .., outputs: .. }";
+        self.section("fusion", example, &mut |reader, entry| take(&fusion::read(reader, entry)));
     }
 
     fn needs(&mut self, take: &mut dyn FnMut(&NeedDraft)) {
@@ -312,8 +318,8 @@ fn contract(reader: &mut Reader, (name, node): &(Text, Node), keys: &'static [Ke
         name: name.clone(),
         runs_on: keys.text("runs_on"),
         policy: if keys.is_known("policy") { keys.text("policy") } else { None },
-        gives: keys.entries("gives").iter().map(|entry| given(keys.reader, entry)).collect(),
-        asks: keys.entries("asks").iter().map(|entry| asked(keys.reader, entry)).collect(),
+        gives: keys.entries("gives", given),
+        asks: keys.entries("asks", asked),
         evidence: keys.words("evidence"),
     }
 }

@@ -6,6 +6,8 @@ use shsa_core::knowledge::{
 };
 use std::fmt::Write;
 
+use super::fusion;
+
 /// The longest line of a mapping that is written in one line.
 const MAX_LINE: usize = 110;
 
@@ -47,14 +49,14 @@ pub fn json(draft: &Draft) -> String {
 }
 
 /// What is written of a value.
-enum Tree {
+pub(super) enum Tree {
     /// A word, number or formula.
     Text(String),
     List(Vec<Tree>),
     Map(Vec<(String, Tree)>),
 }
 
-fn text(text: &Text) -> Tree {
+pub(super) fn text(text: &Text) -> Tree {
     Tree::Text(text.text.clone())
 }
 
@@ -83,6 +85,7 @@ fn sections(draft: &Draft) -> Vec<(&'static str, Tree)> {
         ("functions", map(&draft.functions, |(head, body)| (head, text(body)))),
         ("relations", map(&draft.relations, |relation| (&relation.name, of_relation(relation)))),
         ("signals", map(&draft.signals, |signal| (&signal.name, of_signal(signal)))),
+        ("fusion", map(&draft.fusions, |fusion| (&fusion.name, fusion::written(fusion)))),
         ("needs", of_needs(&draft.needs)),
         ("platform", map(&draft.platform, |contract| (&contract.name, of_contract(contract)))),
         ("contracts", map(&draft.contracts, |contract| (&contract.name, of_contract(contract)))),
@@ -95,11 +98,11 @@ fn sections(draft: &Draft) -> Vec<(&'static str, Tree)> {
 }
 
 /// The keys that have a value.
-fn keys<const N: usize>(keys: [(&str, Option<Tree>); N]) -> Tree {
+pub(super) fn keys<const N: usize>(keys: [(&str, Option<Tree>); N]) -> Tree {
     Tree::Map(keys.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?))).collect())
 }
 
-fn properties(properties: &PropertyDrafts) -> Option<Tree> {
+pub(super) fn properties(properties: &PropertyDrafts) -> Option<Tree> {
     let entries = properties.iter().map(|(name, value)| (name.text.clone(), text(value)));
     (!properties.is_empty()).then(|| Tree::Map(entries.collect()))
 }

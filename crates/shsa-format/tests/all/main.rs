@@ -9,6 +9,7 @@
 )]
 
 mod examples;
+mod fusion;
 mod reference;
 mod round_trip;
 mod published_structures;

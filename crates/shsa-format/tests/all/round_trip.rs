@@ -98,6 +98,22 @@ signals:
   "null": { variable: heavy, time_error: 5 ms, timeout: none, derived_from: [/scan, /odom/speed], shares: [base, "two words"] }
   "- \"quoted\" \\ \u2028 \u00e4": { variable: humidity }
   "true": { variable: heavy }
+fusion:
+  motion:
+    method: particle
+    states: { speed: { unit: m/s, initial: 1 km/h, spread: 2, noise: 0.1 m/s + 1 % * abs(speed), transition: speed + push * dt * 1 m/s^2 } }
+    controls: { push: "true" }
+    inputs: { /odom/speed: { measures: speed, noise: 0.3 } }
+    outputs: { fused/speed: speed, other: { value: 2 * speed, variable: speed, confidence: 95 %, properties: { accuracy: 1 } } }
+    period: 50 ms
+    horizon: 1 s
+    unknown_after: 3 s
+    gate: none
+    witnesses: none
+    faulty: 0
+    window: 3
+    particles: 50
+    seed: 9
 needs:
   dmin: { signal: /stop, max_age: 250 ms, max_width: 50 cm, integrity: B, hold: 0 s, probation: 1 min, blend: 10 ms, hysteresis: 5 %, isolation: process }
   speed:
@@ -305,6 +321,7 @@ fn draft() -> impl Strategy<Value = Draft> {
         functions,
         relations,
         signals,
+        fusions: Vec::new(),
         needs,
         platform: contracts.iter().cloned().map(|it| ContractDraft { policy: None, ..it }).collect(),
         contracts,

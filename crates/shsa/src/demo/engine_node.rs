@@ -37,7 +37,7 @@ impl EngineNode {
         let signals = signals.map(|(id, signal)| (topic(&signal.source), id)).collect();
         let monitor = monitor::Options { debounce: DEBOUNCE, ..monitor::Options::default() };
         let options = Options { monitor, ..Options::default() };
-        Ok(EngineNode { engine: Engine::new(loaded.knowledge, options), signals })
+        Ok(EngineNode { engine: shsa_estimate::node::engine(loaded.knowledge, options), signals })
     }
 
     fn decision(&self, event: Event) -> Decision {

@@ -142,9 +142,10 @@ pub(crate) fn read_one(
     }
 }
 
-/// What is looked for in recordings: every signal of the model.
+/// What is looked for in recordings: every signal of the model but those that are computed, which come last.
 pub(crate) fn wanted(knowledge: &KnowledgeBase) -> Vec<Wanted> {
-    knowledge.signals().iter().map(|signal| Wanted::new(signal.name.clone(), signal.source.clone())).collect()
+    let measured = knowledge.signals().enumerate().filter(|(id, _)| !knowledge.is_computed(*id));
+    measured.map(|(_, signal)| Wanted::new(signal.name.clone(), signal.source.clone())).collect()
 }
 
 /// Whether a file is the journal of a run.

@@ -61,7 +61,8 @@ impl Matched {
 
     /// Every signal with what was heard of it.
     pub(super) fn signals(&self) -> impl Iterator<Item = (SignalId, &End)> {
-        self.knowledge.signals().enumerate().map(|(id, _)| (id, &self.ends[id]))
+        let measured = self.knowledge.signals().ids().filter(|id| !self.knowledge.is_computed(*id));
+        measured.map(|id| (id, &self.ends[id]))
     }
 
     /// How many messages with a signal's field could be read: those that could not are observed as invalid, too.

@@ -59,12 +59,15 @@ fn fields_of_recordings() {
         commands.iter().flat_map(|command| objects(&folder, command)).collect()
     };
     folder.write("change.yaml", "properties: { signals: { /level: { accuracy: 0.5 } } }\n");
+    let fusion = "fusion:\n  tank: { method: kalman, states: { level: { spread: 5, noise: 0.1 } }, inputs: { level: level }, outputs: { fused: level } }\n";
+    folder.write("fused.yaml", &format!("{}{fusion}", tank::MODEL));
     check("monitor", &of(&["monitor tank.yaml level --observations run.jsonl"]));
     check(
         "replay",
         &of(&[
             "replay tank.yaml run.csv --inject drop:/volume@40s.. --reload change.yaml@10s",
             "replay tank.yaml run.csv --skip 10s..20s",
+            "replay fused.yaml run.csv",
         ]),
     );
     check(

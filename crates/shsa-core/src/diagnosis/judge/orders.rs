@@ -75,7 +75,7 @@ impl Judge {
     /// be suspect.
     #[must_use]
     pub fn may_be_right(&self, signal: SignalId) -> bool {
-        self.origins[signal].iter().all(|origin| !self.discounted.contains(&Component::Signal(origin)))
+        self.foundations[signal].iter().all(|origin| !self.discounted.contains(&Component::Signal(origin)))
     }
 
     /// Relations that have failed or are forbidden, ascending.

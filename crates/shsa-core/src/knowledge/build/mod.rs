@@ -10,6 +10,7 @@ mod functions;
 mod turns;
 mod relations;
 mod signals;
+mod fusions;
 mod causes;
 mod needs;
 mod utility;
@@ -44,13 +45,15 @@ pub fn build_from(source: &mut dyn Source) -> (KnowledgeBase, Vec<Diagnostic>) {
     let names = Names::new(&variables, &functions);
     functions::check(&mut problems, source, &names);
     let (relations, undecided) = relations::build(&mut problems, source, &names);
-    let (signals, shares) = signals::build(&mut problems, source, &variables);
+    let (mut signals, shares) = signals::build(&mut problems, source, &variables);
+    let fusions = fusions::build(&mut problems, source, &names, &mut signals);
     let causes = causes::build(&mut problems, &shares);
     let (needs, needed) = needs::build(&mut problems, source, &variables, &signals);
     let mut mentioned = names.mentioned();
     mentioned.extend(&undecided);
     let (list, declared) = variables.into_parts();
-    let knowledge = KnowledgeBase::from_parts(list, relations, signals, needs).with_causes(causes);
+    let knowledge =
+        KnowledgeBase::from_parts(list, relations, signals, needs).with_causes(causes).with_fusions(fusions);
     needs::check_providable(&mut problems, &needed, &knowledge, &undecided);
     variables::check_used(&mut problems, &declared, &knowledge, &mentioned);
     let utility = utility::build(&mut problems, source, &knowledge);

@@ -41,6 +41,11 @@ impl<'a> Names<'a> {
         used
     }
 
+    /// Whether a symbol stands for a constant.
+    pub(super) fn is_constant(&self, symbol: Symbol) -> bool {
+        self.variables.list.find(variable(symbol)).is_some_and(|it| it.constant.is_some())
+    }
+
     /// Counts the work of solving an equation of so many variables; whether it is not too much in all.
     pub(super) fn may_solve(&self, directions: usize, variables: usize) -> bool {
         let work = directions.saturating_mul(variables).saturating_mul(variables);

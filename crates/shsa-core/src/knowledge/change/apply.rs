@@ -2,8 +2,8 @@
 
 use super::{Edit, Section, error, function_name, put_property};
 use crate::knowledge::draft::{
-    Bounds, ContractDraft, Diagnostic, Draft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text,
-    UtilityDraft, VariableDraft,
+    Bounds, ContractDraft, Diagnostic, Draft, FusionDraft, NeedDraft, PropertyDrafts, RelationDraft,
+    SignalDraft, Text, UtilityDraft, VariableDraft,
 };
 use crate::unit::nearest;
 use alloc::collections::BTreeMap;
@@ -57,6 +57,7 @@ impl Draft {
             |it| &it.name.text,
             |it| Some(&mut it.properties),
         );
+        work.section(Section::Fusions, &mut self.fusions, changes.fusions, |it| &it.name.text, |_| None);
         work.needs(&mut self.needs, changes.needs);
         fn name(it: &ContractDraft) -> &str {
             &it.name.text
@@ -88,6 +89,7 @@ struct Changes<'e> {
     functions: Named<'e, (Text, Text)>,
     relations: Named<'e, RelationDraft>,
     signals: Named<'e, SignalDraft>,
+    fusions: Named<'e, FusionDraft>,
     needs: Named<'e, Vec<NeedDraft>>,
     platform: Named<'e, ContractDraft>,
     contracts: Named<'e, ContractDraft>,
@@ -106,6 +108,7 @@ impl<'e> Changes<'e> {
             }
             Edit::Relation(draft) => self.relations.push((&draft.name, Change::Put(draft.clone()))),
             Edit::Signal(draft) => self.signals.push((&draft.name, Change::Put(draft.clone()))),
+            Edit::Fusion(draft) => self.fusions.push((&draft.name, Change::Put(draft.clone()))),
             Edit::Need(draft) => self.needs.push((&draft.variable, Change::Put(Vec::from([draft.clone()])))),
             Edit::Needs(drafts) => {
                 let first = drafts.first().map(|draft| (&draft.variable, Change::Put(drafts.clone())));
@@ -129,6 +132,7 @@ impl<'e> Changes<'e> {
             Section::Functions => self.functions.push((name, Change::Remove)),
             Section::Relations => self.relations.push((name, Change::Remove)),
             Section::Signals => self.signals.push((name, Change::Remove)),
+            Section::Fusions => self.fusions.push((name, Change::Remove)),
             Section::Needs => self.needs.push((name, Change::Remove)),
             Section::Platform => self.platform.push((name, Change::Remove)),
             Section::Contracts => self.contracts.push((name, Change::Remove)),
@@ -142,6 +146,7 @@ impl<'e> Changes<'e> {
             Section::Functions => self.functions.push((element, Change::Property(name, value))),
             Section::Relations => self.relations.push((element, Change::Property(name, value))),
             Section::Signals => self.signals.push((element, Change::Property(name, value))),
+            Section::Fusions => self.fusions.push((element, Change::Property(name, value))),
             Section::Needs => self.needs.push((element, Change::Property(name, value))),
             Section::Platform => self.platform.push((element, Change::Property(name, value))),
             Section::Contracts => self.contracts.push((element, Change::Property(name, value))),

@@ -2,8 +2,8 @@
 
 use crate::expression::parse_quantity;
 use crate::knowledge::draft::{
-    BodyDraft, Bounds, ContractDraft, DemandDraft, GuaranteeDraft, NeedDraft, PropertyDrafts, RelationDraft,
-    SignalDraft, Text, UtilityDraft, VariableDraft,
+    BodyDraft, Bounds, ContractDraft, DemandDraft, FusionDraft, GuaranteeDraft, NeedDraft, PropertyDrafts,
+    RelationDraft, SignalDraft, Text, UtilityDraft, VariableDraft,
 };
 use crate::unit::Unit;
 use alloc::format;
@@ -203,4 +203,10 @@ fn demand(draft: &DemandDraft) -> String {
 
 fn terms(terms: &PropertyDrafts) -> String {
     terms.iter().map(|(name, bound)| format!("{}: {}; ", name.text, bound.text)).collect()
+}
+
+/// All that a fusion says, in its order.
+pub(super) fn fusion_fields(draft: &FusionDraft) -> Fields {
+    let said: Vec<String> = draft.words().into_iter().map(|text| text.text).collect();
+    Vec::from([("fusion", said.join(", "))])
 }

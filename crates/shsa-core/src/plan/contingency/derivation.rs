@@ -15,7 +15,8 @@ impl Derivations {
     pub(super) fn new(knowledge: &KnowledgeBase) -> Derivations {
         let mut all = Derivations::default();
         for (signal, facts) in knowledge.signals().enumerate() {
-            if !facts.derived_from.is_empty() {
+            // What is fused goes on without some of what it is derived from.
+            if !facts.derived_from.is_empty() && !knowledge.is_fused(signal) {
                 let origins = origins(knowledge, signal);
                 origins.iter().for_each(|&origin| all.derived.entry(origin).or_default().push(signal));
                 all.origins.insert(signal, origins);

@@ -76,6 +76,8 @@ impl Lists {
             Section::Functions => take(&mut self.functions, name),
             Section::Relations => take(&mut self.relations, name),
             Section::Signals => take(&mut self.signals, name),
+            // None is ever added here.
+            Section::Fusions => false,
             Section::Needs => take(&mut self.needs, name),
             Section::Platform | Section::Contracts => false,
         }
@@ -90,6 +92,7 @@ impl Lists {
             functions: self.functions.iter().map(pair).collect(),
             relations: self.relations.iter().map(|(_, draft)| draft.clone()).collect(),
             signals: self.signals.iter().map(|(_, draft)| draft.clone()).collect(),
+            fusions: Vec::new(),
             needs: self.needs.iter().map(|(_, draft)| draft.clone()).collect(),
             ..Draft::default()
         }

@@ -1,6 +1,7 @@
 //! Models in, knowledge bases and reports out.
 
 mod contracts;
+mod fusion;
 mod hostile;
 mod json;
 mod layout;

@@ -3,7 +3,9 @@
 use super::document::{Document, code};
 use shsa_core::diagnosis::JudgeOptions;
 use shsa_core::knowledge::{CAUSE_PRIOR, Fact, Figure, Measure, PROPERTIES, Switching};
-use shsa_format::model::keys::{ASKED, Form, GIVEN, Holds, Key, SECTIONS};
+use shsa_format::model::keys::{
+    ASKED, FUSION_INPUT, FUSION_OUTPUT, FUSION_STATE, Form, GIVEN, Holds, Key, SECTIONS,
+};
 use shsa_format::model::{load, read, write};
 
 fn page() -> Document {
@@ -42,7 +44,26 @@ fn every_choice_is_described() {
             checked += 1;
         }
     }
-    assert_eq!(checked, 6);
+    assert_eq!(checked, 8);
+}
+
+/// The keys of what is nested in a section, and the head of their table.
+const NESTED: [(&str, &[Key]); 3] = [
+    ("key of a state", &FUSION_STATE),
+    ("key of an input", &FUSION_INPUT),
+    ("key of an output", &FUSION_OUTPUT),
+];
+
+#[test]
+fn every_nested_key_is_described_and_stands_in_an_example() {
+    let section = page().section("`fusion`");
+    let examples = section.blocks("yaml").concat();
+    for (head, keys) in NESTED {
+        section.names_exactly(head, keys.iter().map(|key| key.name));
+        for key in keys {
+            assert!(examples.contains(&format!("{}:", key.name)), "no example of `{}`", key.name);
+        }
+    }
 }
 
 /// What is written again has been read.

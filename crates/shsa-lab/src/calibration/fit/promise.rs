@@ -69,7 +69,7 @@ impl Verdicts {
     }
 
     fn go_on(&mut self, knowledge: &KnowledgeBase, observations: &[Observation]) {
-        let mut engine = Engine::new(knowledge.clone(), engine::Options::default());
+        let mut engine = shsa_estimate::node::engine(knowledge.clone(), engine::Options::default());
         let mut last = None;
         for observation in observations {
             engine.pass(Ticks::before(observation.received));

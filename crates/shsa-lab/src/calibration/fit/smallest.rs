@@ -4,7 +4,7 @@ use super::edit;
 use super::parts::number;
 use super::{Options, Problem};
 use crate::calibration::session::Session;
-use shsa_core::engine::{self, Engine, EventKind, Input, Output, Ticks};
+use shsa_core::engine::{self, EventKind, Input, Output, Ticks};
 use shsa_core::knowledge::{Draft, Id, IdVec, KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
@@ -94,7 +94,7 @@ impl Tried<'_> {
         // What was long before says nothing, but what is usual must be known: a run begins some time before the step.
         let to = self.all.partition_point(|it| it.received < onset + within);
         let from = self.all.partition_point(|it| it.received < onset - within).min(to.saturating_sub(BEFORE));
-        let mut engine = Engine::new(self.knowledge.clone(), engine::Options::default());
+        let mut engine = shsa_estimate::node::engine(self.knowledge.clone(), engine::Options::default());
         let scaling = self.knowledge.signals()[signal].scaling;
         let step = scaling.map_or(step, |it| step / it.scale);
         for observation in self.all.get(from..to).unwrap_or_default() {

@@ -8,7 +8,7 @@ use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::monitor::{Figures, WatchedWay};
 use shsa_core::time::Time;
 use shsa_format::comparisons::{Compared, Noted};
-use shsa_format::event;
+use shsa_format::{event, measurements};
 use std::time::Duration;
 
 impl Report<'_> {
@@ -32,6 +32,10 @@ impl Report<'_> {
             "warnings": self.warnings,
             "notes": self.notes.iter().map(Noted::json).collect::<Vec<_>>(),
         });
+        let fused = self.parts.last().map(|part| measurements::json(&part.run.engine)).unwrap_or_default();
+        if let Some(report) = report.as_object_mut().filter(|_| !fused.is_empty()) {
+            report.insert("fusion".to_owned(), Value::Object(fused));
+        }
         let sessions: Vec<Value> = parts().filter_map(|(at, part)| self.session_json(at, part)).collect();
         for (key, more) in [("reloads", reloads), ("sessions", sessions)] {
             if let Some(report) = report.as_object_mut().filter(|_| !more.is_empty()) {

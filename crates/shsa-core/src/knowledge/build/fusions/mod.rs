@@ -1,0 +1,217 @@
+//! Checks fusions, and adds the signals that they compute.
+
+mod scope;
+mod parts;
+mod settings;
+
+use super::problems::Problems;
+use super::scope::Names;
+use crate::expression::Symbol;
+use crate::knowledge::draft::{FusionDraft, Source, Text};
+use crate::knowledge::{
+    Fusion, FusionInput, FusionMethod, FusionPlaces, FusionPrediction, FusionState, IdVec, PRIOR, Properties,
+    ReadingLimits, Signal, SignalId, VariableId,
+};
+use crate::unit::nearest;
+use alloc::collections::BTreeSet;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use parts::Parts;
+
+/// The most states, inputs or outputs of a fusion: a Kalman filter of so many states takes a second for a step.
+const MOST: usize = 64;
+
+/// Up to so many inputs each is predicted without each other one, too, so that it can be told which of two is wrong.
+const MOST_PAIRED: usize = 6;
+
+/// Reads fusions; a wrong one is left out.
+pub(super) fn build(
+    problems: &mut Problems,
+    source: &mut dyn Source,
+    names: &Names,
+    signals: &mut IdVec<SignalId, Signal>,
+) -> Vec<Fusion> {
+    let declared = signals.len();
+    let mut fusions: Vec<Fusion> = Vec::new();
+    source.fusions(&mut |draft| {
+        if fusions.iter().any(|known| known.name == draft.name.text) {
+            problems.error(&draft.name, format!("fusion `{}` is given twice", draft.name.text), "keep one");
+            return;
+        }
+        fusions.extend(fusion(problems, draft, names, signals, declared));
+    });
+    fusions
+}
+
+fn fusion(
+    problems: &mut Problems,
+    draft: &FusionDraft,
+    names: &Names,
+    signals: &mut IdVec<SignalId, Signal>,
+    declared: usize,
+) -> Option<Fusion> {
+    let lengths = [draft.states.len(), draft.inputs.len(), draft.outputs.len()];
+    if lengths.iter().any(|length| !(1..=MOST).contains(length)) {
+        let message = format!("a fusion has 1 to {MOST} states, inputs and outputs");
+        let help = "write `states`, `inputs` and `outputs`: `inputs: { /gps: position }`";
+        problems.error(&draft.name, message, help);
+        return None;
+    }
+    let method = method(problems, draft);
+    let (controls, local) = parts::local(problems, draft, names, signals, declared);
+    let parts = Parts { signals, declared, local: &local };
+    let states = parts.states(problems, draft);
+    let inputs = parts.inputs(problems, draft);
+    let outputs = parts.outputs(problems, draft);
+    let mut settings = settings::settings(problems, draft)?;
+    let (method, controls, states, (inputs, places)) = (method?, controls?, states?, inputs?);
+    settings.moments = settings::moments(settings.horizon, inputs.iter().map(|it| it.signal), signals);
+    let mut origins: Vec<SignalId> =
+        inputs.iter().map(|it| it.signal).chain(controls.iter().copied()).collect();
+    origins.sort_unstable();
+    origins.dedup();
+    let (inputs_rate, unknown_after) = (fastest(signals, &inputs), settings.unknown_after);
+    let outputs = outputs?.into_iter().map(|(mut output, written)| {
+        let rate_hz = settings.period.map(|period| 1.0 / period.seconds()).or(inputs_rate);
+        let timeout = settings.period.map_or(unknown_after, |period| period.times(5).max(unknown_after));
+        let made = Signal {
+            rate_hz,
+            timeout: Some(timeout),
+            properties: sound(written.properties),
+            ..computed(names, written.name, written.variable, origins.clone())
+        };
+        output.signal = signals.push(made);
+        output
+    });
+    let outputs = outputs.collect();
+    let predictions = match settings::has_witnesses(problems, draft) && !method.is_direct() {
+        true => predictions(draft, &states, &inputs, &controls, names, signals),
+        false => Vec::new(),
+    };
+    let places = FusionPlaces {
+        name: draft.name.place,
+        states: draft.states.iter().map(|state| state.name.place).collect(),
+        inputs: places,
+    };
+    let name = draft.name.text.clone();
+    Some(Fusion { name, places, method, states, controls, inputs, outputs, predictions, settings })
+}
+
+fn method(problems: &mut Problems, draft: &FusionDraft) -> Option<FusionMethod> {
+    let all = FusionMethod::NAMES.map(|(name, _)| name);
+    let help = format!("known: {}", all.join(", "));
+    let Some(word) = &draft.method else {
+        problems.error(&draft.name, format!("fusion `{}` has no method", draft.name.text), help);
+        return None;
+    };
+    let found = FusionMethod::NAMES.into_iter().find(|(name, _)| *name == word.text);
+    if found.is_none() {
+        let near =
+            nearest(&word.text, all.into_iter()).map_or(help, |near| format!("did you mean `{near}`?"));
+        problems.error(word, format!("`{}` is no method of fusion", word.text), near);
+    }
+    found.map(|(_, method)| method)
+}
+
+/// The rate of the fastest input.
+fn fastest(signals: &IdVec<SignalId, Signal>, inputs: &[FusionInput]) -> Option<f64> {
+    inputs.iter().filter_map(|input| signals[input.signal].rate_hz).max_by(f64::total_cmp)
+}
+
+/// What is computed here does not fail by itself, but with its inputs.
+const SOUND: f64 = 1e-9;
+
+fn sound(mut properties: Properties) -> Properties {
+    if properties.prior().is_none() {
+        properties.insert(PRIOR, SOUND);
+    }
+    properties
+}
+
+/// A signal that is computed: its values bring their intervals and times.
+fn computed(names: &Names, name: String, variable: VariableId, derived_from: Vec<SignalId>) -> Signal {
+    let known = &names.variables.list[variable];
+    let properties = sound(Properties::new());
+    Signal {
+        source: name.clone(),
+        unit: known.unit.clone(),
+        limits: ReadingLimits { turn: known.wraps, ..ReadingLimits::default() },
+        derived_from,
+        properties,
+        ..Signal::new(name, variable)
+    }
+}
+
+/// For each input what the others say of it; and, to tell which of two is wrong, what those without either say of each.
+fn predictions(
+    draft: &FusionDraft,
+    states: &[FusionState],
+    inputs: &[FusionInput],
+    controls: &[SignalId],
+    names: &Names,
+    signals: &mut IdVec<SignalId, Signal>,
+) -> Vec<FusionPrediction> {
+    let mut predictions = Vec::new();
+    for (input, without) in left_out(inputs.len()) {
+        let Some(own) = inputs.get(input).map(|it| it.signal) else { continue };
+        let others =
+            || inputs.iter().enumerate().filter(|(place, _)| !without.contains(place)).map(|(_, it)| it);
+        let is_anchored = !is_seen(states, others(), inputs, input);
+        let measured = others().map(|it| it.signal).chain(is_anchored.then_some(own));
+        let mut origins: Vec<SignalId> = measured.chain(controls.iter().copied()).collect();
+        origins.sort_unstable();
+        origins.dedup();
+        let name = |place: &usize| inputs.get(*place).map(|it| signals[it.signal].name.as_str());
+        let gone: Vec<&str> = without.iter().filter_map(name).collect();
+        let about = if gone.len() > 1 { format!(", about {}", signals[own].name) } else { String::new() };
+        let name = format!("{} without {}{about}", draft.name.text, gone.join(" and "));
+        let rate_hz = signals[own].rate_hz;
+        let made = Signal { rate_hz, ..computed(names, name, signals[own].variable, origins) };
+        predictions.push(FusionPrediction { signal: signals.push(made), input, without, is_anchored });
+    }
+    predictions
+}
+
+/// Which input is predicted without which ones.
+fn left_out(count: usize) -> impl Iterator<Item = (usize, Vec<usize>)> {
+    let alone = (0..count).map(|input| (input, Vec::from([input])));
+    let pairs = (0..count).flat_map(move |input| (0..count).map(move |other| (input, other)));
+    let pairs = pairs.filter(move |(input, other)| input != other && (3..=MOST_PAIRED).contains(&count));
+    let pairs = pairs.map(|(input, other)| (input, Vec::from([input.min(other), input.max(other)])));
+    alone.chain(pairs).filter(move |(_, without)| without.len() < count)
+}
+
+/// Whether all that an input measures shows in what others measure, now or later: by which states each formula names.
+fn is_seen<'i>(
+    states: &[FusionState],
+    others: impl Iterator<Item = &'i FusionInput>,
+    inputs: &[FusionInput],
+    input: usize,
+) -> bool {
+    let is_state = |symbol: &Symbol| (symbol.0 as usize) < states.len();
+    let mut open: Vec<Symbol> = others.flat_map(|it| it.measures.symbols()).filter(is_state).collect();
+    let mut seen = BTreeSet::new();
+    while let Some(state) = open.pop() {
+        if seen.insert(state) {
+            let transition = states.get(state.0 as usize).map(|it| it.transition.symbols());
+            open.extend(transition.into_iter().flatten().filter(is_state));
+        }
+    }
+    let measured = inputs.get(input).map(|it| it.measures.symbols()).unwrap_or_default();
+    measured.iter().filter(|symbol| is_state(symbol)).all(|state| seen.contains(state))
+}
+
+/// A text that must be there.
+fn required<'d>(
+    problems: &mut Problems,
+    text: Option<&'d Text>,
+    at: &Text,
+    what: &str,
+    help: &str,
+) -> Option<&'d Text> {
+    if text.is_none() {
+        problems.error(at, format!("`{}` has no {what}", at.text), help);
+    }
+    text
+}

@@ -1,0 +1,111 @@
+//! How a fusion takes measurements in.
+
+use crate::knowledge::build::problems::Problems;
+use crate::knowledge::build::quantity;
+use crate::knowledge::draft::{FusionDraft, Text};
+use crate::knowledge::{FusionSettings, IdVec, Signal, SignalId};
+use crate::time::Span;
+use alloc::format;
+
+/// What is waited for where nothing is declared: longer than the delays of most buses.
+const HORIZON: Span = Span::from_millis(500);
+/// A dead reckoning of some seconds is what vehicles bridge tunnels and blocked wheels with.
+const UNKNOWN_AFTER: Span = Span::from_millis(2_000);
+/// Of healthy measurements.
+const GATE: f64 = 0.999;
+const WINDOW: f64 = 5.0;
+const PARTICLES: f64 = 1_000.0;
+/// The moments that are kept at least and at most.
+const MOMENTS: (f64, f64) = (8.0, 512.0);
+
+/// Every setting with its default; `None` when one is wrong.
+pub(super) fn settings(problems: &mut Problems, draft: &FusionDraft) -> Option<FusionSettings> {
+    let span = |problems: &mut Problems, text: &Option<Text>, usual: Span| match text {
+        None => Some(usual),
+        Some(text) => positive(problems, text),
+    };
+    let period = match &draft.period {
+        None => Some(None),
+        Some(text) => positive(problems, text).map(Some),
+    };
+    let horizon = match &draft.horizon {
+        None => Some(HORIZON),
+        Some(text) => quantity::span(problems, text),
+    };
+    let unknown_after = span(problems, &draft.unknown_after, UNKNOWN_AFTER);
+    let gate = gate(problems, draft.gate.as_ref());
+    let faulty = count(problems, draft.faulty.as_ref(), 1.0, (0.0, 63.0));
+    let window = count(problems, draft.window.as_ref(), WINDOW, (1.0, 1_000.0));
+    let particles = count(problems, draft.particles.as_ref(), PARTICLES, (2.0, 100_000.0));
+    let seed = count(problems, draft.seed.as_ref(), 1.0, (0.0, 1e15));
+    Some(FusionSettings {
+        period: period?,
+        horizon: horizon?,
+        moments: 1,
+        unknown_after: unknown_after?,
+        gate: gate?,
+        faulty: faulty? as usize,
+        window: window? as usize,
+        particles: particles? as usize,
+        seed: seed? as u64,
+    })
+}
+
+/// How many moments the horizon holds: what its inputs deliver in it, counted generously.
+pub(super) fn moments(
+    horizon: Span,
+    inputs: impl Iterator<Item = SignalId>,
+    signals: &IdVec<SignalId, Signal>,
+) -> usize {
+    let rates: f64 = inputs.map(|signal| signals[signal].rate_hz.unwrap_or(10.0)).sum();
+    (1.5 * rates * horizon.seconds() + MOMENTS.0).min(MOMENTS.1) as usize
+}
+
+/// Whether inputs are predicted by the others.
+pub(super) fn has_witnesses(problems: &mut Problems, draft: &FusionDraft) -> bool {
+    match draft.witnesses.as_ref().map(|text| (text, text.text.as_str())) {
+        None | Some((_, "all")) => true,
+        Some((_, "none")) => false,
+        Some((text, word)) => {
+            problems.error(text, format!("`{word}` is neither `all` nor `none`"), "write `witnesses: none`");
+            false
+        }
+    }
+}
+
+fn positive(problems: &mut Problems, text: &Text) -> Option<Span> {
+    let read = quantity::span(problems, text)?;
+    if read == Span::ZERO {
+        problems.error(text, "this time is above 0", "write a time like `300 ms`, or leave it away");
+        return None;
+    }
+    Some(read)
+}
+
+fn gate(problems: &mut Problems, text: Option<&Text>) -> Option<Option<f64>> {
+    match text {
+        None => Some(Some(GATE)),
+        Some(text) if text.text == "none" => Some(None),
+        Some(text) => share(problems, text).map(Some),
+    }
+}
+
+/// A share above 0 and below 1.
+pub(super) fn share(problems: &mut Problems, text: &Text) -> Option<f64> {
+    let read = quantity::number(problems, text)?;
+    if read > 0.0 && read < 1.0 {
+        return Some(read);
+    }
+    problems.error(text, format!("`{}` is no share between 0 and 1", text.text), "write it like `99 %`");
+    None
+}
+
+fn count(problems: &mut Problems, text: Option<&Text>, usual: f64, (least, most): (f64, f64)) -> Option<f64> {
+    let Some(text) = text else { return Some(usual) };
+    let read = quantity::number(problems, text)?;
+    if (least..=most).contains(&read) && libm::floor(read) == read {
+        return Some(read);
+    }
+    problems.error(text, format!("`{}` is no whole number from {least} to {most}", text.text), "");
+    None
+}

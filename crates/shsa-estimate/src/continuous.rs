@@ -1,0 +1,157 @@
+//! Process noise that counts in a second: its covariance after any time, from how the transition carries it on.
+//!
+//! Of white noise with the densities `d_k` in the states, `Q(dt)` is the integral from 0 to `dt` of
+//! `sum(d_k phi_k(s) phi_k(s)')`, where `phi_k` is a column of the transition's derivatives after `s`. Three points of Gauss and
+//! Legendre are exact where these are polynomials up to the second degree (position, speed and acceleration): then two short steps
+//! are as one long one, and a filter does not mind how often it is asked. C. Van Loan 1978 (doi:10.1109/TAC.1978.1101743) has the
+//! closed form of linear systems.
+
+use crate::Error;
+use crate::formulas::{Draft, Formulas};
+use crate::matrix::{Matrix, at, column, put};
+use crate::system::{Ensemble, System};
+
+/// Where the integrand is taken, and how it counts, of an integral from 0 to 1.
+const POINTS: [(f64, f64); 3] =
+    [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+
+/// A system by formulas whose noise is given by standard deviations: of each state in a second, of each sensor.
+#[derive(Clone, Debug)]
+pub struct Continuous {
+    formulas: Formulas,
+    deviations: Matrix,
+    jacobian: Matrix,
+    to: Vec<f64>,
+}
+
+impl Continuous {
+    /// As [`Formulas::new`]; the draft's formulas of noise are standard deviations, and those beside the diagonal are not used.
+    ///
+    /// # Errors
+    /// Those of [`Formulas::new`].
+    pub fn new(draft: Draft) -> Result<Continuous, Error> {
+        let formulas = Formulas::new(draft)?;
+        let n = formulas.states();
+        let (deviations, jacobian) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
+        Ok(Continuous { formulas, deviations, jacobian, to: vec![0.0; n] })
+    }
+}
+
+impl System for Continuous {
+    fn states(&self) -> usize {
+        self.formulas.states()
+    }
+
+    fn sensors(&self) -> usize {
+        self.formulas.sensors()
+    }
+
+    fn transition(&mut self, from: &[f64], controls: &[f64], dt: f64, to: &mut [f64]) {
+        self.formulas.transition(from, controls, dt, to);
+    }
+
+    fn linearised(&mut self, from: &[f64], controls: &[f64], dt: f64, to: &mut [f64], jacobian: &mut Matrix) {
+        self.formulas.linearised(from, controls, dt, to, jacobian);
+    }
+
+    fn noise(&mut self, from: &[f64], controls: &[f64], dt: f64, noise: &mut Matrix) {
+        let Continuous { formulas, deviations, jacobian, to } = self;
+        formulas.noise(from, controls, dt, deviations);
+        noise.fill(0.0);
+        for (place, weight) in POINTS {
+            formulas.linearised(from, controls, place * dt, to, jacobian);
+            for state in 0..to.len() {
+                let deviation = at(deviations, state, state);
+                if deviation != 0.0 {
+                    add_outer(noise, weight * dt * deviation * deviation, column(jacobian, state));
+                }
+            }
+        }
+    }
+
+    fn expected(&mut self, sensor: usize, state: &[f64], controls: &[f64]) -> f64 {
+        self.formulas.expected(sensor, state, controls)
+    }
+
+    fn gradient(&mut self, sensor: usize, state: &[f64], controls: &[f64], gradient: &mut [f64]) -> f64 {
+        self.formulas.gradient(sensor, state, controls, gradient)
+    }
+
+    fn covariance(&mut self, one: usize, other: usize, state: &[f64], controls: &[f64]) -> f64 {
+        self.formulas.covariance(one, other, state, controls).powi(2)
+    }
+
+    fn is_independent(&self) -> bool {
+        self.formulas.is_independent()
+    }
+
+    fn turn(&self, sensor: usize) -> Option<f64> {
+        self.formulas.turn(sensor)
+    }
+}
+
+impl Ensemble for Continuous {
+    fn transitions(&mut self, from: &Matrix, controls: &[f64], dt: f64, to: &mut Matrix) {
+        self.formulas.transitions(from, controls, dt, to);
+    }
+
+    fn expectations(&mut self, sensor: usize, states: &Matrix, controls: &[f64], to: &mut [f64]) {
+        self.formulas.expectations(sensor, states, controls, to);
+    }
+}
+
+/// `to += factor * vector * vector'`.
+fn add_outer(to: &mut Matrix, factor: f64, vector: &[f64]) {
+    for (j, right) in vector.iter().enumerate().filter(|(_, right)| **right != 0.0) {
+        for (i, left) in vector.iter().enumerate() {
+            let sum = at(to, i, j) + factor * left * right;
+            put(to, i, j, sum);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formulas::Vocabulary;
+    use crate::matrix::propagate;
+
+    fn chain() -> Continuous {
+        let mut words = Vocabulary::default();
+        ["p", "v", "a"].into_iter().for_each(|name| _ = words.add_number(name));
+        let formula = |text: &str| words.formula("a test", text).unwrap();
+        let noise = ["0", "0", "0", "0", "0", "2"].map(formula).to_vec();
+        let transition = ["p + v*dt + a*dt^2/2", "v + a*dt", "a"].map(formula).to_vec();
+        Continuous::new(Draft { transition, controls: 0, noise, sensors: Vec::new() }).unwrap()
+    }
+
+    #[test]
+    fn noise_of_an_acceleration_is_that_of_the_textbook() {
+        let (mut system, mut q) = (chain(), Matrix::zeros(3, 3));
+        let dt: f64 = 0.7;
+        system.noise(&[1.0, 2.0, 3.0], &[], dt, &mut q);
+        let wanted = [
+            [dt.powi(5) / 20.0, dt.powi(4) / 8.0, dt.powi(3) / 6.0],
+            [dt.powi(4) / 8.0, dt.powi(3) / 3.0, dt.powi(2) / 2.0],
+            [dt.powi(3) / 6.0, dt.powi(2) / 2.0, dt],
+        ];
+        for (row, wanted) in wanted.iter().enumerate() {
+            for (column, wanted) in wanted.iter().enumerate() {
+                assert!((q[(row, column)] - 4.0 * wanted).abs() < 1e-14, "{q}");
+            }
+        }
+    }
+
+    #[test]
+    fn two_short_steps_are_as_one_long_one() {
+        let (mut system, state) = (chain(), [0.0; 3]);
+        let [mut f, mut q, mut p, mut once, mut work] = [(); 5].map(|()| Matrix::zeros(3, 3));
+        for dt in [0.2, 0.5] {
+            system.noise(&state, &[], dt, &mut q);
+            system.linearised(&state, &[], dt, &mut [0.0; 3], &mut f);
+            propagate(&f, &mut p, &q, &mut work);
+        }
+        system.noise(&state, &[], 0.7, &mut once);
+        assert!((&p - &once).abs().max() < 1e-14, "{p} {once}");
+    }
+}

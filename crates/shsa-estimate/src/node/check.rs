@@ -1,0 +1,130 @@
+//! What only the algebra shows of a fusion: whether it can be set up, and which states its inputs observe.
+//!
+//! States are observed where the derivatives of what is measured along a run by the states at its beginning have full rank (the
+//! observability matrix of R. E. Kalman 1960, of nonlinear systems along a trajectory: R. Hermann, A. Krener 1977,
+//! doi:10.1109/TAC.1977.1101601). Formulas may have no derivative at a special point, as a bearing at rest, so the run begins
+//! beside the initial state.
+
+use super::build;
+use crate::continuous::Continuous;
+use crate::matrix::Matrix;
+use crate::system::System;
+use nalgebra::SVD;
+use shsa_core::knowledge::{Diagnostic, Fusion, KnowledgeBase, Place, Severity};
+
+/// Seconds between two looks: long enough that what grows with time is seen.
+const STEP_S: f64 = 1.0;
+/// Singular values below this share of the largest are none.
+const RANK: f64 = 1e-9;
+/// A state that lies in what is not observed by more than this.
+const SHARE: f64 = 1e-6;
+/// Up to so many inputs the loss of each is looked at.
+const MOST: usize = 64;
+
+/// Everything that is wrong with the fusions of a knowledge base, and what their states hang on; the knowledge base has passed its
+/// own checks. Time: for each fusion that of 65 decompositions of matrices of n columns.
+#[must_use]
+pub fn check(knowledge: &KnowledgeBase) -> Vec<Diagnostic> {
+    knowledge.fusions().iter().flat_map(|fusion| of_fusion(knowledge, fusion)).collect()
+}
+
+fn of_fusion(knowledge: &KnowledgeBase, fusion: &Fusion) -> Vec<Diagnostic> {
+    if let Err(error) = build::method(knowledge, fusion) {
+        let message = format!("fusion `{}` cannot be set up: {error}", fusion.name);
+        return vec![told(
+            Severity::Error,
+            fusion.places.name,
+            message,
+            "choose another method, or change its model",
+        )];
+    }
+    let Ok(mut system) = build::system(knowledge, fusion, false) else { return Vec::new() };
+    let count = fusion.inputs.len().min(MOST);
+    let all = unobserved(&mut system, fusion, &|_| true);
+    let mut found: Vec<Diagnostic> = all.iter().map(|state| of_state(fusion, *state)).collect();
+    for lost in (0..count).filter(|_| count > 1) {
+        let states = unobserved(&mut system, fusion, &|input| input != lost);
+        let names: Vec<String> = states
+            .iter()
+            .filter(|state| !all.contains(state))
+            .filter_map(|state| fusion.states.get(*state).map(|state| format!("`{}`", state.name)))
+            .collect();
+        let Some(input) = fusion.inputs.get(lost).filter(|_| !names.is_empty()) else { continue };
+        let place = fusion.places.inputs.get(lost).copied().unwrap_or(fusion.places.name);
+        let (signal, names) = (&knowledge.signals()[input.signal].name, names.join(" and "));
+        let message = format!("without `{signal}` nothing observes {names}");
+        let help = "its uncertainty grows then: a second input that measures it would hold it";
+        found.push(told(Severity::Note, place, message, help));
+    }
+    found
+}
+
+fn of_state(fusion: &Fusion, state: usize) -> Diagnostic {
+    let name = fusion.states.get(state).map_or("", |it| it.name.as_str());
+    let place = fusion.places.states.get(state).copied().unwrap_or(fusion.places.name);
+    let message =
+        format!("nothing observes `{name}`: it stays as uncertain as it was at first, or becomes more so");
+    told(Severity::Warning, place, message, "add an input that it shows in, or leave the state away")
+}
+
+fn told(severity: Severity, place: Place, message: String, help: &str) -> Diagnostic {
+    Diagnostic { severity, place, span: None, message, help: Some(help.to_owned()) }
+}
+
+/// The states that these inputs do not observe, ascending.
+pub(super) fn unobserved(
+    system: &mut Continuous,
+    fusion: &Fusion,
+    is_used: &dyn Fn(usize) -> bool,
+) -> Vec<usize> {
+    let n = fusion.states.len();
+    let scale: Vec<f64> =
+        fusion.states.iter().map(|it| if it.spread > 0.0 { it.spread } else { 1.0 }).collect();
+    let beside = |(place, it): (usize, &shsa_core::knowledge::FusionState)| {
+        it.initial + it.spread.min(1.0) * (0.31 + 0.17 * (place % 5) as f64)
+    };
+    let mut state: Vec<f64> = fusion.states.iter().enumerate().map(beside).collect();
+    let mut next = vec![0.0; n];
+    let controls: Vec<f64> = (0..fusion.controls.len()).map(|place| 0.23 + 0.11 * place as f64).collect();
+    let mut since = Matrix::identity(n, n);
+    let mut jacobian = Matrix::zeros(n, n);
+    let mut gradient = vec![0.0; n];
+    let mut rows: Vec<f64> = Vec::new();
+    for _ in 0..=n {
+        for input in (0..fusion.inputs.len()).filter(|input| is_used(*input)) {
+            system.gradient(input, &state, &controls, &mut gradient);
+            let row = since.tr_mul(&Matrix::from_column_slice(n, 1, &gradient));
+            let row: Vec<f64> = row.iter().zip(&scale).map(|(it, scale)| it * scale).collect();
+            let length = row.iter().map(|it| it * it).sum::<f64>().sqrt();
+            if length > 0.0 && length.is_finite() {
+                rows.extend(row.iter().map(|it| it / length));
+            }
+        }
+        system.linearised(&state, &controls, STEP_S, &mut next, &mut jacobian);
+        since = &jacobian * since;
+        state.copy_from_slice(&next);
+        if since.iter().any(|it| !it.is_finite()) {
+            break;
+        }
+    }
+    hidden(&rows, n)
+}
+
+/// The columns that lie in what a matrix, row by row, takes to zero.
+fn hidden(rows: &[f64], n: usize) -> Vec<usize> {
+    if rows.is_empty() {
+        return (0..n).collect();
+    }
+    let gram = Matrix::from_row_slice(rows.len() / n, n, rows);
+    // Square at least, so that all directions are among the singular vectors.
+    let padded = gram.clone().resize_vertically(gram.nrows().max(n), 0.0);
+    let SVD { v_t, singular_values, .. } = padded.svd(false, true);
+    let Some(v_t) = v_t else { return Vec::new() };
+    let largest = singular_values.iter().fold(0.0, |most: f64, it| most.max(*it));
+    let is_null = |place: usize| singular_values.get(place).is_none_or(|it| *it <= RANK * largest);
+    let nulls: Vec<usize> = (0..v_t.nrows()).filter(|place| is_null(*place)).collect();
+    let share = |state: usize| {
+        nulls.iter().map(|null| v_t.get((*null, state)).map_or(0.0, |it| it * it)).sum::<f64>()
+    };
+    (0..n).filter(|state| share(*state) > SHARE).collect()
+}

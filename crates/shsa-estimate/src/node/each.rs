@@ -1,0 +1,190 @@
+//! Fusion of what is measured, without a model of how it goes on: each quantity by the inputs that measure it directly.
+//!
+//! Inputs deliver at times of their own, so what each has said last stands beside what comes, for as long as it is fresh and as
+//! uncertain as it has become.
+
+use crate::Error;
+use crate::direct::{Direct, Rule};
+use crate::matrix::{Matrix, at, put};
+use crate::method::{Gaussian, Innovation, Measurement, Method, Updated, restore, save};
+use crate::system::wrapped;
+
+/// Numbers that are kept of what a sensor has said last: value, variance, age in seconds.
+const KEPT: usize = 3;
+
+/// An input of direct fusion.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sensor {
+    /// Which quantity it measures.
+    pub(super) state: usize,
+    /// The variance where a measurement brings none.
+    pub(super) variance: f64,
+    /// For how many seconds what it says stands.
+    pub(super) fresh_s: f64,
+    pub(super) turn: Option<f64>,
+}
+
+/// Several quantities, each by direct fusion.
+#[derive(Clone, Debug)]
+pub(super) struct Each {
+    parts: Vec<Direct>,
+    sensors: Vec<Sensor>,
+    /// By how much each quantity's variance grows in a second.
+    growth: Vec<f64>,
+    /// Whether what was said before stands beside what comes; else only what comes counts.
+    is_joint: bool,
+    latest: Vec<f64>,
+    estimate: Gaussian,
+    stack: Vec<Measurement>,
+}
+
+impl Each {
+    /// Begins with a mean and standard deviation of each quantity.
+    ///
+    /// # Errors
+    /// Those of [`Direct::new`].
+    pub(super) fn new(
+        rule: &Rule,
+        sensors: Vec<Sensor>,
+        growth: Vec<f64>,
+        initial: &[(f64, f64)],
+    ) -> Result<Each, Error> {
+        let variances: Vec<f64> = sensors.iter().map(|sensor| sensor.variance).collect();
+        let parts = initial.iter().zip(&growth).map(|((mean, deviation), growth)| {
+            Direct::new(rule.clone(), &variances, *growth, (*mean, deviation * deviation))
+        });
+        let n = initial.len();
+        let mut each = Each {
+            parts: parts.collect::<Result<_, _>>()?,
+            growth,
+            is_joint: !matches!(rule, Rule::Average(_) | Rule::Median(_)),
+            latest: vec![f64::INFINITY; KEPT * sensors.len()],
+            stack: Vec::with_capacity(sensors.len()),
+            sensors,
+            estimate: Gaussian { mean: vec![0.0; n], spread: Matrix::zeros(n, n) },
+        };
+        each.summarise();
+        Ok(each)
+    }
+
+    fn summarise(&mut self) {
+        for (place, (part, mean)) in self.parts.iter().zip(&mut self.estimate.mean).enumerate() {
+            *mean = part.mean().first().copied().unwrap_or(f64::NAN);
+            put(&mut self.estimate.spread, place, place, at(part.spread(), 0, 0));
+        }
+    }
+
+    /// The measurement shifted by whole turns to the estimate.
+    fn beside(&self, measurement: &Measurement) -> Option<(usize, Measurement)> {
+        let Sensor { state, turn, .. } = *self.sensors.get(measurement.sensor)?;
+        let mean = self.estimate.mean.get(state)?;
+        let value =
+            if turn.is_some() { mean + wrapped(measurement.value - mean, turn) } else { measurement.value };
+        Some((state, Measurement { value, ..*measurement }))
+    }
+
+    fn note(&mut self, measurement: &Measurement) {
+        let variance = self.sensors.get(measurement.sensor).map_or(f64::INFINITY, |sensor| sensor.variance);
+        let kept = self.latest.chunks_exact_mut(KEPT).nth(measurement.sensor);
+        if let Some([value, own, age]) = kept {
+            (*value, *own, *age) = (measurement.value, measurement.variance.unwrap_or(variance), 0.0);
+        }
+    }
+
+    /// What the sensors of a quantity have said and still stands, in their order.
+    fn stack(&mut self, state: usize) {
+        self.stack.clear();
+        let standing = self.latest.chunks_exact(KEPT).zip(&self.sensors).enumerate();
+        for (sensor, (kept, declared)) in standing.filter(|(_, (_, declared))| declared.state == state) {
+            if let [value, variance, age] = *kept
+                && age <= declared.fresh_s
+            {
+                let grown = variance + self.growth.get(state).copied().unwrap_or(0.0) * age;
+                self.stack.push(Measurement { sensor, value, variance: Some(grown) });
+            }
+        }
+    }
+}
+
+impl Method for Each {
+    fn gaussian(&self) -> &Gaussian {
+        &self.estimate
+    }
+
+    fn gaussian_mut(&mut self) -> &mut Gaussian {
+        &mut self.estimate
+    }
+
+    fn predict(&mut self, dt: f64, controls: &[f64]) -> bool {
+        self.latest.chunks_exact_mut(KEPT).filter_map(<[f64]>::last_mut).for_each(|age| *age += dt.max(0.0));
+        self.parts.iter_mut().for_each(|part| _ = part.predict(dt, controls));
+        self.summarise();
+        true
+    }
+
+    fn innovation(&mut self, measurement: &Measurement, controls: &[f64]) -> Option<Innovation> {
+        let (state, measurement) = self.beside(measurement)?;
+        self.parts.get_mut(state)?.innovation(&measurement, controls)
+    }
+
+    fn update(&mut self, measurements: &[Measurement], controls: &[f64]) -> Updated {
+        let mut updated = Updated::NOTHING;
+        for state in 0..self.parts.len() {
+            let of_it =
+                |it: &Measurement| self.sensors.get(it.sensor).is_some_and(|sensor| sensor.state == state);
+            if !measurements.iter().any(of_it) {
+                continue;
+            }
+            self.stack.clear();
+            for place in 0..measurements.len() {
+                let Some((own, measurement)) = measurements.get(place).and_then(|it| self.beside(it)) else {
+                    continue;
+                };
+                if own == state {
+                    self.note(&measurement);
+                    self.stack.push(measurement);
+                }
+            }
+            if self.is_joint {
+                self.stack(state);
+            }
+            let Some(part) = self.parts.get_mut(state) else { continue };
+            let own = part.update(&self.stack, controls);
+            updated.used += own.used;
+            updated.normalized_square += own.normalized_square;
+            updated.log_likelihood += own.log_likelihood;
+        }
+        self.summarise();
+        updated
+    }
+
+    fn widen(&mut self, factor: f64) {
+        self.parts.iter_mut().for_each(|part| part.widen(factor));
+        self.summarise();
+    }
+
+    fn memory_len(&self) -> usize {
+        self.latest.len() + self.parts.iter().map(Method::memory_len).sum::<usize>()
+    }
+
+    fn save(&self, memory: &mut [f64]) {
+        save(memory, &[&self.latest]);
+        let mut rest = memory.get_mut(self.latest.len()..).unwrap_or(&mut []);
+        for part in &self.parts {
+            let Some((own, after)) = rest.split_at_mut_checked(part.memory_len()) else { return };
+            part.save(own);
+            rest = after;
+        }
+    }
+
+    fn restore(&mut self, memory: &[f64]) {
+        restore(memory, &mut [&mut self.latest]);
+        let mut rest = memory.get(self.latest.len()..).unwrap_or(&[]);
+        for part in &mut self.parts {
+            let Some((own, after)) = rest.split_at_checked(part.memory_len()) else { return };
+            part.restore(own);
+            rest = after;
+        }
+        self.summarise();
+    }
+}

@@ -1,0 +1,218 @@
+//! What a node says: its outputs, and what inputs would measure by the others.
+
+use super::build;
+use super::filters::Filters;
+use crate::Error;
+use crate::continuous::Continuous;
+use crate::fusion::Estimate;
+use crate::kernel::dot;
+use crate::matrix::{Matrix, multiply};
+use crate::method::{Innovation, Measurement};
+use crate::normal::two_sided;
+use crate::system::System;
+use shsa_core::circle;
+use shsa_core::interval::Interval;
+use shsa_core::knowledge::{Fusion, KnowledgeBase, SignalId};
+use shsa_core::observation::{Observation, RawValue};
+use shsa_core::time::{Span, Time};
+use shsa_core::unit::Unit;
+use std::collections::VecDeque;
+
+/// Within how much probability the truth lies in a prediction: it bears witness, so a false one must be rare.
+const CERTAIN: f64 = 0.999_9;
+/// A prediction that is so many times less certain than what it predicts says nothing about it.
+const VAGUE: f64 = 10.0;
+
+/// A signal that is computed.
+#[derive(Clone, Debug)]
+struct Computed {
+    signal: SignalId,
+    unit: Option<Unit>,
+    /// The turn and where it begins, of what wraps.
+    turn: Option<(f64, f64)>,
+    /// How many standard deviations to both sides.
+    reach: f64,
+}
+
+impl Computed {
+    fn new(knowledge: &KnowledgeBase, signal: SignalId, share: f64) -> Computed {
+        let made = &knowledge.signals()[signal];
+        let variable = &knowledge.variables()[made.variable];
+        let turn = variable.wraps.map(|turn| (turn, variable.turn_begins()));
+        Computed { signal, unit: made.unit.clone(), turn, reach: two_sided(share) }
+    }
+
+    /// As an observation; `None` of what is no number.
+    fn observed(&self, value: f64, variance: f64, at: Time, now: Time) -> Option<Observation> {
+        let reach = self.reach * variance.max(0.0).sqrt();
+        let interval = Interval::new((value - reach).next_down(), (value + reach).next_up());
+        if interval.is_empty() || !interval.is_bounded() {
+            return None;
+        }
+        let shown = self.turn.map_or(interval, |(turn, from)| circle::brought_back(interval, from, turn));
+        let shown = self.unit.as_ref().map_or(shown, |unit| unit.from_si_interval(shown));
+        let value = RawValue::Interval { lo: shown.lo(), hi: shown.hi() };
+        Some(Observation { signal: self.signal, stamp: at, received: now, value })
+    }
+}
+
+/// What an input would measure.
+struct Prediction {
+    computed: Computed,
+    input: usize,
+    /// Which of the filters that leave something out.
+    set: usize,
+    is_anchored: bool,
+    /// Since when it contradicts what is measured.
+    contradicts_since: Option<Time>,
+}
+
+/// The last innovation of the filter over all inputs is so many times less uncertain, in variance, before a prediction that hangs on
+/// what was known with all begins from that again.
+const BETTER: f64 = 4.0;
+
+/// What lies so many standard deviations off contradicts, squared.
+const CONTRADICTS: f64 = 9.0;
+/// For so long a prediction goes on to contradict before it begins anew: time enough to find out who is wrong.
+const LONGEST: Span = Span::from_millis(10_000);
+
+impl Prediction {
+    /// Lets it begin anew where it has become vague beside what is known with all and no contradiction would be lost with that,
+    /// or where it has contradicted for long: what it says then is of the past.
+    fn anchor(&mut self, known: Option<Innovation>, own: f64, at: Time, filters: &mut Filters) {
+        let best =
+            filters.all().innovation(self.input).map_or(f64::INFINITY, |(_, best)| best.variance - own);
+        let is_better = |it: Innovation| it.variance - own > BETTER * best.max(0.0);
+        let is_vague = known.is_none_or(|it| is_better(it) && it.normalized_square() < 1.0);
+        let contradicts = known.is_some_and(|it| it.normalized_square() > CONTRADICTS);
+        let since = *self.contradicts_since.get_or_insert(at);
+        if !contradicts {
+            self.contradicts_since = None;
+        }
+        if is_vague && filters.is_calm() || contradicts && at - since > LONGEST {
+            filters.anchor(self.set, at);
+            self.contradicts_since = None;
+        }
+    }
+}
+
+/// All that a node says.
+pub(super) struct Outputs {
+    /// Its inputs as sensors, and its outputs behind them.
+    reader: Continuous,
+    inputs: usize,
+    outputs: Vec<Computed>,
+    predictions: Vec<Prediction>,
+    /// What each input has measured at this moment.
+    expected: Vec<Option<(Time, Measurement)>>,
+    controls: Vec<f64>,
+    mean: Vec<f64>,
+    gradient: Vec<f64>,
+    work: Vec<f64>,
+    /// The moment that was told last.
+    told: Option<Time>,
+}
+
+impl Outputs {
+    pub(super) fn new(
+        knowledge: &KnowledgeBase,
+        model: &Fusion,
+        sets: &[Vec<usize>],
+    ) -> Result<Outputs, Error> {
+        let outputs = model.outputs.iter();
+        let outputs = outputs.map(|output| Computed::new(knowledge, output.signal, output.confidence));
+        let predictions = model.predictions.iter().filter_map(|it| {
+            let computed = Computed::new(knowledge, it.signal, CERTAIN);
+            let set = sets.binary_search(&it.without).ok()?;
+            let is_anchored = it.is_anchored;
+            Some(Prediction { computed, input: it.input, set, is_anchored, contradicts_since: None })
+        });
+        let n = model.states.len();
+        Ok(Outputs {
+            reader: build::system(knowledge, model, true)?,
+            inputs: model.inputs.len(),
+            outputs: outputs.collect(),
+            predictions: predictions.collect(),
+            expected: vec![None; model.inputs.len()],
+            controls: vec![0.0; model.controls.len()],
+            mean: model.states.iter().map(|state| state.initial).collect(),
+            gradient: vec![0.0; n],
+            work: vec![0.0; n],
+            told: None,
+        })
+    }
+
+    pub(super) fn forget(&mut self) {
+        self.told = None;
+        self.expected.fill(None);
+    }
+
+    pub(super) fn control(&mut self, place: usize, value: f64) {
+        if let Some(control) = self.controls.get_mut(place) {
+            *control = value;
+        }
+    }
+
+    /// The standard deviation of an input by the model's formula, at what was estimated last.
+    pub(super) fn deviation(&mut self, input: usize) -> Option<f64> {
+        let variance = self.reader.covariance(input, input, &self.mean, &self.controls);
+        Some(variance.sqrt()).filter(|deviation| deviation.is_finite())
+    }
+
+    /// An input has measured something: what the others say of that moment is told with it.
+    pub(super) fn expect(&mut self, at: Time, measurement: Measurement) {
+        if let Some(expected) = self.expected.get_mut(measurement.sensor) {
+            *expected = Some((at, measurement));
+        }
+    }
+
+    /// Tells what the others say of what was measured at this moment.
+    pub(super) fn predict(&mut self, filters: &mut Filters, now: Time, queue: &mut VecDeque<Observation>) {
+        for prediction in &mut self.predictions {
+            let Some((at, measurement)) = self.expected.get(prediction.input).copied().flatten() else {
+                continue;
+            };
+            let known =
+                filters.innovation(prediction.set, prediction.input).filter(|(about, _)| *about == at);
+            let own = measurement.variance.unwrap_or(0.0);
+            if let Some((_, innovation)) = known
+                && innovation.variance - own <= VAGUE * VAGUE * own
+            {
+                let value = measurement.value - innovation.value;
+                queue.extend(prediction.computed.observed(value, innovation.variance - own, at, now));
+            }
+            if prediction.is_anchored {
+                prediction.anchor(known.map(|(_, it)| it), own, at, filters);
+            }
+        }
+        self.expected.fill(None);
+    }
+
+    /// Tells the outputs of a moment, once.
+    pub(super) fn tell(
+        &mut self,
+        estimate: &Estimate<'_>,
+        at: Time,
+        now: Time,
+        queue: &mut VecDeque<Observation>,
+    ) {
+        if self.told.is_some_and(|told| at <= told) {
+            return;
+        }
+        self.told = Some(at);
+        self.mean.copy_from_slice(estimate.mean);
+        for place in 0..self.outputs.len() {
+            let (value, variance) = self.value(place, estimate.spread);
+            let computed = self.outputs.get(place);
+            queue.extend(computed.and_then(|it| it.observed(value, variance, at, now)));
+        }
+    }
+
+    /// An output and its variance.
+    fn value(&mut self, place: usize, spread: &Matrix) -> (f64, f64) {
+        let Outputs { reader, inputs, mean, controls, gradient, work, .. } = self;
+        let value = reader.gradient(*inputs + place, mean, controls, gradient);
+        multiply(spread, gradient, work);
+        (value, dot(gradient, work))
+    }
+}

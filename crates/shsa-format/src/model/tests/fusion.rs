@@ -1,0 +1,108 @@
+//! Fusions: what is wrong with one is told where it stands, and what its states hang on.
+
+use super::{brief, check, loaded};
+use shsa_core::knowledge::{FusionMethod, KnowledgeBase};
+
+const PLANT: &str = "variables: { position: { unit: m }, speed: { unit: m/s } }
+signals:
+  /gps: { variable: position, rate: 5 Hz, noise: 0.5 }
+  /odom: { variable: speed, rate: 20 Hz, value_error: 0.1 }
+fusion:
+  motion:
+    method: kalman
+    states:
+      position: { spread: 10, transition: position + speed * dt }
+      speed: { spread: 3, noise: 0.5 }
+    inputs: { /gps: position, /odom: speed }
+    outputs: { fused/position: position, fused/speed: speed }";
+
+fn plant(from: &str, to: &str) -> String {
+    assert!(PLANT.contains(from), "{from}");
+    PLANT.replace(from, to)
+}
+
+fn knowledge(text: &str) -> KnowledgeBase {
+    let loaded = loaded(text);
+    assert!(loaded.report.ok(), "{}", brief(&loaded));
+    loaded.knowledge
+}
+
+#[test]
+fn what_a_lost_input_takes_is_told() {
+    check(
+        PLANT,
+        "12:15 note: without `/gps` nothing observes `position` (its uncertainty grows then: a second input that measures it would hold it)",
+    );
+}
+
+#[test]
+fn what_nothing_observes_is_told() {
+    let text = plant("    inputs: { /gps: position, /odom: speed }", "    inputs: { /odom: speed }");
+    check(
+        &text,
+        "10:7 warning: nothing observes `position`: it stays as uncertain as it was at first, or becomes more so (add an input that it shows in, or leave the state away)",
+    );
+}
+
+#[test]
+fn units_of_formulas_are_checked() {
+    check(&plant("/gps: position", "/gps: speed"), "12:21 error: this counts in `m/s`, and `m` is wanted");
+    check(
+        &plant("position + speed * dt", "position + speed"),
+        "10:43 error: `+` of m and m/s (both sides must have the same unit)",
+    );
+    check(
+        &plant("noise: 0.5 }\n    inputs", "noise: 1 m }\n    inputs"),
+        "11:34 error: `1 m` does not count in `m/s` (write a number, which counts in `m/s`, or a unit like it)",
+    );
+}
+
+#[test]
+fn names_must_be_known() {
+    check(&plant("speed * dt", "sped * dt"), "10:54 error: `sped` is not defined (did you mean `speed`?)");
+    check(
+        &plant("/odom: speed }", "/odo: speed }"),
+        "12:31 error: there is no signal `/odo` (did you mean `/odom`?)",
+    );
+    check(
+        &plant("method: kalman", "method: calman"),
+        "8:13 error: `calman` is no method of fusion (did you mean `kalman`?)",
+    );
+    check(
+        &plant("fused/speed: speed", "/odom: speed"),
+        "13:42 error: there is a signal `/odom` already (give the output another name)",
+    );
+}
+
+#[test]
+fn what_has_no_model_combines_what_measures_the_same() {
+    let text = plant("method: kalman", "method: median").replace("/odom: speed", "/odom: 2 * speed");
+    check(
+        &text,
+        "7:3 error: fusion `motion` cannot be set up: the formula of /odom is no state by itself, and `median` combines what measures the same (choose another method, or change its model)",
+    );
+}
+
+#[test]
+fn one_word_changes_the_method() {
+    for (word, method) in FusionMethod::NAMES {
+        let knowledge = knowledge(&plant("method: kalman", &format!("method: {word}")));
+        assert_eq!(knowledge.fusions()[0].method, method);
+    }
+}
+
+#[test]
+fn what_is_computed_is_derived_from_its_inputs() {
+    let knowledge = knowledge(PLANT);
+    let origins = |name: &str| -> Vec<&str> {
+        let signal = knowledge.signal(name).unwrap_or_else(|| panic!("no {name}"));
+        let origins = knowledge.signals()[signal].derived_from.iter();
+        origins.map(|origin| knowledge.signals()[*origin].name.as_str()).collect()
+    };
+    assert_eq!(origins("fused/position"), ["/gps", "/odom"]);
+    assert_eq!(origins("motion without /odom"), ["/gps"]);
+    // Odometry only tells how the position changes: the prediction begins from what was known with the satellites.
+    assert_eq!(origins("motion without /gps"), ["/gps", "/odom"]);
+    let prediction = knowledge.fusions()[0].predictions.iter().find(|it| it.input == 0).unwrap();
+    assert!(prediction.is_anchored);
+}

@@ -1,0 +1,155 @@
+//! Fusions in the loop: every method by one word, any order within a moment, without allocating.
+
+use shsa_core::engine::{Engine, Input, Options, Output, Publication, PublishedValue, Ticks};
+use shsa_core::knowledge::{FusionMethod, KnowledgeBase};
+use shsa_core::observation::{Observation, RawValue};
+use shsa_core::time::{Span, Time};
+use shsa_format::model::load;
+
+const TANK: &str = "
+shsa: 1
+variables: { level: { unit: m } }
+signals:
+  /float: { variable: level, rate: 10 Hz, value_error: 0.1 }
+  /sonar: { variable: level, rate: 10 Hz, value_error: 0.2 }
+  /radar: { variable: level, rate: 10 Hz, value_error: 0.15 }
+fusion:
+  tank:
+    method: METHOD
+    states: { level: { initial: 2, spread: 2, noise: 0.05 } }
+    inputs: { level: level }
+    outputs: { fused/level: { value: level, properties: { accuracy: 1 } } }
+    particles: 300
+needs: { level: { signal: /tank/level, max_age: 1 s } }
+";
+
+fn knowledge(method: &str) -> KnowledgeBase {
+    let loaded = load(&TANK.replace("METHOD", method), "tank.yaml");
+    assert!(loaded.report.ok(), "{}", loaded.report.render(false));
+    loaded.knowledge
+}
+
+/// Evenly between -1 and 1, the same each time.
+fn scatter(number: i64) -> f64 {
+    let mixed = (number as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    (mixed ^ mixed >> 29).wrapping_mul(0xBF58_476D_1CE4_E5B9) as f64 / u64::MAX as f64 * 2.0 - 1.0
+}
+
+const TRUTH: f64 = 3.0;
+const STEP: Span = Span(100_000_000);
+
+/// What three sensors say at one moment.
+fn moment(knowledge: &KnowledgeBase, number: i64) -> Vec<Observation> {
+    let at = Time(0) + STEP.times(number);
+    let observed = |(name, error): (&str, f64)| Observation {
+        signal: knowledge.signal(name).unwrap(),
+        stamp: at,
+        received: at,
+        value: RawValue::Number(TRUTH + error * scatter(3 * number + name.len() as i64)),
+    };
+    [("/float", 0.09), ("/sonar", 0.18), ("/radar", 0.14)].map(observed).to_vec()
+}
+
+fn engine(knowledge: &KnowledgeBase) -> Engine {
+    shsa_estimate::node::engine(knowledge.clone(), Options::default())
+}
+
+fn feed(engine: &mut Engine, observations: Vec<Observation>) {
+    for observation in observations {
+        engine.pass(Ticks::before(observation.received));
+        engine.handle(Input::Observation(observation));
+    }
+}
+
+/// What has been published, after each moment in an order that `order` makes of it.
+fn published(method: &str, order: impl Fn(&mut Vec<Observation>)) -> Vec<Publication> {
+    let knowledge = knowledge(method);
+    let (mut engine, mut all) = (engine(&knowledge), Vec::new());
+    for number in 0..100 {
+        let mut observations = moment(&knowledge, number);
+        order(&mut observations);
+        feed(&mut engine, observations);
+        all.extend(std::iter::from_fn(|| engine.poll()).filter_map(|output| match output {
+            Output::Publication(publication) => Some(publication),
+            _ => None,
+        }));
+    }
+    all
+}
+
+#[test]
+fn every_method_serves_a_need_by_its_word() {
+    for (word, _) in FusionMethod::NAMES {
+        let all = published(word, |_| ());
+        assert!(all.len() > 90, "{word}: {}", all.len());
+        let values = all.iter().skip(20).map(|publication| match publication.value {
+            PublishedValue::Scalar(value) => value,
+            PublishedValue::Vector(_) => panic!("a level is a number"),
+        });
+        let wrong = values.clone().map(|value| (value.midpoint() - TRUTH).abs()).fold(0.0, f64::max);
+        assert!(wrong < 0.12, "{word} is {wrong} m off");
+        let missed = values.filter(|value| !value.contains(TRUTH)).count();
+        assert!(missed <= 4, "{word}: the truth lies outside of {missed} of 80 intervals");
+    }
+}
+
+#[test]
+fn the_order_within_a_moment_does_not_matter() {
+    for (word, _) in FusionMethod::NAMES {
+        let straight = published(word, |_| ());
+        assert_eq!(straight, published(word, |all| all.reverse()), "{word}");
+        assert_eq!(straight, published(word, |all| all.rotate_left(1)), "{word}");
+    }
+}
+
+#[test]
+fn nothing_is_allocated_for_an_observation() {
+    let knowledge = knowledge("kalman");
+    let mut engine = engine(&knowledge);
+    for number in 0..200 {
+        feed(&mut engine, moment(&knowledge, number));
+        while engine.poll().is_some() {}
+    }
+    let prepared: Vec<Observation> = (200..400).flat_map(|number| moment(&knowledge, number)).collect();
+    let counted = allocation_counter::measure(|| {
+        for observation in prepared {
+            engine.pass(Ticks::before(observation.received));
+            engine.handle(Input::Observation(observation));
+            while engine.poll().is_some() {}
+        }
+    });
+    assert_eq!(counted.count_total, 0);
+}
+
+/// The clock of one sensor is set by an hour, forth and back: the others serve on, and it is taken back when it is right.
+#[test]
+fn a_clock_that_jumps_stops_nothing() {
+    let hour = Span(3_600_000_000_000);
+    let knowledge = knowledge("kalman");
+    let mut engine = engine(&knowledge);
+    let radar = knowledge.signal("/radar").unwrap();
+    let (mut published, mut last) = (0, Time(0));
+    for number in 0..600 {
+        let mut observations = moment(&knowledge, number);
+        for observation in observations.iter_mut().filter(|it| it.signal == radar) {
+            match number {
+                100..150 => observation.stamp = observation.stamp + hour,
+                200..250 => observation.stamp = observation.stamp - hour,
+                _ => {}
+            }
+        }
+        feed(&mut engine, observations);
+        while let Some(output) = engine.poll() {
+            let Output::Publication(Publication { time, value: PublishedValue::Scalar(value), .. }) = output
+            else {
+                continue;
+            };
+            assert!((value.midpoint() - TRUTH).abs() < 0.12 || number < 20, "{value:?} at {number}");
+            assert!(time - last < Span(400_000_000), "a gap before {number}");
+            (published, last) = (published + 1, time);
+        }
+    }
+    assert!(published > 550, "{published}");
+    let measured = engine.measurements(0, 2);
+    assert!(measured.used > 450 && measured.restarts == 0, "{measured:?}");
+}
