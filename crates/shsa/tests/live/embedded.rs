@@ -146,8 +146,8 @@ fn several_needs_of_one_variable_have_each_their_own_source() {
         ["/display/dmin", "/brake/dmin"].iter().all(|need| served(state, need, "/lidar/scan by nearest"))
     });
     run.order(Some(TOKEN), r#"{"order": "forbid", "signal": "/lidar/scan"}"#);
-    let refused = run.decision("refused");
-    assert_eq!(refused["need"], "/brake/dmin", "{refused}");
+    let unhealable = run.decision("unhealable");
+    assert_eq!(unhealable["need"], "/brake/dmin", "{unhealable}");
     run.until("each has its own", |state| {
         served(state, "/display/dmin", "/sonar/ranges by nearest")
             && state["models"]["rover"]["needs"]["/brake/dmin"]["source"].is_null()
