@@ -49,8 +49,7 @@ impl Level {
                 | EventKind::Failed
                 | EventKind::Silent
                 | EventKind::Substituted
-                | EventKind::Refused
-                | EventKind::Overridden => Level::Warning,
+                | EventKind::Refused => Level::Warning,
             },
             Decision::Noted { kind, .. } if GOOD_NEWS.contains(kind) => Level::Info,
             Decision::Noted { .. } => Level::Warning,

@@ -136,7 +136,7 @@ impl Engine {
 
     fn tell_overridden(&mut self, need: NeedId, reason: Reason, now: Time) {
         let variable = Some(self.knowledge.needs()[need].variable);
-        let event = Event::new(now, EventKind::Overridden, variable, reason.into());
+        let event = Event::new(now, EventKind::Refused, variable, reason.into());
         self.outputs.push_back(Output::Event(Event { need: Some(need), ..event }));
     }
 

@@ -114,15 +114,13 @@ pub enum EventKind {
     /// No trusted source can serve a need.
     Unhealable,
     /// What a need demands, or a contract, forbids a source that would serve it; an order cannot be obeyed (any more), or what was known before a restart has
-    /// nothing to stand for.
+    /// nothing to stand for; or an operator has overridden a contract for a time, or that time is over.
     Refused,
-    /// An operator has overridden what a contract demands for a need, for a time; or that time is over.
-    Overridden,
 }
 
 impl EventKind {
     /// Every kind.
-    pub const ALL: [EventKind; 8] = [
+    pub const ALL: [EventKind; 7] = [
         EventKind::Suspected,
         EventKind::Failed,
         EventKind::Silent,
@@ -130,7 +128,6 @@ impl EventKind {
         EventKind::Restored,
         EventKind::Unhealable,
         EventKind::Refused,
-        EventKind::Overridden,
     ];
 
     /// What it is called in files and on screens.
@@ -144,7 +141,6 @@ impl EventKind {
             EventKind::Restored => "restored",
             EventKind::Unhealable => "unhealable",
             EventKind::Refused => "refused",
-            EventKind::Overridden => "overridden",
         }
     }
 }

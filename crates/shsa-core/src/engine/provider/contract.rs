@@ -81,7 +81,7 @@ impl Provider {
         let is_over = was_overridden && self.contracts.overridden().is_none();
         let event = is_over.then(|| {
             let need = String::from(knowledge.need_name(self.settings.need));
-            self.event(knowledge, EventKind::Overridden, Reason::OverrideOver { need }, now)
+            self.event(knowledge, EventKind::Refused, Reason::OverrideOver { need }, now)
         });
         (has_changed || is_over, event)
     }
