@@ -128,7 +128,7 @@ impl<S: System> Kalman<S> {
         for measurement in measurements.iter().take(self.scalars.len()) {
             let gradient = column_mut(&mut self.h, count);
             let expected = self.system.gradient(measurement.sensor, &self.estimate.mean, controls, gradient);
-            let is_smooth = gradient.iter().all(|slope| slope.is_finite());
+            let is_smooth = are_finite(gradient);
             let apart = wrapped(measurement.value - expected, self.system.turn(measurement.sensor));
             let variance = self.variance(measurement, controls);
             if !(is_smooth && apart.is_finite() && variance >= 0.0 && variance.is_finite()) {
@@ -268,7 +268,7 @@ impl<S: System> Method for Kalman<S> {
         };
         let Gaussian { mean, spread } = &mut self.estimate;
         mean.iter_mut().zip(&self.step).for_each(|(mean, step)| *mean += step);
-        tally.updated(count > 0 && heal(spread, &mut self.check))
+        tally.updated(count > 0 && heal(spread, &mut self.check, &mut self.work))
     }
 }
 

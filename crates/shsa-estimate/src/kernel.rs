@@ -91,10 +91,17 @@ pub(crate) fn add_scaled(to: &mut [f64], factor: f64, from: &[f64]) {
     }
 }
 
-/// The sum of the products.
+/// The sum of the products, in two parts that do not wait for each other.
 #[inline(always)]
 pub(crate) fn dot(one: &[f64], other: &[f64]) -> f64 {
-    one.iter().zip(other).map(|(one, other)| one * other).sum()
+    let ((one, last), (other, other_last)) = (one.as_chunks::<2>(), other.as_chunks::<2>());
+    let mut parts = [0.0; 2];
+    for ([a, b], [c, d]) in one.iter().zip(other) {
+        parts[0] += a * c;
+        parts[1] += b * d;
+    }
+    let rest: f64 = last.iter().zip(other_last).map(|(one, other)| one * other).sum();
+    parts[0] + parts[1] + rest
 }
 
 /// Whether all numbers are finite. Looks at all of them, many at once.
@@ -233,7 +240,7 @@ impl Kernel for Absorb<'_> {
         for (column, gain) in size.columns_mut(p).zip(gain.iter()) {
             add_scaled(column, *gain, rest);
         }
-        // Where a measurement is far better than the state, one triangle alone loses digits that their mean keeps.
+        // Where a measurement is far better than the state, one triangle alone loses digits that the mean of both keeps.
         symmetrise(p, n);
         Some(Absorbed { apart, variance })
     }
@@ -313,5 +320,37 @@ impl Kernel for Factor<'_> {
             *l.get_mut(j)? = 1.0;
         }
         worst
+    }
+}
+
+/// Whether `p`, which is symmetric, has no pivot that is negative beyond rounding, or no number. n^3 / 2 products.
+pub(crate) struct Definite<'a> {
+    pub(crate) p: &'a [f64],
+    /// Has the size of `p`.
+    pub(crate) work: &'a mut [f64],
+}
+
+impl Kernel for Definite<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self, size: impl Size, scratch: &mut [f64]) -> Option<bool> {
+        let n = size.rows();
+        let (p, work) = (self.p.get(..n * n)?, self.work.get_mut(..n * n)?);
+        work.copy_from_slice(p);
+        let (eliminated, mut is_sound) = (scratch.get_mut(..n)?, true);
+        // What is left beside each pivot is taken out of all later columns at once, which is quicker than one after the other.
+        for j in 0..n {
+            let (pivot, own) = (*work.get(j * n + j)?, p.get(j * n + j)?.abs());
+            is_sound &= pivot >= -LOST * own && pivot.is_finite();
+            if pivot > ROUNDING * own {
+                eliminated.copy_from_slice(work.get(j * n..(j + 1) * n)?);
+                let inverse = 1.0 / pivot;
+                for (column, below) in size.columns_mut(work).zip(eliminated.iter()).skip(j + 1) {
+                    add_scaled(column, -below * inverse, eliminated);
+                }
+            }
+        }
+        Some(is_sound)
     }
 }

@@ -3,7 +3,7 @@
 //! Matrices are those of `nalgebra`, whose columns are contiguous.
 
 use crate::Error;
-use crate::kernel::{self, Factor, Product, Propagate, add_scaled, dot};
+use crate::kernel::{self, Definite, Factor, Product, Propagate, add_scaled, dot};
 use nalgebra::DMatrix;
 
 /// A dense matrix of `f64`.
@@ -156,13 +156,17 @@ impl Factors {
     }
 }
 
-/// Makes a covariance one again that rounding has spoilt: negative pivots become zero. Says whether it had to. O(n^3 / 6).
-pub(crate) fn heal(p: &mut Matrix, factors: &mut Factors) -> bool {
-    let is_spoilt = factors.factor(p, p.ncols()).is_some();
-    if is_spoilt {
+/// Makes a symmetric covariance one again that rounding has spoilt: negative pivots become zero. Says whether there were such. `work`
+/// is that of [`propagate`]. O(n^3 / 2).
+pub(crate) fn heal(p: &mut Matrix, factors: &mut Factors, work: &mut Matrix) -> bool {
+    let n = p.ncols();
+    let Some((work, scratch)) = work.as_mut_slice().split_at_mut_checked(n * n) else { return false };
+    let is_sound = kernel::run(Definite { p: p.as_slice(), work }, n, scratch).unwrap_or(true);
+    if !is_sound {
+        factors.factor(p, n);
         factors.product(p);
     }
-    is_spoilt
+    !is_sound
 }
 
 /// Whether a matrix is a covariance of `n` numbers.
@@ -204,9 +208,9 @@ mod tests {
         assert_eq!(factors.d, [0.0, 4.0]);
         p = Matrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 1.0]);
         assert_eq!(factors.factor(&p, 2), Some((1, -3.0)));
-        assert!(heal(&mut p, &mut factors));
+        assert!(heal(&mut p, &mut factors, &mut work(2)));
         assert_eq!(p, Matrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 4.0]));
-        assert!(!heal(&mut p, &mut factors));
+        assert!(!heal(&mut p, &mut factors, &mut work(2)));
     }
 
     #[test]

@@ -14,7 +14,7 @@
 
 use crate::Error;
 use crate::kernel::add_scaled;
-use crate::matrix::{Factors, Matrix, at, check_covariance, column, column_mut, heal, put, symmetrise};
+use crate::matrix::{Factors, Matrix, at, check_covariance, column, column_mut, heal, put, symmetrise, work};
 use crate::method::{Gaussian, Innovation, Measurement, Method, Tally, Updated};
 use crate::system::{System, wrapped};
 
@@ -69,6 +69,7 @@ pub struct Unscented<S> {
     weights: Weights,
     estimate: Gaussian,
     factors: Factors,
+    work: Matrix,
     /// One point a column.
     points: Matrix,
     moved: Matrix,
@@ -97,6 +98,7 @@ impl<S: System> Unscented<S> {
             system,
             estimate,
             factors: Factors::new(n),
+            work: work(n),
             points: Matrix::zeros(n, 2 * n + 1),
             moved: Matrix::zeros(n, 2 * n + 1),
             next: vec![0.0; n],
@@ -277,7 +279,7 @@ impl<S: System> Method for Unscented<S> {
             tally.count(apart, variance);
         }
         symmetrise(&mut self.estimate.spread);
-        tally.updated(heal(&mut self.estimate.spread, &mut self.factors))
+        tally.updated(heal(&mut self.estimate.spread, &mut self.factors, &mut self.work))
     }
 }
 

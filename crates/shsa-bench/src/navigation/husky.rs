@@ -82,7 +82,8 @@ pub(super) fn table(path: &Path) -> anyhow::Result<Table> {
     Ok(Table {
         title: "A recorded rover: wheel odometry frozen for 20 s".to_owned(),
         note: "Distance from where the same filter is without the fault, root of the mean square over 30 s from the beginning of \
-               the fault on. Where the rover keeps its speed of 1 m/s, a frozen wheel tells the truth."
+               the fault on. Where the rover keeps its speed of 1 m/s, a frozen wheel tells the truth, and to \
+               leave it out costs; where the rover stops, the wheel lies."
             .to_owned(),
         head: head.map(str::to_owned).into(),
         rows,
@@ -141,8 +142,8 @@ fn positions(heard: &[Heard], frozen: Option<Time>, its: Use) -> anyhow::Result<
 /// Where it is and heads: by the way that the fixes go in the first five seconds.
 fn start(heard: &[Heard], begin: Time) -> [f64; 5] {
     let last = |sensor: usize| {
-        let early = heard.iter().filter(|one| one.at < begin + Span(5_000_000_000));
-        early.filter(|one| one.sensor == sensor).next_back().map_or(0.0, |one| one.value)
+        let mut early = heard.iter().filter(|one| one.at < begin + Span(5_000_000_000));
+        early.rfind(|one| one.sensor == sensor).map_or(0.0, |one| one.value)
     };
     [0.0, 0.0, last(FIXES[1]).atan2(last(FIXES[0])), 1.0, 0.0]
 }

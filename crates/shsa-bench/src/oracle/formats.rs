@@ -221,8 +221,11 @@ fn places_of_path(topics: &[TopicInfo], name: &str, place: &dyn Fn(&TopicInfo, &
         return of_path;
     }
     let bare = name.rsplit_once(" [").map_or(name, |(bare, _)| bare);
-    let has = |topic: &&TopicInfo| topic.fields.iter().any(|field| field.path == name || field.path == bare);
-    topics.iter().filter(has).map(|topic| place(topic, name)).collect()
+    let of_column = |topic: &TopicInfo| {
+        let field = topic.fields.iter().find(|field| field.path == name || field.path == bare)?;
+        Some(place(topic, &field.path))
+    };
+    topics.iter().filter_map(of_column).collect()
 }
 
 /// What a field of NMEA is called here.

@@ -89,6 +89,19 @@ pub enum Verdict {
     Refused,
 }
 
+impl Verdict {
+    /// What it is called in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Holds => "holds",
+            Verdict::Open => "open",
+            Verdict::Circular => "circular",
+            Verdict::Refused => "refused",
+        }
+    }
+}
+
 /// A leaf of a condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Leaf {

@@ -16,7 +16,12 @@ mod fixed_point;
 mod minimal;
 mod evaluation;
 mod composition;
+mod assured;
+mod assessments;
+mod search;
 
+pub use assessments::{Assessments, Override, Read, Reading, Refused, Trust};
+pub use assured::{Admitted, Assured, Ground};
 pub use certificate::{
     Certificates, Demand, DemandId, Evidence, EvidenceId, Guarantee, GuaranteeId, MAX_DEPTH, Problem,
     Quantifier, Service, ServiceId, ServiceKind, Tree,
@@ -24,3 +29,4 @@ pub use certificate::{
 pub use composition::{Assessment, Assurance, Composition, Lacking};
 pub use evaluation::{Evaluation, Higher, Leaf, System, Verdict};
 pub use minimal::Sets;
+pub use search::Search;

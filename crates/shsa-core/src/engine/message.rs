@@ -1,6 +1,7 @@
 //! What goes into the engine and what comes out of it.
 
 use super::snapshot::Snapshot;
+use crate::assurance::Admitted;
 use crate::computation::Task;
 use crate::interval::Interval;
 use crate::knowledge::{CauseId, NeedId, RelationId, SignalId, VariableId};
@@ -113,7 +114,7 @@ pub enum EventKind {
     /// No trusted source can serve a need.
     Unhealable,
     /// What a need demands, or a contract, forbids a source that would serve it; an order cannot be obeyed (any more), or what was known before a restart has
-    /// nothing to stand for.
+    /// nothing to stand for; or an operator has overridden a contract for a time, or that time is over.
     Refused,
 }
 
@@ -231,6 +232,8 @@ pub struct Publication {
     pub value: PublishedValue,
     /// Where it comes from.
     pub quality: Quality,
+    /// On which ground contracts let it go out, and at which level.
+    pub admitted: Admitted,
     /// Whether somebody else than the engine has computed it.
     pub delegated: bool,
 }

@@ -1,6 +1,8 @@
 //! The texts of a draft one by one, to move their places: drafts of several files keep theirs apart so.
 
-use super::draft::{BodyDraft, Bounds, ContractDraft, Draft, Place, PropertyDrafts, Text, UtilityDraft};
+use super::draft::{
+    BodyDraft, Bounds, ContractDraft, Draft, NeedDraft, Place, PropertyDrafts, Text, UtilityDraft,
+};
 use alloc::vec::Vec;
 
 impl Draft {
@@ -77,14 +79,7 @@ impl Draft {
             properties(&mut it.properties, each);
         }
         self.fusions.iter_mut().for_each(|fusion| fusion.texts(each));
-        for it in &mut self.needs {
-            each(&mut it.variable);
-            let limits = [&mut it.signal, &mut it.max_age, &mut it.max_width, &mut it.integrity];
-            let demands = [&mut it.min_rate, &mut it.when_unsure];
-            let switching =
-                [&mut it.hold, &mut it.probation, &mut it.blend, &mut it.hysteresis, &mut it.isolation];
-            limits.into_iter().chain(demands).chain(switching).flatten().for_each(&mut *each);
-        }
+        self.needs.iter_mut().for_each(|it| need(it, each));
         self.platform.iter_mut().chain(&mut self.contracts).for_each(|it| contract(it, each));
         match &mut self.utility {
             Some(UtilityDraft::Named(text)) => each(text),
@@ -96,6 +91,14 @@ impl Draft {
             None => {}
         }
     }
+}
+
+fn need(it: &mut NeedDraft, each: &mut dyn FnMut(&mut Text)) {
+    each(&mut it.variable);
+    let limits = [&mut it.signal, &mut it.max_age, &mut it.max_width, &mut it.integrity];
+    let demands = [&mut it.min_rate, &mut it.when_unsure];
+    let switching = [&mut it.hold, &mut it.probation, &mut it.blend, &mut it.hysteresis, &mut it.isolation];
+    limits.into_iter().chain(demands).chain(switching).flatten().for_each(&mut *each);
 }
 
 fn contract(it: &mut ContractDraft, each: &mut dyn FnMut(&mut Text)) {

@@ -40,14 +40,12 @@ mod stamp;
 mod stamps;
 mod stream;
 
-use std::fmt;
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
+use std::{fmt, io::Cursor};
 
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
-use shsa_message::source::Source;
-use shsa_message::stamp::Zone;
+use shsa_message::{source::Source, stamp::Zone};
 
 pub use cut::{Cuts, Stretch};
 pub use error::RecordingError;

@@ -20,8 +20,7 @@ use std::path::{Path, PathBuf};
 
 /// Ends the help.
 const EXAMPLES: &str = "\
-Examples:
-  shsa assure models/stop.yaml
+Example: shsa assure models/stop.yaml
   shsa assure models/stop.yaml --with evidence.yaml
   shsa assure models/stop.yaml --format gsn -o case
   shsa assure leader.model follower.model

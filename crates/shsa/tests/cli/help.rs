@@ -6,6 +6,7 @@ const COMMANDS: [&str; 22] = [
     "check",
     "plan",
     "analyze",
+    "assure",
     "monitor",
     "info",
     "replay",

@@ -23,7 +23,7 @@ use join::{Joint, Observed};
 /// What is demanded in a model, ready to be composed.
 #[derive(Clone, Debug)]
 pub struct Assurance {
-    /// All levels that are demanded anywhere, ascending.
+    /// All levels that are demanded or given anywhere, ascending.
     levels: Vec<Level>,
     demands: IdVec<NeedId, bool>,
 }
@@ -44,7 +44,9 @@ impl Assurance {
         let letters = knowledge.needs().iter().filter_map(|need| need.integrity).map(String::from);
         let scale = crate::knowledge::INTEGRITY_SCALE;
         let integrity = letters.filter_map(|letter| contracts.scales().level(scale, &letter));
-        let mut levels: Vec<Level> = asked.chain(integrity).collect();
+        let given = contracts.rows().iter().flat_map(|row| &row.gives).filter_map(|it| it.statement.level);
+        let signals = knowledge.signals().iter().filter_map(|it| contracts.integrity(&it.properties));
+        let mut levels: Vec<Level> = asked.chain(integrity).chain(given).chain(signals).collect();
         levels.sort_unstable();
         levels.dedup();
         Some(Assurance { levels, demands })

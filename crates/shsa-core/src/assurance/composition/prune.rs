@@ -18,7 +18,7 @@ impl Assurance {
     ///
     /// Never more than that: everything is composed with everything, and who provides a variable is left out only where
     /// everybody who reads the variable asks for more than it can give, and can give nothing without. What is measured of a way
-    /// as a whole counts as true. Time and space: linear in the model, times the levels that are demanded.
+    /// as a whole counts as true. Time: linear in the model, times the levels that are demanded and the longest chain of relations.
     #[must_use]
     pub fn barred(
         &self,
@@ -57,6 +57,9 @@ impl Assurance {
     }
 }
 
+/// Who reads each variable: relations, and the need.
+type Readers = BTreeMap<VariableId, Vec<Member>>;
+
 /// What can be given at best.
 struct Outlook<'a> {
     knowledge: &'a KnowledgeBase,
@@ -74,15 +77,16 @@ impl Outlook<'_> {
         let mut signals = SignalSet::new();
         let mut relations: BTreeMap<RelationId, bool> = BTreeMap::new();
         let readers = self.readers(need);
+        let spared = self.spared(&readers);
         for &member in self.members.keys() {
             match member {
                 Member::Signal(id) => {
-                    if self.is_barred(member, self.knowledge.signals()[id].variable, &readers) {
+                    if self.is_barred(member, self.knowledge.signals()[id].variable, &readers, &spared) {
                         _ = signals.insert(id);
                     }
                 }
                 Member::Relation(id, output) => {
-                    let is_barred = self.is_barred(member, output, &readers);
+                    let is_barred = self.is_barred(member, output, &readers, &spared);
                     *relations.entry(id).or_insert(true) &= is_barred;
                 }
                 Member::Need(_) | Member::Other(_) => {}
@@ -92,9 +96,8 @@ impl Outlook<'_> {
         (signals, barred.collect())
     }
 
-    /// Who reads each variable: relations, and the need.
-    fn readers(&self, need: NeedId) -> BTreeMap<VariableId, Vec<Member>> {
-        let mut readers: BTreeMap<VariableId, Vec<Member>> = BTreeMap::new();
+    fn readers(&self, need: NeedId) -> Readers {
+        let mut readers = Readers::new();
         let needed = self.knowledge.needs()[need].variable;
         readers.entry(needed).or_default().push(Member::Need(need));
         for (id, relation) in self.knowledge.relations().enumerate() {
@@ -107,36 +110,61 @@ impl Outlook<'_> {
         readers
     }
 
-    /// Whether everybody who reads a variable asks more than this provider of it can give.
+    /// The relations that need not give anything: somebody who reads what they compute can do without their word, or need not give
+    /// anything himself.
+    fn spared(&self, readers: &Readers) -> BTreeSet<Member> {
+        let mut spared = BTreeSet::new();
+        loop {
+            let is_new = |member: &Member| {
+                let &Member::Relation(_, output) = member else { return false };
+                let mut of_output = readers.get(&output).into_iter().flatten();
+                let without =
+                    |reader| self.can_give(reader, output, |demand| !self.is_asked(demand, *member));
+                !spared.contains(member)
+                    && of_output.any(|&reader| spared.contains(&reader) || without(reader))
+            };
+            let found: Vec<Member> = self.members.keys().copied().filter(is_new).collect();
+            if found.is_empty() {
+                return spared;
+            }
+            spared.extend(found);
+        }
+    }
+
+    /// Whether everybody who reads a variable, and has to give something, asks more than this provider of it can give.
     fn is_barred(
         &self,
         provider: Member,
         variable: VariableId,
-        readers: &BTreeMap<VariableId, Vec<Member>>,
+        readers: &Readers,
+        spared: &BTreeSet<Member>,
     ) -> bool {
         let readers = readers.get(&variable).map(Vec::as_slice).unwrap_or_default();
-        !readers.is_empty() && readers.iter().all(|&reader| self.asks_more(reader, provider, variable))
+        let met = |demand| !self.is_asked(demand, provider) || self.meets(provider, demand);
+        let asks_more = |&reader: &Member| !spared.contains(&reader) && !self.can_give(reader, variable, met);
+        !readers.is_empty() && readers.iter().all(asks_more)
     }
 
-    /// Whether a reader can give nothing with this provider of a variable.
-    fn asks_more(&self, reader: Member, provider: Member, variable: VariableId) -> bool {
-        let (Some(&reader), Some(&provider)) = (self.members.get(&reader), self.members.get(&provider))
-        else {
-            return false;
-        };
+    /// Whether a reader can give something when these of its demands of a variable are met.
+    fn can_give(&self, reader: Member, variable: VariableId, is_met: impl Fn(DemandId) -> bool) -> bool {
+        let Some(&reader) = self.members.get(&reader) else { return true };
         let (demands, offers) = (&self.system.certificates().demands, &self.system.certificates().guarantees);
         let name = &self.knowledge.variables()[variable].name;
-        let of_variable = |demand: &DemandId| {
-            demands[*demand].of.contains(&provider) && demands[*demand].statement.service == *name
-        };
         let own = self.demands[reader].iter().copied();
         let unmet: BTreeSet<DemandId> =
-            own.filter(|demand| of_variable(demand) && !self.meets(provider, *demand)).collect();
-        !self.offers[reader].iter().any(|&given| may_hold(&offers[given].when, &unmet))
+            own.filter(|&demand| demands[demand].statement.service == *name && !is_met(demand)).collect();
+        self.offers[reader].iter().any(|&given| may_hold(&offers[given].when, &unmet))
+    }
+
+    /// Whether a demand is asked of a provider, where it serves who asks.
+    fn is_asked(&self, demand: DemandId, provider: Member) -> bool {
+        let service = self.members.get(&provider);
+        service.is_some_and(|service| self.system.certificates().demands[demand].of.contains(service))
     }
 
     /// Whether a provider can meet a demand at best.
-    fn meets(&self, provider: ServiceId, demand: DemandId) -> bool {
+    fn meets(&self, provider: Member, demand: DemandId) -> bool {
+        let Some(&provider) = self.members.get(&provider) else { return true };
         let certificates = self.system.certificates();
         let wanted = &certificates.demands[demand].statement;
         self.offers[provider].iter().any(|&given| {

@@ -9,6 +9,13 @@ use super::*;
 /// A file in the making: blocks at multiples of eight.
 struct Writer(Vec<u8>);
 
+/// The bits of a channel.
+struct Bits {
+    data_type: u8,
+    byte: u32,
+    length: u32,
+}
+
 impl Writer {
     fn new(magic: &[u8]) -> Writer {
         let mut bytes = magic.to_vec();
@@ -33,17 +40,11 @@ impl Writer {
     }
 
     /// A channel of a float of 64 bits, or of an integer of 16.
-    fn channel(
-        &mut self,
-        next: u64,
-        name: &str,
-        kind: u8,
-        (data_type, byte, bits): (u8, u32, u32),
-        conversion: u64,
-    ) -> u64 {
+    fn channel(&mut self, next: u64, name: &str, kind: u8, bits: Bits, conversion: u64) -> u64 {
+        let Bits { data_type, byte, length } = bits;
         let (name, unit) = (self.text(name), self.text("m"));
         let head = [kind, u8::from(kind == 2), data_type, 0];
-        let content = [&head[..], &byte.to_le_bytes(), &bits.to_le_bytes(), &[0; 56]].concat();
+        let content = [&head[..], &byte.to_le_bytes(), &length.to_le_bytes(), &[0; 56]].concat();
         self.block(b"CN", &[next, 0, name, 0, conversion, 0, unit, 0], &content)
     }
 
@@ -84,8 +85,10 @@ fn file(magic: &[u8], write: impl FnOnce(&mut Writer) -> u64) -> Vec<u8> {
     let linear =
         [&[1, 0, 0, 0, 0, 0, 2, 0][..], &[0; 16], &1.0_f64.to_le_bytes(), &0.5_f64.to_le_bytes()].concat();
     let conversion = writer.block(b"CC", &[0, 0, 0, 0], &linear);
-    let speed = writer.channel(0, "Speed", 0, (2, 8, 16), conversion);
-    let time = writer.channel(speed, "t", 2, (4, 0, 64), 0);
+    let (integer, float) =
+        (Bits { data_type: 2, byte: 8, length: 16 }, Bits { data_type: 4, byte: 0, length: 64 });
+    let speed = writer.channel(0, "Speed", 0, integer, conversion);
+    let time = writer.channel(speed, "t", 2, float, 0);
     let name = writer.text("engine");
     let content = [&[0; 8][..], &10_u64.to_le_bytes(), &[0; 8], &10_u32.to_le_bytes(), &[0; 4]].concat();
     let group = writer.block(b"CG", &[0, time, name, 0, 0, 0], &content);

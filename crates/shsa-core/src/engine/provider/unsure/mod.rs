@@ -6,6 +6,7 @@
 use super::super::ways::Source;
 use super::settings::Settings;
 use crate::alignment::{Port, Sample};
+use crate::assurance::{Admitted, Assessments};
 use crate::circle;
 use crate::computation::Computed;
 use crate::interval::{Interval, holding, tolerant};
@@ -58,12 +59,13 @@ impl Unsure {
     pub(super) fn new(
         knowledge: &KnowledgeBase,
         ports: &IdVec<SignalId, Port>,
+        contracts: &Assessments,
         kind: WhenUnsure,
         ways: Vec<Way>,
         because: Option<Reasons>,
         since: Time,
     ) -> Unsure {
-        let candidates = candidates(knowledge, ports, ways);
+        let candidates = candidates(knowledge, ports, contracts, ways);
         Unsure {
             kind,
             faults: 1,
@@ -89,6 +91,7 @@ impl Unsure {
         self,
         knowledge: &KnowledgeBase,
         ports: &IdVec<SignalId, Port>,
+        contracts: &Assessments,
         ways: Vec<Way>,
         because: Option<Reasons>,
     ) -> Unsure {
@@ -96,7 +99,7 @@ impl Unsure {
             let reason = because.or_else(|| self.reason.clone());
             return Unsure { reason, ..self };
         }
-        let candidates = candidates(knowledge, ports, ways);
+        let candidates = candidates(knowledge, ports, contracts, ways);
         let mut present = self.present;
         present.reserve(candidates.len());
         Unsure { candidates, faults: 1, present, ..self }
@@ -117,6 +120,14 @@ impl Unsure {
     /// Whether it was told that values go out as uncertain.
     pub(super) fn is_told(&self) -> bool {
         self.is_told
+    }
+
+    /// On which ground a value may go out that rests on all of them: the weakest, at the lowest level.
+    pub(super) fn admitted(&self, contracts: &Assessments) -> Option<Admitted> {
+        let of = |it: &Candidate| contracts.admit(it.service.way()).map(|assured| assured.admitted());
+        let mut all = self.candidates.iter().map(of);
+        let first = all.next().unwrap_or(Some(Admitted::default()))?;
+        all.try_fold(first, |weakest, next| next.map(|next| weakest.weaker(next)))
     }
 
     /// What goes out.
@@ -241,11 +252,16 @@ impl Unsure {
     }
 }
 
-fn candidates(knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>, ways: Vec<Way>) -> Vec<Candidate> {
+fn candidates(
+    knowledge: &KnowledgeBase,
+    ports: &IdVec<SignalId, Port>,
+    contracts: &Assessments,
+    ways: Vec<Way>,
+) -> Vec<Candidate> {
     let candidate = |way: Way| {
         let rests_on = rests_on(knowledge, &way);
         // What it has said already counts.
-        let service = Service::start(knowledge, way, ports, Some(Time::MIN))?;
+        let service = Service::start(knowledge, contracts.admit(way)?, ports, Some(Time::MIN))?;
         Some(Candidate { service, rests_on, latest: None })
     };
     ways.into_iter().filter_map(candidate).collect()

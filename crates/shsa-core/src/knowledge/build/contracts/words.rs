@@ -42,14 +42,11 @@ impl<'t> Bound<'t> {
             let (low, high) = rest.split_once(" and ")?;
             return Some(Bound::Between(low.trim(), high.trim()));
         }
-        let simple: [(&str, fn(&'t str) -> Bound<'t>); 5] = [
-            ("at most", Bound::AtMost),
-            ("at least", Bound::AtLeast),
-            ("is", Bound::Is),
-            ("one of", Bound::OneOf),
-            ("covers", Bound::Covers),
-        ];
-        let found = simple.into_iter().find_map(|(words, make)| after(words).map(make));
+        let found = after("at most").map(Bound::AtMost);
+        let found = found.or_else(|| after("at least").map(Bound::AtLeast));
+        let found = found.or_else(|| after("is").map(Bound::Is));
+        let found = found.or_else(|| after("one of").map(Bound::OneOf));
+        let found = found.or_else(|| after("covers").map(Bound::Covers));
         found.or_else(|| matches!(text, "yes" | "true").then_some(Bound::Yes))
     }
 }
