@@ -2,8 +2,7 @@
 //!
 //! `reader of the format (rosbag, ...) -> topics and messages -> extraction (what is wanted) -> Gathered -> clock, session -> Recording`
 //!
-//! A model names signals and where each is found (see [`Source`] for the grammar); [`read`] looks into the files
-//! for exactly these. A file that is cut short or damaged gives what it holds, with warnings that say where.
+//! [`read`] looks into the files for what a model asks for. A file that is damaged gives what it holds, with warnings.
 
 mod clock;
 mod table;
@@ -164,7 +163,7 @@ pub struct Recording {
     pub found: Vec<Found>,
     /// In the order in which they were noticed.
     pub warnings: Vec<Warning>,
-    /// A file was cut short or damaged: not all that was recorded is here.
+    /// Not all that was recorded is here.
     pub degraded: bool,
 }
 
@@ -265,8 +264,8 @@ pub fn read(
 ) -> Result<Recording, RecordingError> {
     let mut wants = understand(wanted)?;
     let files = files_of(paths)?;
-    let gathered = Gathered::new(&wants, Destination::Kept);
-    let gathered = read_all(&files, files.len() == 1, &mut wants, options, gathered)?;
+    let empty = Gathered::new(&wants, Destination::Kept);
+    let gathered = read_all(&files, files.len() == 1, &mut wants, options, empty)?;
     Ok(gathered.finish(&wants).0)
 }
 
@@ -301,8 +300,7 @@ pub fn read_bytes(
     options: &ReadOptions,
 ) -> Result<Recording, RecordingError> {
     let mut wants = understand(wanted)?;
-    let head = bytes.get(..format::HEAD as usize).unwrap_or(bytes);
-    let row = format_of(name, head)?;
+    let row = format_of(name, bytes.get(..format::HEAD as usize).unwrap_or(bytes))?;
     let mut gathered = Gathered::new(&wants, Destination::Kept);
     if row.naming == Naming::File {
         lone_table(name, &mut wants, &mut gathered);
@@ -355,7 +353,7 @@ fn read_with(
 /// What is in files, and what is damaged of them: topics, fields, rates, examples of values.
 ///
 /// # Errors
-/// As [`read`]. Time grows with the files; memory with their topics and fields.
+/// As [`read`]. Memory grows with topics and fields.
 pub fn inventory(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<FileInfo>, RecordingError> {
     let of_file = |File { path, row }: &File| {
         let mut inventory = Inventory::new(path);

@@ -1,0 +1,112 @@
+//! Descriptors and messages as bytes in, what is found as text out.
+
+use super::*;
+use crate::path::Path;
+use proptest::prelude::*;
+
+fn varint(mut number: u64) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    while number >= 0x80 {
+        bytes.push(number as u8 | 0x80);
+        number >>= 7;
+    }
+    bytes.push(number as u8);
+    bytes
+}
+
+fn sized(number: u64, content: &[u8]) -> Vec<u8> {
+    [varint(number << 3 | 2), varint(content.len() as u64), content.to_vec()].concat()
+}
+
+fn whole(number: u64, value: u64) -> Vec<u8> {
+    [varint(number << 3), varint(value)].concat()
+}
+
+fn field(name: &str, number: u64, kind: u64, label: u64, of: &str) -> Vec<u8> {
+    let mut own = [sized(1, name.as_bytes()), whole(3, number), whole(4, label), whole(5, kind)].concat();
+    if !of.is_empty() {
+        own.extend(sized(6, of.as_bytes()));
+    }
+    sized(2, &own)
+}
+
+fn types() -> Types {
+    let part = [
+        sized(1, b"Part"),
+        field("wear", 1, 2, 1, ""),
+        field("name", 2, 9, 1, ""),
+        field("turns", 3, 17, 1, ""),
+    ];
+    let robot = [
+        sized(1, b"Robot"),
+        field("speed", 1, 1, 1, ""),
+        field("ranges", 2, 1, 3, ""),
+        field("parts", 3, 11, 3, ".bot.Robot.Part"),
+        field("stamp", 4, 11, 1, ".google.protobuf.Timestamp"),
+        field("names", 5, 9, 3, ""),
+        sized(3, &part.concat()),
+    ];
+    let file = [sized(1, b"bot.proto"), sized(2, b"bot"), sized(4, &robot.concat())].concat();
+    Types::of_descriptors(&sized(1, &file))
+}
+
+fn message() -> Vec<u8> {
+    let double = |value: f64| value.to_le_bytes().to_vec();
+    let part = |wear: f32, turns: u64| {
+        let wear = [varint(1 << 3 | 5), wear.to_le_bytes().to_vec()].concat();
+        sized(3, &[wear, sized(2, b"left"), whole(3, turns)].concat())
+    };
+    [
+        [varint(1 << 3 | 1), double(1.5)].concat(),
+        sized(2, &[double(4.0), double(5.0)].concat()),
+        part(0.25, 3),
+        part(0.5, 4),
+        sized(4, &[whole(1, 12), whole(2, 500)].concat()),
+        sized(5, b"left"),
+        sized(5, b"right"),
+    ]
+    .concat()
+}
+
+#[track_caller]
+fn check(path: &str, expected: &str) {
+    let plan = Plan::new(&types(), "bot.Robot", &Path::parse(path).unwrap().steps);
+    let shown = match plan {
+        Ok(plan) => format!("{:?}", plan.find(&message())),
+        Err(problem) => problem.to_string(),
+    };
+    assert_eq!(shown, expected);
+}
+
+#[test]
+fn fields_are_found() {
+    check("speed", "Some(Number(1.5))");
+    check("ranges", "Some(Numbers([4.0, 5.0]))");
+    check("ranges[1]", "Some(Number(5.0))");
+    check("ranges[2]", "None");
+    check("parts[1].wear", "Some(Number(0.5))");
+    check("parts[0].turns", "Some(Number(-2.0))");
+    check("parts.1.turns", "Some(Number(2.0))");
+    check("parts[0].name", "Some(Text(\"left\"))");
+    check("stamp", "Some(Time(12, 500))");
+    check("names", "Some(Texts([\"left\", \"right\"]))");
+    check("sped", "no field 'sped' in bot.Robot; is it speed?");
+    check("parts.wear", "'parts' is a list; say which element: parts[0]");
+    check("speed.x", "'speed' has no parts");
+    assert_eq!(Found::Texts(vec!["left".into(), "right".into()]).says("right"), Some(Some(1)));
+    let mut paths = Vec::new();
+    types().paths("bot.Robot", "", 9, &mut paths);
+    assert_eq!(paths, ["speed", "ranges", "parts[0].wear", "parts[0].name", "parts[0].turns", "names"]);
+}
+
+proptest! {
+    #[test]
+    fn any_bytes_are_survived(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        let types = Types::of_descriptors(&bytes);
+        let _plan = Plan::new(&types, "a", &[Step::Key("a".into())]);
+        for path in ["speed", "ranges", "parts[1].wear", "stamp", "names"] {
+            let plan = Plan::new(&self::types(), "bot.Robot", &Path::parse(path).unwrap().steps).unwrap();
+            let _found = plan.find(&bytes);
+        }
+    }
+}
