@@ -62,7 +62,7 @@ impl Prospect {
             let usable =
                 |signal| !options.forbidden_signals.contains(&signal) && knowledge.is_available(signal);
             for way in Way::choices(knowledge, substitution, usable, MOST_CHOICES) {
-                ways.push(Candidacy::new(knowledge, assurance, need, (way, *utility)));
+                ways.push(Candidacy::new(knowledge, assurance, need, way, *utility));
             }
         }
         let losses = losses(knowledge, &ways);
@@ -81,7 +81,8 @@ impl Candidacy {
         knowledge: &KnowledgeBase,
         assurance: &Assurance,
         need: NeedId,
-        (way, utility): (Way, f64),
+        way: Way,
+        utility: f64,
     ) -> Candidacy {
         let composition = assurance.compose(knowledge, need, &way);
         let at_best = composition.assess(&composition.supposing(|_| Truth::True));

@@ -4,6 +4,7 @@
 //! [`Ticks`] that have fallen due before each input. Observations of one moment of reception are taken
 //! together: what they mean comes out with the first input of a later moment, or with a tick of the same one.
 
+mod options;
 mod operator;
 mod snapshot;
 mod message;
@@ -25,6 +26,7 @@ pub use evidence::{Comparison, Evidence, Mute, Rival, Side};
 pub use fusing::{Fuse, Heard, Measurements};
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality, Report};
 pub use operator::Refusal;
+pub use options::{Options, Ties};
 pub use provider::{Delegation, NeedAssurance, NeedStatus};
 pub use snapshot::{Accusation, Missing, Published, Remembered, Served, Snapshot, Trending};
 pub use ticks::Ticks;
@@ -34,9 +36,9 @@ pub use crate::order::{Order, Subject};
 pub use crate::residual_selection::{Told, WatchBudget, can_be_watched, to_watch, witnesses};
 
 use crate::computation::Task;
-use crate::diagnosis::{Component, Judge, JudgeOptions, Verdict};
+use crate::diagnosis::{Component, Judge, Verdict};
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
-use crate::monitor::{self, Absence, Change, Monitor, Symptom};
+use crate::monitor::{Absence, Change, Monitor, Symptom};
 use crate::observation::Observation;
 use crate::plan;
 use crate::reason::Reason;
@@ -48,29 +50,6 @@ use contracts::Contracts;
 use provider::{Provider, Situation};
 use ready_sources::ReadySources;
 use ways::Lost;
-
-/// Settings of the engine; the defaults are sound.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Options {
-    /// What makes a conflict, and how many bad readings of a signal make a fault.
-    pub monitor: monitor::Options,
-    /// When a signal is trusted again.
-    pub judge: JudgeOptions,
-    /// How many ways of knowing are compared.
-    pub watch: WatchBudget,
-    /// What decides between sources of the same utility.
-    pub ties: Ties,
-}
-
-/// What decides between sources of the same utility when one has to be chosen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Ties {
-    /// How they have run; what is not known stands between the proven right and the proven wrong.
-    #[default]
-    Proven,
-    /// The order of the search: fewer relations, then the order of the file.
-    Order,
-}
 
 /// The loop of monitor, analyse, plan and execute over one knowledge base.
 #[derive(Debug)]

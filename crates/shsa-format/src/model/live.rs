@@ -5,6 +5,8 @@
 //! added, or replace those of the same name, and `null` removes. `available: { /gnss: false }` withdraws a signal, and
 //! `properties: { signals: { /gnss: { accuracy: 0.5 } } }` sets a property without writing the signal again.
 
+mod texts;
+
 use shsa_core::knowledge::{
     self, Diagnostic, Draft, Edit, KnowledgeBase, Model, NeedDraft, Place, Section, Severity, Text,
 };
@@ -15,6 +17,7 @@ use super::reader::Reader;
 use super::report::Report;
 use super::tree::{self, Node, Value};
 use super::{MAX_YAML_BYTES, shape};
+use texts::Texts;
 
 /// The sections of a model whose entries a change may remove.
 const SECTIONS: [(&str, Section); 9] = [
@@ -300,110 +303,4 @@ fn edits_of(draft: Draft) -> Vec<Edit> {
         .chain(contracts.into_iter().map(Edit::Contract))
         .chain(utility)
         .collect()
-}
-
-/// Texts one after the other, so that every place belongs to one of them.
-#[derive(Clone, Debug, Default)]
-struct Texts {
-    /// In the order of their places.
-    kept: Vec<Kept>,
-}
-
-#[derive(Clone, Debug)]
-struct Kept {
-    /// Where its places begin.
-    base: u32,
-    name: String,
-    text: String,
-    /// Starts of scalars whose text differs from the source.
-    rewritten: BTreeSet<u32>,
-}
-
-impl Kept {
-    /// Behind its last place, which is the end of the text.
-    fn end(&self) -> u32 {
-        self.base.saturating_add(u32::try_from(self.text.len()).unwrap_or(u32::MAX)).saturating_add(1)
-    }
-}
-
-impl Texts {
-    /// Where a text of this length fits between the others.
-    fn room(&self, length: usize) -> u32 {
-        let length = u32::try_from(length).unwrap_or(u32::MAX).saturating_add(1);
-        let mut base = 0;
-        for kept in &self.kept {
-            if kept.base.saturating_sub(base) >= length {
-                break;
-            }
-            base = kept.end();
-        }
-        base
-    }
-
-    fn with(mut self, written: Written<'_>, read: &Read, base: u32) -> Texts {
-        let (name, text) = (written.name.to_owned(), written.text.to_owned());
-        let at = self.kept.partition_point(|kept| kept.base < base);
-        self.kept.insert(at, Kept { base, name, text, rewritten: read.rewritten.clone() });
-        self
-    }
-
-    /// Lets go of the texts of which nothing is left in the model.
-    fn forget(&mut self, draft: &Draft) {
-        let used: BTreeSet<usize> = draft.places().into_iter().filter_map(|place| self.find(place)).collect();
-        let mut at = 0;
-        self.kept.retain(|_| {
-            at += 1;
-            used.contains(&(at - 1))
-        });
-    }
-
-    fn find(&self, place: Place) -> Option<usize> {
-        self.kept.partition_point(|kept| kept.base <= place.from).checked_sub(1)
-    }
-
-    /// What was found in the shape of the text that begins here, and in the model that came of it.
-    fn report(&self, base: u32, shape: Vec<Diagnostic>, found: Vec<Diagnostic>) -> Report {
-        let moved = |mut problem: Diagnostic| {
-            problem.place.from = problem.place.from.saturating_add(base);
-            problem.place.to = problem.place.to.saturating_add(base);
-            problem
-        };
-        self.locate(shape.into_iter().map(moved).chain(found).collect())
-    }
-
-    fn locate(&self, found: Vec<Diagnostic>) -> Report {
-        let mut of_text: Vec<Vec<Diagnostic>> = self.kept.iter().map(|_| Vec::new()).collect();
-        for mut problem in found {
-            let Some(at) = self.find(problem.place) else { continue };
-            let base = self.kept[at].base;
-            problem.place.from -= base;
-            problem.place.to = problem.place.to.saturating_sub(base);
-            of_text[at].push(problem);
-        }
-        let located = self.kept.iter().zip(of_text);
-        let located = located.flat_map(|(kept, found)| {
-            Report::locate(&kept.name, &kept.text, found, &kept.rewritten).diagnostics
-        });
-        Report { diagnostics: located.collect() }
-    }
-
-    /// At the later place, with the file and line of the earlier one as help.
-    fn contradiction(&self, found: &knowledge::Contradiction) -> Diagnostic {
-        let earlier = Diagnostic {
-            severity: Severity::Error,
-            place: found.earlier,
-            span: None,
-            message: String::new(),
-            help: None,
-        };
-        let at = self.locate(vec![earlier]).diagnostics;
-        let at = at.first().map(|found| format!("{}:{}:{}", found.file, found.line, found.column));
-        Diagnostic {
-            severity: Severity::Error,
-            place: found.place,
-            span: None,
-            message: found.message.clone(),
-            help: at.map(|at| format!("it is described at {at} already: make both the same, or keep one")),
-        }
-    }
 }

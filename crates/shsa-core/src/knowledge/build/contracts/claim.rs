@@ -2,7 +2,7 @@
 
 use super::super::problems::Problems;
 use crate::expression::{Binary, Formula, Operation, Reduction};
-use crate::knowledge::contract::{Contract, Contracts, Given, Party, Subject};
+use crate::knowledge::contract::{Asked, Contracts, Given, Party, Subject};
 use crate::knowledge::decomposition::{Claim, Common, Objection, Redundancy, dependence};
 use crate::knowledge::draft::{ContractDraft, Text};
 use crate::knowledge::{KnowledgeBase, RelationId, SignalSet, VariableId};
@@ -23,7 +23,8 @@ pub(super) fn check(
             let Some(pair) = given.redundant else { continue };
             let written = draft.gives.iter().find(|it| it.name.text == given.name);
             let at = written.and_then(|it| it.redundant.as_ref()?.first()).unwrap_or(&draft.name);
-            of_given(problems, knowledge, contracts, (contract, given, pair), at);
+            let asked: Vec<&Asked> = pair.iter().filter_map(|&place| contract.asks.get(place)).collect();
+            of_given(problems, knowledge, contracts, contract.subject, given, &asked, at);
         }
     }
 }
@@ -32,11 +33,12 @@ fn of_given(
     problems: &mut Problems,
     knowledge: &KnowledgeBase,
     contracts: &Contracts,
-    (contract, given, pair): (&Contract, &Given, [usize; 2]),
+    subject: Subject,
+    given: &Given,
+    asked: &[&Asked],
     at: &Text,
 ) {
-    let asked: Vec<_> = pair.iter().filter_map(|&place| contract.asks.get(place)).collect();
-    let ([one, other], Subject::Relation(relation)) = (asked.as_slice(), contract.subject) else {
+    let ([one, other], Subject::Relation(relation)) = (asked, subject) else {
         let message = "only a relation that compares two sources can claim a decomposition";
         return problems.error(at, message, "leave `redundant` away");
     };

@@ -1,8 +1,8 @@
 //! Checks fusions, and adds the signals that they compute.
 
 mod scope;
-mod parts;
 mod settings;
+mod parts;
 
 use super::problems::Problems;
 use super::scope::Names;

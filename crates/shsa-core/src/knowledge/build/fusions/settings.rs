@@ -6,6 +6,7 @@ use crate::knowledge::draft::{FusionDraft, Text};
 use crate::knowledge::{FusionSettings, IdVec, Signal, SignalId};
 use crate::time::Span;
 use alloc::format;
+use core::ops::RangeInclusive;
 
 /// What is waited for where nothing is declared: longer than the delays of most buses.
 const HORIZON: Span = Span::from_millis(500);
@@ -34,10 +35,10 @@ pub(super) fn settings(problems: &mut Problems, draft: &FusionDraft) -> Option<F
     };
     let unknown_after = span(problems, &draft.unknown_after, UNKNOWN_AFTER);
     let gate = gate(problems, draft.gate.as_ref());
-    let faulty = count(problems, draft.faulty.as_ref(), 1.0, (0.0, 63.0));
-    let window = count(problems, draft.window.as_ref(), WINDOW, (1.0, 1_000.0));
-    let particles = count(problems, draft.particles.as_ref(), PARTICLES, (2.0, 100_000.0));
-    let seed = count(problems, draft.seed.as_ref(), 1.0, (0.0, 1e15));
+    let faulty = count(problems, draft.faulty.as_ref(), 1.0, 0.0..=63.0);
+    let window = count(problems, draft.window.as_ref(), WINDOW, 1.0..=1_000.0);
+    let particles = count(problems, draft.particles.as_ref(), PARTICLES, 2.0..=100_000.0);
+    let seed = count(problems, draft.seed.as_ref(), 1.0, 0.0..=1e15);
     Some(FusionSettings {
         period: period?,
         horizon: horizon?,
@@ -100,12 +101,18 @@ pub(super) fn share(problems: &mut Problems, text: &Text) -> Option<f64> {
     None
 }
 
-fn count(problems: &mut Problems, text: Option<&Text>, usual: f64, (least, most): (f64, f64)) -> Option<f64> {
+fn count(
+    problems: &mut Problems,
+    text: Option<&Text>,
+    usual: f64,
+    within: RangeInclusive<f64>,
+) -> Option<f64> {
     let Some(text) = text else { return Some(usual) };
     let read = quantity::number(problems, text)?;
-    if (least..=most).contains(&read) && libm::floor(read) == read {
+    if within.contains(&read) && libm::floor(read) == read {
         return Some(read);
     }
+    let (least, most) = within.into_inner();
     problems.error(text, format!("`{}` is no whole number from {least} to {most}", text.text), "");
     None
 }
