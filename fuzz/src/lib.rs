@@ -8,6 +8,7 @@ pub mod intervals;
 pub mod formulas;
 pub mod models;
 pub mod recordings;
+pub mod readers;
 pub mod payloads;
 pub mod messages;
 pub mod engine;
@@ -30,6 +31,13 @@ pub const TARGETS: &[Target] = &[
     Target { name: "formulas", run: formulas::run, seeds: formulas::seeds },
     Target { name: "models", run: models::run, seeds: models::seeds },
     Target { name: "recordings", run: recordings::run, seeds: recordings::seeds },
+    Target { name: "ulog", run: readers::ulog::run, seeds: readers::ulog::seeds },
+    Target { name: "dataflash", run: readers::dataflash::run, seeds: readers::dataflash::seeds },
+    Target { name: "can", run: readers::can::run, seeds: readers::can::seeds },
+    Target { name: "nmea", run: readers::nmea::run, seeds: readers::nmea::seeds },
+    Target { name: "signalk", run: readers::signalk::run, seeds: readers::signalk::seeds },
+    Target { name: "influx", run: readers::influx::run, seeds: readers::influx::seeds },
+    Target { name: "mdf", run: readers::mdf::run, seeds: readers::mdf::seeds },
     Target { name: "payloads", run: payloads::run, seeds: payloads::seeds },
     Target { name: "messages", run: messages::run, seeds: messages::seeds },
     Target { name: "engine", run: engine::run, seeds: engine::seeds },

@@ -35,18 +35,21 @@ pub fn run(bytes: &[u8]) {
     let (kind, bytes) = bytes.split_first().unwrap_or((&0, &[]));
     let name = ["log.csv", "log.jsonl", "log.bag", "log"][usize::from(kind % 4)];
     for sources in [&SOURCES[..], &SOURCES[..1], &SOURCES[2..7]] {
-        let wanted: Vec<Wanted> = sources.iter().map(|source| Wanted::new(*source, *source)).collect();
-        let Ok(recording) = read_bytes(Path::new(name), bytes, &wanted, &ReadOptions::default()) else {
-            continue;
-        };
-        for (session, samples) in recording.by_session() {
-            assert!(samples.is_sorted_by_key(|sample| sample.received), "out of order");
-            assert_eq!(samples.len(), session.samples.len(), "of no session");
-        }
-        assert!(recording.samples.iter().all(|sample| sample.wanted < sources.len()), "not asked for");
-        let counted: usize = recording.found.iter().map(|found| found.samples).sum();
-        assert_eq!(counted, recording.samples.len(), "counted wrong");
+        check(name, bytes, sources, &ReadOptions::default());
     }
+}
+
+/// Reads a file, if it can be read at all, and looks at what comes of it.
+pub(crate) fn check(name: &str, bytes: &[u8], sources: &[&str], options: &ReadOptions) {
+    let wanted: Vec<Wanted> = sources.iter().map(|source| Wanted::new(*source, *source)).collect();
+    let Ok(recording) = read_bytes(Path::new(name), bytes, &wanted, options) else { return };
+    for (session, samples) in recording.by_session() {
+        assert!(samples.is_sorted_by_key(|sample| sample.received), "out of order");
+        assert_eq!(samples.len(), session.samples.len(), "of no session");
+    }
+    assert!(recording.samples.iter().all(|sample| sample.wanted < sources.len()), "not asked for");
+    let counted: usize = recording.found.iter().map(|found| found.samples).sum();
+    assert_eq!(counted, recording.samples.len(), "counted wrong");
 }
 
 /// A small file of every kind.

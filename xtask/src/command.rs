@@ -17,12 +17,21 @@ pub(crate) fn run(line: &[&str]) -> Result<()> {
 /// # Errors
 /// When it cannot be started, ends with another status than 0, or prints no UTF-8.
 pub(crate) fn relay(line: &[&str], mut show: impl FnMut(&str)) -> Result<()> {
+    listen(line, |text| {
+        println!("{text}");
+        show(text);
+    })
+}
+
+/// Runs a command, and hears each line that it prints to its standard output when it does.
+///
+/// # Errors
+/// When it cannot be started, ends with another status than 0, or prints no UTF-8.
+pub(crate) fn listen(line: &[&str], mut hear: impl FnMut(&str)) -> Result<()> {
     let mut child = prepare(line)?.stdout(Stdio::piped()).spawn().with_context(|| starting(line))?;
     let printed = child.stdout.take().context("a pipe that is not there")?;
     for text in BufReader::new(printed).lines() {
-        let text = text.with_context(|| reading(line))?;
-        println!("{text}");
-        show(&text);
+        hear(&text.with_context(|| reading(line))?);
     }
     ended(line, child.wait().with_context(|| reading(line))?)
 }

@@ -13,7 +13,7 @@ use std::fs;
 /// Where the ceilings are.
 const FILE: &str = "ratchet.toml";
 /// The program that is counted.
-const PROGRAM: &str = "target/release/examples/instructions";
+const PROGRAM: &str = "target/release/instructions";
 /// A count may be so many times its ceiling, as the machine's own functions differ a little.
 const MOST: f64 = 1.05;
 /// From this share of its ceiling on, a count is worth a lower one.
@@ -105,8 +105,7 @@ fn toolchain() -> Result<String> {
 
 /// Instructions for an observation of each system.
 fn count<'a>(systems: impl Iterator<Item = &'a str>) -> Result<BTreeMap<&'a str, f64>> {
-    let build =
-        ["cargo", "build", "--release", "--locked", "--package", "shsa-core", "--example", "instructions"];
+    let build = ["cargo", "build", "--release", "--locked", "--package", "shsa-ratchet"];
     command::run(&build)?;
     systems.map(|system| Ok((system, count_one(system)?))).collect()
 }

@@ -6,8 +6,9 @@ use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
+use std::time::Instant;
 
 /// What some tests look at, beside the project; without it they say `SKIPPED` and look at nothing.
 const BESIDE: [&str; 2] = ["data", "reference"];
@@ -23,6 +24,9 @@ struct Total {
 /// Programs that mostly wait for real time to pass: they run beside those that compute.
 const WAITING: [&str; 7] = ["live", "chaos", "mqtt", "zenoh", "zenoh_quiet", "ros2", "memory"];
 
+/// Crates whose tests run programs of other crates, which cargo may build after them: they are run when all is built.
+const LATE: [&str; 1] = ["shsa-bench"];
+
 /// Leaves the processor to others.
 const GIVING_WAY: [&str; 3] = ["nice", "-n", "10"];
 
@@ -37,29 +41,88 @@ struct Program {
 }
 
 /// What is still to be run, and what has come out.
+#[derive(Default)]
 struct Queue {
     waiting: Vec<Program>,
     computing: Vec<Program>,
+    /// Computing ones that must not run before all is built.
+    late: Vec<Program>,
+    /// Whether all programs are built, or none will be any more.
+    is_complete: bool,
     total: Total,
     failed: Vec<String>,
 }
 
-/// Runs all tests, those after a failed one too; closes with their number.
+impl Queue {
+    /// No program will be added any more.
+    fn complete(&mut self) {
+        self.computing.append(&mut self.late);
+        self.is_complete = true;
+    }
+
+    /// Where a program belongs.
+    fn list(&mut self, program: &Program) -> &mut Vec<Program> {
+        if WAITING.contains(&program.name.as_str()) {
+            &mut self.waiting
+        } else if LATE.iter().any(|late| program.folder.ends_with(late)) {
+            &mut self.late
+        } else {
+            &mut self.computing
+        }
+    }
+}
+
+/// A queue that is filled while it is worked off.
+#[derive(Default)]
+struct Shared {
+    queue: Mutex<Queue>,
+    changed: Condvar,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Queue> {
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Changes the queue, and tells those who wait for it.
+    fn change(&self, change: impl FnOnce(&mut Queue)) {
+        change(&mut self.lock());
+        self.changed.notify_all();
+    }
+
+    /// The next program; `None` once there will be none any more.
+    fn next(&self, mut take: impl FnMut(&mut Queue) -> Option<Program>) -> Option<Program> {
+        let mut queue = self.lock();
+        loop {
+            let program = take(&mut queue);
+            if program.is_some() || queue.is_complete {
+                return program;
+            }
+            queue = self.changed.wait(queue).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+/// Runs all tests, those after a failed one too, each program as soon as it is built; closes with their number.
 ///
 /// # Errors
 /// When one fails, or does not build.
 pub(crate) fn run() -> Result<()> {
-    let (waiting, computing) = built()?.into_iter().partition(|it| WAITING.contains(&it.name.as_str()));
-    let queue = Mutex::new(Queue { waiting, computing, total: Total::default(), failed: Vec::new() });
-    thread::scope(|scope| {
+    let shared = Shared::default();
+    let built = thread::scope(|scope| {
         scope.spawn(|| {
-            // In real time: what computes beside them gives way.
-            work(&queue, &[], |it| it.waiting.pop());
-            work(&queue, &GIVING_WAY, |it| it.computing.pop());
+            // In real time: what builds and computes beside them gives way.
+            work(&shared, &[], |it| it.waiting.pop());
+            work(&shared, &GIVING_WAY, |it| it.computing.pop());
         });
-        work(&queue, &GIVING_WAY, |it| it.computing.pop());
+        scope.spawn(|| work(&shared, &GIVING_WAY, |it| it.computing.pop()));
+        let built = build(&shared);
+        shared.change(Queue::complete);
+        built
     });
-    let Queue { mut total, mut failed, .. } = queue.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let Queue { mut total, mut failed, .. } =
+        shared.queue.into_inner().unwrap_or_else(PoisonError::into_inner);
+    failed.extend(built.err().map(|problem| problem.to_string()));
     let documents = ["cargo", "test", "--workspace", "--locked", "--no-fail-fast", "--doc"];
     if let Err(problem) = command::relay(&documents, |line| total.add(line)) {
         failed.push(problem.to_string());
@@ -79,19 +142,15 @@ pub(crate) fn run() -> Result<()> {
     Ok(())
 }
 
-/// Builds all test programs.
-fn built() -> Result<Vec<Program>> {
-    let line = [
-        "cargo",
-        "test",
-        "--workspace",
-        "--locked",
-        "--no-run",
-        "--message-format",
-        "json-render-diagnostics",
-    ];
-    let messages = command::output(&line)?;
-    Ok(messages.lines().filter_map(program).collect())
+/// Builds all test programs, and hands out each when it is there.
+fn build(shared: &Shared) -> Result<()> {
+    let cargo = ["cargo", "test", "--workspace", "--locked", "--no-run"];
+    let messages = ["--message-format", "json-render-diagnostics"];
+    let line: Vec<&str> = GIVING_WAY.into_iter().chain(cargo).chain(messages).collect();
+    command::listen(&line, |message| {
+        let Some(program) = program(message) else { return };
+        shared.change(|queue| queue.list(&program).push(program));
+    })
 }
 
 /// The test program that a message of cargo is about; `None` for all other messages.
@@ -108,25 +167,25 @@ fn program(message: &str) -> Option<Program> {
 
 /// Runs one program after the other; shows what each printed when it has ended, so that nothing is mixed.
 /// `under` is the beginning of the line that runs each.
-fn work(queue: &Mutex<Queue>, under: &[&str], next: impl Fn(&mut Queue) -> Option<Program>) {
-    let lock = || queue.lock().unwrap_or_else(PoisonError::into_inner);
-    loop {
-        let Some(program) = next(&mut lock()) else { return };
+fn work(shared: &Shared, under: &[&str], mut take: impl FnMut(&mut Queue) -> Option<Program>) {
+    while let Some(program) = shared.next(&mut take) {
         let line: Vec<&OsStr> =
             under.iter().map(OsStr::new).chain([program.executable.as_os_str()]).collect();
+        let began = Instant::now();
         let output = Command::new(line[0]).args(&line[1..]).current_dir(&program.folder).output();
-        let mut queue = lock();
-        println!("-- {}", program.executable.display());
-        let Ok(output) = output else {
-            queue.failed.push(program.name);
-            continue;
-        };
-        let printed = String::from_utf8_lossy(&output.stdout);
-        println!("{printed}{}", String::from_utf8_lossy(&output.stderr));
-        printed.lines().for_each(|line| queue.total.add(line));
-        if !output.status.success() {
-            queue.failed.push(format!("{}: {}", program.name, output.status));
-        }
+        shared.change(|queue| {
+            println!("-- {} in {} s", program.executable.display(), began.elapsed().as_secs());
+            let Ok(output) = output else {
+                queue.failed.push(program.name);
+                return;
+            };
+            let printed = String::from_utf8_lossy(&output.stdout);
+            println!("{printed}{}", String::from_utf8_lossy(&output.stderr));
+            printed.lines().for_each(|line| queue.total.add(line));
+            if !output.status.success() {
+                queue.failed.push(format!("{}: {}", program.name, output.status));
+            }
+        });
     }
 }
 
@@ -182,6 +241,29 @@ mod tests {
         assert_eq!(program(&message(false)), None);
         assert_eq!(program(r#"{"reason": "build-finished", "success": true}"#), None);
         assert_eq!(program("a line of something else"), None);
+    }
+
+    #[test]
+    fn a_program_runs_as_soon_as_it_may() {
+        let program = |name: &str, folder: &str| Program {
+            name: name.into(),
+            executable: "/w/target/x".into(),
+            folder: Path::new("/w/crates").join(folder),
+        };
+        let shared = Shared::default();
+        for (name, folder) in [("live", "shsa"), ("cli", "shsa-bench"), ("all", "shsa-core")] {
+            let program = program(name, folder);
+            shared.change(|queue| queue.list(&program).push(program));
+        }
+        let next = |shared: &Shared| shared.next(|it| it.computing.pop()).map(|program| program.name);
+        assert_eq!(next(&shared).as_deref(), Some("all"));
+        thread::scope(|scope| {
+            let waits = scope.spawn(|| next(&shared));
+            shared.change(Queue::complete);
+            assert_eq!(waits.join().unwrap().as_deref(), Some("cli"));
+        });
+        assert_eq!(next(&shared), None);
+        assert_eq!(shared.lock().waiting.len(), 1);
     }
 
     #[test]

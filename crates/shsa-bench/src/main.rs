@@ -3,9 +3,13 @@
 mod processor;
 mod program;
 mod structure;
+mod table;
+mod alignment;
+mod charge;
 mod day;
 mod live;
 mod monitor;
+mod navigation;
 mod oracle;
 mod scale;
 mod thesis;
@@ -24,12 +28,18 @@ struct Arguments {
 
 #[derive(clap::Subcommand)]
 enum Command {
+    /// What an input is worth at the time of a computation: its latest value, or its extrapolation.
+    Alignment(alignment::Arguments),
+    /// The state of charge of a cell, by counting, by its curve, and by fusion.
+    Charge(charge::Arguments),
     /// How long a day of data takes, and how much memory.
     Day(day::Arguments),
     /// What healing costs on the wire: the gate, reactions, throughput, an hour of soak.
     Live(live::Arguments),
     /// What the monitor costs for each observation.
     Monitor(monitor::Arguments),
+    /// Position and speed of a rover, by all methods of fusion.
+    Navigation(navigation::Arguments),
     /// Our answers beside those that others have recorded.
     Oracle(oracle::Arguments),
     /// How time and memory grow with the model.
@@ -69,9 +79,12 @@ fn tell(line: &str) {
 /// Runs one benchmark.
 fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match &arguments.command {
+        Command::Alignment(arguments) => alignment::run(arguments),
+        Command::Charge(arguments) => charge::run(arguments),
         Command::Day(arguments) => day::run(arguments),
         Command::Live(arguments) => live::run(arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
+        Command::Navigation(arguments) => navigation::run(arguments),
         Command::Oracle(arguments) => oracle::run(arguments),
         Command::Scale(arguments) => scale::run(arguments),
         Command::Thesis(arguments) => thesis::run(arguments),

@@ -84,14 +84,18 @@ pub enum Settled {
 enum Body {
     /// The signal's own values.
     Direct(Input),
-    /// A program over inputs.
-    Computed {
-        program: Program,
-        state: State<Interval>,
-        inputs: Vec<Source>,
-        /// Inputs that wrap, where nothing is remembered of them.
-        wrapping: Vec<Wrapping>,
-    },
+    /// A formula of them.
+    Computed(Compiled),
+}
+
+/// A program with its memory and the sources of its inputs.
+#[derive(Debug)]
+struct Compiled {
+    program: Program,
+    state: State<Interval>,
+    inputs: Vec<Source>,
+    /// Inputs that wrap, where nothing is remembered of them.
+    wrapping: Vec<Wrapping>,
 }
 
 /// One evaluation that is yet to be done: the inputs of a program, brought to a moment. It holds all that the evaluation
@@ -157,7 +161,7 @@ impl Computation {
             Some(signal) => (Body::Direct(Input::new(knowledge, signal, trigger)), Span::ZERO),
             None => computed(knowledge, &way, trigger)?,
         };
-        let is_rate = matches!(&body, Body::Computed { program, .. } if program.is_rate());
+        let is_rate = matches!(&body, Body::Computed(computed) if computed.program.is_rate());
         let mean_over = |signal: SignalId| knowledge.signals()[signal].mean_over;
         let timing = Timing {
             period: trigger.and_then(|signal| period(knowledge, signal)),
@@ -184,17 +188,12 @@ impl Computation {
         }
         match (&mut self.body, &mut old.body) {
             (Body::Direct(own), Body::Direct(input)) => input.succeeded(lineage) == Some(*own),
-            (
-                Body::Computed { program, state, inputs, .. },
-                Body::Computed { program: old_program, state: old_state, inputs: old_inputs, .. },
-            ) => {
-                let is_same = program.is_renamed(old_program, rename)
-                    && old_inputs
-                        .iter()
-                        .map(|input| input.succeeded(lineage))
-                        .eq(inputs.iter().copied().map(Some));
+            (Body::Computed(own), Body::Computed(old)) => {
+                let succeeded = old.inputs.iter().map(|input| input.succeeded(lineage));
+                let is_same = own.program.is_renamed(&old.program, rename)
+                    && succeeded.eq(own.inputs.iter().copied().map(Some));
                 if is_same {
-                    core::mem::swap(state, old_state);
+                    core::mem::swap(&mut own.state, &mut old.state);
                 }
                 is_same
             }
@@ -238,7 +237,7 @@ impl Computation {
     pub fn looks_back(&self) -> Span {
         match &self.body {
             Body::Direct(_) => Span::ZERO,
-            Body::Computed { program, .. } => program.looks_back(),
+            Body::Computed(computed) => computed.program.looks_back(),
         }
     }
 
@@ -246,7 +245,7 @@ impl Computation {
     pub fn joined(&self) -> impl Iterator<Item = SignalId> + '_ {
         let inputs = match &self.body {
             Body::Direct(_) => &[],
-            Body::Computed { inputs, .. } => inputs.as_slice(),
+            Body::Computed(computed) => computed.inputs.as_slice(),
         };
         inputs.iter().filter_map(|input| match input {
             Source::Signal(input) if !input.is_trigger && input.shape == Shape::Scalar => Some(input.signal),

@@ -17,6 +17,7 @@ pub mod interval;
 pub mod circle;
 pub mod unit;
 pub mod expression;
+pub mod statement;
 pub mod knowledge;
 pub mod observation;
 pub mod substitution;

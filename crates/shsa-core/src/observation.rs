@@ -97,28 +97,15 @@ impl Signal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::knowledge::{Id, Properties, ReadingLimits, Scaling, VariableId};
-    use crate::time::Span;
+    use crate::knowledge::{Id, Scaling, VariableId};
     use alloc::string::String;
     use proptest::prelude::*;
 
     fn signal(unit: Option<&str>, lo: f64, hi: f64, relative: f64) -> Signal {
         Signal {
-            name: String::new(),
-            variable: VariableId::from_index(0),
-            source: String::new(),
             unit: unit.and_then(|text| Unit::parse(text).ok()),
-            scaling: None,
-            rate_hz: None,
             value_error: ValueError { lo, hi, relative },
-            noise: None,
-            time_error: (Span::ZERO, Span::ZERO),
-            delay: Span::ZERO,
-            mean_over: Span::ZERO,
-            timeout: None,
-            limits: ReadingLimits::default(),
-            derived_from: Vec::new(),
-            properties: Properties::new(),
+            ..Signal::new(String::new(), VariableId::from_index(0))
         }
     }
 

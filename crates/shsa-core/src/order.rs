@@ -1,5 +1,6 @@
 //! What an operator can order, in names: an order outlives a change of the knowledge base.
 
+use crate::time::Span;
 use alloc::string::String;
 use core::fmt;
 
@@ -30,11 +31,27 @@ pub enum Order {
         /// A signal of the need's variable, or a way as events tell it: `/a, /b by r1`.
         source: String,
     },
-    /// Takes back [`Order::Force`] for a need, named as there.
+    /// Takes back [`Order::Force`] and [`Order::Override`] for a need, named as there.
     Release(String),
     /// The operator vouches for a signal, a relation, or all signals that share something: the accusation is dropped
     /// with the evidence for it. New evidence can accuse it again.
     Clear(Subject),
+    /// What the contract of a need refuses goes out all the same for a time, at the level that it has.
+    Override {
+        /// The need, named as in [`Order::Force`].
+        need: String,
+        /// For how long; longer than nothing.
+        lasts: Span,
+        /// Why; not empty.
+        because: String,
+    },
+    /// Somebody has checked a piece of evidence that nothing measures.
+    Attest {
+        /// The contract and the evidence: `speed/installed`.
+        evidence: String,
+        /// Whether it is so.
+        holds: bool,
+    },
 }
 
 impl fmt::Display for Subject {
@@ -55,6 +72,11 @@ impl fmt::Display for Order {
             Order::Force { need, source } => write!(out, "serve {need} from {source}"),
             Order::Release(need) => write!(out, "release {need}"),
             Order::Clear(subject) => write!(out, "clear {subject}"),
+            Order::Override { need, lasts, because } => {
+                write!(out, "override the contract of {need} for {} s: {because}", lasts.seconds())
+            }
+            Order::Attest { evidence, holds: true } => write!(out, "attest {evidence}"),
+            Order::Attest { evidence, holds: false } => write!(out, "deny {evidence}"),
         }
     }
 }

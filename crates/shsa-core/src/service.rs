@@ -3,6 +3,7 @@
 //! Starting one costs no I/O and no waiting: the past of its inputs is there already. It computes whenever its fastest input delivers, the others brought to that moment.
 
 use crate::alignment::{Port, Sample};
+use crate::assurance::Assured;
 use crate::computation::{Computation, Computed, Task};
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId};
 use crate::observation::Observation;
@@ -19,7 +20,7 @@ pub struct Service {
 }
 
 impl Service {
-    /// Starts the service of a way; `None` when the way is structure only.
+    /// Starts the service of a way that contracts admit now; `None` when the way is structure only.
     ///
     /// What the ports remember of its inputs is computed first, so that windows are full from the first output on. Where the
     /// output is owed since a time, the first one is what was last known, if that is newer: it does not wait for the next
@@ -27,11 +28,11 @@ impl Service {
     #[must_use]
     pub fn start(
         knowledge: &KnowledgeBase,
-        way: Way,
+        way: Assured<'_, Way>,
         ports: &IdVec<SignalId, Port>,
         owed_since: Option<Time>,
     ) -> Option<Service> {
-        let mut computation = Computation::new(knowledge, way, Computation::fastest_input)?;
+        let mut computation = Computation::new(knowledge, way.into_value(), Computation::fastest_input)?;
         let mut pending = None;
         if let Some(trigger) = computation.trigger() {
             let mut moments = ports[trigger].moments().peekable();
@@ -50,11 +51,11 @@ impl Service {
     #[must_use]
     pub fn start_at(
         knowledge: &KnowledgeBase,
-        way: Way,
+        way: Assured<'_, Way>,
         ports: &IdVec<SignalId, Port>,
         undone: Validity,
     ) -> Option<Service> {
-        let mut computation = Computation::new(knowledge, way, Computation::fastest_input)?;
+        let mut computation = Computation::new(knowledge, way.into_value(), Computation::fastest_input)?;
         if let Some(trigger) = computation.trigger() {
             for moment in ports[trigger].moments().filter(|moment| moment.to < undone.to) {
                 computation.evaluate(ports, moment, None);

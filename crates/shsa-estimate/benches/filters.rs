@@ -147,6 +147,10 @@ impl System for ByHand {
         if one == other { 0.5 } else { 0.0 }
     }
 
+    fn is_independent(&self) -> bool {
+        true
+    }
+
     fn turn(&self, _: usize) -> Option<f64> {
         None
     }

@@ -9,7 +9,7 @@
 use crate::Error;
 use crate::formulas::{Draft, Formulas};
 use crate::matrix::{Matrix, at, column, put};
-use crate::system::System;
+use crate::system::{Ensemble, System};
 
 /// Where the integrand is taken, and how it counts, of an integral from 0 to 1.
 const POINTS: [(f64, f64); 3] =
@@ -81,8 +81,22 @@ impl System for Continuous {
         self.formulas.covariance(one, other, state, controls).powi(2)
     }
 
+    fn is_independent(&self) -> bool {
+        self.formulas.is_independent()
+    }
+
     fn turn(&self, sensor: usize) -> Option<f64> {
         self.formulas.turn(sensor)
+    }
+}
+
+impl Ensemble for Continuous {
+    fn transitions(&mut self, from: &Matrix, controls: &[f64], dt: f64, to: &mut Matrix) {
+        self.formulas.transitions(from, controls, dt, to);
+    }
+
+    fn expectations(&mut self, sensor: usize, states: &Matrix, controls: &[f64], to: &mut [f64]) {
+        self.formulas.expectations(sensor, states, controls, to);
     }
 }
 

@@ -6,7 +6,7 @@ use crate::Error;
 use crate::average::{Certain, MovingAverage, Window, by_confidence};
 use crate::interval_fusion::{Regions, brooks_iyengar, marzullo, schmid};
 use crate::matrix::{Matrix, at, put};
-use crate::method::{Innovation, Measurement, Method, Updated};
+use crate::method::{Gaussian, Innovation, Measurement, Method, Tally, Updated};
 use shsa_core::interval::Interval;
 
 /// How the values of several inputs become one.
@@ -43,8 +43,8 @@ pub struct Direct {
     variances: Vec<f64>,
     /// By how much the variance grows in a second.
     growth: f64,
-    mean: [f64; 1],
-    p: Matrix,
+    /// Of one number.
+    estimate: Gaussian,
     intervals: Vec<Interval>,
     pairs: Vec<(Option<f64>, f64)>,
     regions: Regions,
@@ -92,12 +92,23 @@ impl Direct {
             rule,
             variances: variances.to_vec(),
             growth,
-            mean: [mean],
-            p: Matrix::from_element(1, 1, variance),
+            estimate: Gaussian { mean: vec![mean], spread: Matrix::from_element(1, 1, variance) },
             intervals: Vec::with_capacity(n),
             pairs: Vec::with_capacity(n),
             regions: Regions::new(n),
         })
+    }
+
+    /// The value and its variance.
+    fn known(&self) -> (f64, f64) {
+        let Gaussian { mean, spread } = &self.estimate;
+        (mean.first().copied().unwrap_or(f64::NAN), at(spread, 0, 0))
+    }
+
+    fn set(&mut self, value: f64, variance: f64) {
+        let Gaussian { mean, spread } = &mut self.estimate;
+        mean.fill(value);
+        put(spread, 0, 0, variance);
     }
 
     fn variance(&self, measurement: &Measurement) -> Option<f64> {
@@ -165,51 +176,44 @@ impl Direct {
 }
 
 impl Method for Direct {
-    fn mean(&self) -> &[f64] {
-        &self.mean
+    fn gaussian(&self) -> &Gaussian {
+        &self.estimate
     }
 
-    fn spread(&self) -> &Matrix {
-        &self.p
+    fn gaussian_mut(&mut self) -> &mut Gaussian {
+        &mut self.estimate
     }
 
     fn predict(&mut self, dt: f64, _: &[f64]) -> bool {
-        let variance = at(&self.p, 0, 0) + self.growth * dt.max(0.0);
-        put(&mut self.p, 0, 0, variance);
+        let (mean, variance) = self.known();
+        self.set(mean, variance + self.growth * dt.max(0.0));
         true
     }
 
     fn innovation(&mut self, measurement: &Measurement, _: &[f64]) -> Option<Innovation> {
-        let variance = self.variance(measurement)? + at(&self.p, 0, 0);
-        let [mean] = self.mean;
+        let (mean, own) = self.known();
+        let variance = self.variance(measurement)? + own;
         variance.is_finite().then_some(Innovation { value: measurement.value - mean, variance })
     }
 
     fn update(&mut self, measurements: &[Measurement], _: &[f64]) -> Updated {
         self.pairs.clear();
-        let [before] = self.mean;
-        let mut updated = Updated::NOTHING;
+        let (before, own) = self.known();
+        let mut tally = Tally::NOTHING;
         for measurement in measurements.iter().take(self.variances.len()) {
             let Some(variance) = self.variance(measurement) else { continue };
             self.pairs.push((Some(measurement.value), variance));
-            let total = variance + at(&self.p, 0, 0);
-            updated.used += 1;
-            updated.normalized_square += (measurement.value - before).powi(2) / total;
-            updated.log_likelihood += crate::normal::log_density(measurement.value - before, total);
+            tally.count(measurement.value - before, variance + own);
         }
+        let updated = tally.updated(false);
         match self.combined() {
             Some((value, variance)) => {
-                self.mean = [value];
-                put(&mut self.p, 0, 0, variance);
+                self.set(value, variance);
                 updated
             }
             // No value is in so many intervals: more inputs lie than was declared.
             None => Updated { used: 0, ..updated },
         }
-    }
-
-    fn widen(&mut self, factor: f64) {
-        self.p *= factor;
     }
 
     fn memory_len(&self) -> usize {
@@ -222,15 +226,14 @@ impl Method for Direct {
             Rule::Median(window) => window.values(),
             _ => &[],
         };
-        let [mean] = self.mean;
-        let head = [mean, at(&self.p, 0, 0), values.len() as f64];
+        let (mean, variance) = self.known();
+        let head = [mean, variance, values.len() as f64];
         crate::method::save(memory, &[&head, values]);
     }
 
     fn restore(&mut self, memory: &[f64]) {
         let [mean, variance, count, values @ ..] = memory else { return };
-        self.mean = [*mean];
-        put(&mut self.p, 0, 0, *variance);
+        self.set(*mean, *variance);
         if let Some(window) = self.window() {
             window.clear();
             values.iter().take(*count as usize).for_each(|value| window.push(*value));

@@ -47,7 +47,7 @@ impl Dual {
 
     /// A function of two numbers, by its value and both derivatives.
     #[inline]
-    fn joined(self, other: Dual, value: f64, (by_self, by_other): (f64, f64)) -> Dual {
+    fn joined(self, other: Dual, value: f64, by_self: f64, by_other: f64) -> Dual {
         let mut slopes = self.slopes;
         for (slope, its) in slopes.iter_mut().zip(&other.slopes) {
             *slope = *slope * by_self + its * by_other;
@@ -114,7 +114,7 @@ impl Number for Dual {
     fn binary(self, function: Binary, other: Dual) -> Dual {
         let (x, y) = (self.value, other.value);
         let value = x.binary(function, y);
-        let slopes = match function {
+        let (by_self, by_other) = match function {
             Binary::Add => (1.0, 1.0),
             Binary::Sub => (1.0, -1.0),
             Binary::Mul => (y, x),
@@ -132,7 +132,7 @@ impl Number for Dual {
             Binary::Hypot if self.is_constant() && other.is_constant() => (0.0, 0.0),
             Binary::Hypot => (x / value, y / value),
         };
-        self.joined(other, value, slopes)
+        self.joined(other, value, by_self, by_other)
     }
 
     fn compare(self, comparison: Comparison, other: Dual) -> Truth {
@@ -153,7 +153,7 @@ impl Number for Dual {
     }
 
     fn between(self, next: Dual) -> Dual {
-        self.joined(next, self.value / 2.0 + next.value / 2.0, (0.5, 0.5))
+        self.joined(next, self.value / 2.0 + next.value / 2.0, 0.5, 0.5)
     }
 
     fn within(self, bounds: Interval) -> Dual {

@@ -1,14 +1,13 @@
 //! Models of systems in the language of formulas, compiled once, and differentiated exactly.
 
 use crate::Error;
-use crate::dual::{Dual, WIDTH};
+use crate::compiled::{Arguments, Compiled};
+use crate::dual::WIDTH;
 use crate::matrix::{Matrix, put};
-use crate::system::System;
+use crate::system::{Ensemble, System};
 use shsa_core::expression::{
-    Assignment, Checked, Formula, Function, Kind, Number, Program, Scope, Shape, State, Symbol, Value, check,
-    parse_expression,
+    Checked, Formula, Function, Kind, Scope, Shape, Symbol, check, parse_expression,
 };
-use shsa_core::time::Validity;
 
 /// What the formulas of a model may name: states first, then control inputs, then constants.
 #[derive(Clone, Debug, Default)]
@@ -91,93 +90,6 @@ pub struct Draft {
     pub sensors: Vec<Sensor>,
 }
 
-/// A program over states, controls and `dt`, with memory to run it over numbers and over duals.
-#[derive(Clone, Debug)]
-struct Compiled {
-    program: Program,
-    /// Which of states, controls and `dt` each input is.
-    slots: Vec<usize>,
-    numbers: State<f64>,
-    duals: State<Dual>,
-    number_inputs: Vec<Value<'static, f64>>,
-    dual_inputs: Vec<Value<'static, Dual>>,
-}
-
-/// What programs are evaluated on.
-#[derive(Clone, Copy)]
-struct Arguments<'a> {
-    states: &'a [f64],
-    controls: &'a [f64],
-    dt: f64,
-}
-
-impl Arguments<'_> {
-    /// The number in a slot: states, then controls (absent ones are 0), then `dt`.
-    #[inline]
-    fn get(&self, slot: usize, control_count: usize) -> f64 {
-        match slot.checked_sub(self.states.len()) {
-            None => self.states.get(slot).copied().unwrap_or(f64::NAN),
-            Some(control) if control < control_count => self.controls.get(control).copied().unwrap_or(0.0),
-            Some(_) => self.dt,
-        }
-    }
-}
-
-impl Compiled {
-    /// Compiles formulas over `count` symbols of which the last is `dt`, to one vector.
-    fn new(what: &str, formulas: Vec<Formula>, count: usize) -> Result<Compiled, Error> {
-        let wrong = |reason: &str| Error::Formula { what: what.to_owned(), reason: reason.to_owned() };
-        let elapsed = Symbol(count as u32 - 1);
-        let formulas: Vec<Formula> = formulas.into_iter().map(|it| it.with_elapsed(elapsed)).collect();
-        if formulas.iter().any(|formula| formula.shape() != Shape::Scalar) {
-            return Err(wrong("is not one number"));
-        }
-        if formulas.iter().any(Formula::is_stateful) {
-            return Err(wrong("remembers earlier values: make what it remembers a state"));
-        }
-        let list = Formula::list(formulas);
-        let assignment = Assignment { symbol: Symbol(u32::MAX), formula: &list, condition: None };
-        let program = Program::compile(&[assignment]).map_err(|problem| wrong(&problem.to_string()))?;
-        let slots: Vec<usize> = program.inputs().iter().map(|input| input.symbol.0 as usize).collect();
-        if slots.iter().any(|slot| *slot >= count) {
-            return Err(wrong("uses what is neither state nor control input"));
-        }
-        Ok(Compiled {
-            numbers: program.new_state(0, 1.0),
-            duals: program.new_state(0, 1.0),
-            number_inputs: vec![Value::Scalar(f64::NAN); slots.len()],
-            dual_inputs: vec![Value::Scalar(Dual::MISSING); slots.len()],
-            program,
-            slots,
-        })
-    }
-
-    fn evaluate(&mut self, arguments: Arguments<'_>, control_count: usize) -> &[f64] {
-        for (input, slot) in self.number_inputs.iter_mut().zip(&self.slots) {
-            *input = Value::Scalar(arguments.get(*slot, control_count));
-        }
-        let outcome = self.program.evaluate(&mut self.numbers, &self.number_inputs, Validity::always(), None);
-        match outcome.value {
-            Value::Vector(numbers) => numbers,
-            Value::Scalar(_) => &[],
-        }
-    }
-
-    /// With derivatives by the states from `first` on, as many as a dual has directions.
-    fn differentiate(&mut self, arguments: Arguments<'_>, control_count: usize, first: usize) -> &[Dual] {
-        for (input, slot) in self.dual_inputs.iter_mut().zip(&self.slots) {
-            let value = arguments.get(*slot, control_count);
-            let direction = slot.checked_sub(first).filter(|_| *slot < arguments.states.len());
-            *input = Value::Scalar(Dual::variable(value, direction.unwrap_or(WIDTH)));
-        }
-        let outcome = self.program.evaluate(&mut self.duals, &self.dual_inputs, Validity::always(), None);
-        match outcome.value {
-            Value::Vector(duals) => duals,
-            Value::Scalar(_) => &[],
-        }
-    }
-}
-
 /// A system by compiled formulas.
 #[derive(Clone, Debug)]
 pub struct Formulas {
@@ -224,8 +136,11 @@ impl Formulas {
         })
     }
 
-    fn sensor(&mut self, sensor: usize) -> Option<&mut Measured> {
-        self.sensors.get_mut(sensor)
+    /// What formulas are evaluated on, of one state or many.
+    fn arguments<'a>(&self, states: &'a [f64], controls: &'a [f64], dt: f64) -> Arguments<'a> {
+        let (state_len, control_count) = (self.states, self.controls);
+        let many = states.len() / state_len.max(1);
+        Arguments { states, many, state_len, controls, control_count, dt }
     }
 }
 
@@ -233,6 +148,11 @@ impl Formulas {
 fn fill(to: &mut [f64], from: impl Iterator<Item = f64>) {
     let from = from.chain(std::iter::repeat(f64::NAN));
     to.iter_mut().zip(from).for_each(|(to, from)| *to = from);
+}
+
+/// The only value of a formula; missing where there is none.
+fn only(found: &[f64]) -> f64 {
+    found.first().copied().unwrap_or(f64::NAN)
 }
 
 impl System for Formulas {
@@ -245,14 +165,14 @@ impl System for Formulas {
     }
 
     fn transition(&mut self, from: &[f64], controls: &[f64], dt: f64, to: &mut [f64]) {
-        let found = self.transition.evaluate(Arguments { states: from, controls, dt }, self.controls);
+        let found = self.transition.evaluate(self.arguments(from, controls, dt));
         fill(to, found.iter().copied());
     }
 
     fn linearised(&mut self, from: &[f64], controls: &[f64], dt: f64, to: &mut [f64], jacobian: &mut Matrix) {
-        let arguments = Arguments { states: from, controls, dt };
+        let arguments = self.arguments(from, controls, dt);
         for first in (0..self.states).step_by(WIDTH) {
-            let found = self.transition.differentiate(arguments, self.controls, first);
+            let found = self.transition.differentiate(arguments, first);
             fill(to, found.iter().map(|dual| dual.value));
             for (row, dual) in found.iter().enumerate() {
                 for (column, slope) in (first..self.states).zip(dual.slopes) {
@@ -264,7 +184,7 @@ impl System for Formulas {
 
     fn noise(&mut self, from: &[f64], controls: &[f64], dt: f64, noise: &mut Matrix) {
         let n = self.states;
-        let found = self.noise.evaluate(Arguments { states: from, controls, dt }, self.controls);
+        let found = self.noise.evaluate(self.arguments(from, controls, dt));
         let places = (0..n).flat_map(|row| (row..n).map(move |column| (row, column)));
         for ((row, column), number) in places.zip(found) {
             put(noise, row, column, *number);
@@ -273,17 +193,17 @@ impl System for Formulas {
     }
 
     fn expected(&mut self, sensor: usize, state: &[f64], controls: &[f64]) -> f64 {
-        let (arguments, count) = (Arguments { states: state, controls, dt: f64::NAN }, self.controls);
-        let Some(measured) = self.sensor(sensor) else { return f64::NAN };
-        measured.formula.evaluate(arguments, count).first().copied().unwrap_or(f64::NAN)
+        let arguments = self.arguments(state, controls, f64::NAN);
+        let Some(measured) = self.sensors.get_mut(sensor) else { return f64::NAN };
+        only(measured.formula.evaluate(arguments))
     }
 
     fn gradient(&mut self, sensor: usize, state: &[f64], controls: &[f64], gradient: &mut [f64]) -> f64 {
-        let (arguments, count) = (Arguments { states: state, controls, dt: f64::NAN }, self.controls);
-        let Some(measured) = self.sensor(sensor) else { return f64::NAN };
+        let arguments = self.arguments(state, controls, f64::NAN);
+        let Some(measured) = self.sensors.get_mut(sensor) else { return f64::NAN };
         let mut value = f64::NAN;
         for (chunk, part) in gradient.chunks_mut(WIDTH).enumerate() {
-            let found = measured.formula.differentiate(arguments, count, chunk * WIDTH);
+            let found = measured.formula.differentiate(arguments, chunk * WIDTH);
             let Some(dual) = found.first() else { return f64::NAN };
             fill(part, dual.slopes.into_iter());
             value = dual.value;
@@ -295,13 +215,32 @@ impl System for Formulas {
         if one != other {
             return 0.0;
         }
-        let (arguments, count) = (Arguments { states: state, controls, dt: f64::NAN }, self.controls);
-        let Some(measured) = self.sensor(one) else { return f64::NAN };
-        measured.variance.evaluate(arguments, count).first().copied().unwrap_or(f64::NAN)
+        let arguments = self.arguments(state, controls, f64::NAN);
+        let Some(measured) = self.sensors.get_mut(one) else { return f64::NAN };
+        only(measured.variance.evaluate(arguments))
+    }
+
+    fn is_independent(&self) -> bool {
+        true
     }
 
     fn turn(&self, sensor: usize) -> Option<f64> {
         self.sensors.get(sensor)?.turn
+    }
+}
+
+impl Ensemble for Formulas {
+    fn transitions(&mut self, from: &Matrix, controls: &[f64], dt: f64, to: &mut Matrix) {
+        let arguments = self.arguments(from.as_slice(), controls, dt);
+        self.transition.evaluate_many(arguments, to.as_mut_slice());
+    }
+
+    fn expectations(&mut self, sensor: usize, states: &Matrix, controls: &[f64], to: &mut [f64]) {
+        let arguments = self.arguments(states.as_slice(), controls, f64::NAN);
+        match self.sensors.get_mut(sensor) {
+            Some(measured) => measured.formula.evaluate_many(arguments, to),
+            None => to.fill(f64::NAN),
+        }
     }
 }
 
@@ -372,6 +311,27 @@ mod tests {
         );
         assert!(formulas(&["x"], &["x + y"], "x").unwrap_err().to_string().contains("`y`"));
         assert!(formulas(&["x"], &["x > 1"], "x").is_err());
+    }
+
+    /// Formulas with and without branches, of as many states as fill no whole number of lanes.
+    #[test]
+    fn an_ensemble_goes_on_as_each_of_its_states_does() {
+        for transition in
+            [["sqrt(x) + v*dt*u", "sin(v)/x"], ["if(x > 2, x*dt, v)", "min(x, v) + sqrt(v - 4)"]]
+        {
+            let mut system = formulas(&["x", "v", "u"], &transition, "x*v + u").unwrap();
+            let from = Matrix::from_fn(37, 2, |place, state| 0.3 * place as f64 - 2.0 + 7.0 * state as f64);
+            let (mut to, mut said) = (Matrix::zeros(37, 2), [0.0; 37]);
+            system.transitions(&from, &[3.0], 0.5, &mut to);
+            system.expectations(0, &from, &[3.0], &mut said);
+            for (place, said) in said.iter().enumerate() {
+                let (state, mut alone) = ([from[(place, 0)], from[(place, 1)]], [0.0; 2]);
+                system.transition(&state, &[3.0], 0.5, &mut alone);
+                let bits = alone.map(f64::to_bits);
+                assert_eq!([to[(place, 0)], to[(place, 1)]].map(f64::to_bits), bits, "{state:?}");
+                assert_eq!(*said, system.expected(0, &state, &[3.0]));
+            }
+        }
     }
 
     #[test]

@@ -17,12 +17,9 @@
 //! (doi:10.1109/TSP.2012.2208106).
 
 use crate::Error;
-use crate::matrix::{
-    Factors, Matrix, add_scaled, at, check_covariance, column, column_mut, dot, heal, multiply, propagate,
-    put, symmetrise,
-};
-use crate::method::{Innovation, Measurement, Method, Updated, restore, save};
-use crate::normal::log_density;
+use crate::kernel::{self, Absorb, Absorbed, add_scaled, are_finite, dot};
+use crate::matrix::{Factors, Matrix, at, column, column_mut, heal, propagate, put, variance_along, work};
+use crate::method::{Gaussian, Innovation, Measurement, Method, Tally, Updated};
 use crate::system::{System, wrapped};
 
 /// How a measurement counts that lies far off.
@@ -67,8 +64,7 @@ struct Scalar {
 pub struct Kalman<S> {
     system: S,
     loss: Loss,
-    mean: Vec<f64>,
-    p: Matrix,
+    estimate: Gaussian,
     next: Vec<f64>,
     jacobian: Matrix,
     work: Matrix,
@@ -81,8 +77,7 @@ pub struct Kalman<S> {
     /// Of which sensor each of them is.
     sensors: Vec<usize>,
     step: Vec<f64>,
-    ph: Vec<f64>,
-    gain: Vec<f64>,
+    scratch: Vec<f64>,
     check: Factors,
     /// What the update began with.
     before: Matrix,
@@ -95,10 +90,7 @@ impl<S: System> Kalman<S> {
     /// Another size than the system's, a covariance that is not positive semidefinite, a loss whose number is not above 0.
     pub fn new(system: S, mean: &[f64], spread: &Matrix, loss: Loss) -> Result<Kalman<S>, Error> {
         let (n, m) = (system.states(), system.sensors());
-        if mean.len() != n {
-            return Err(Error::Size { what: "the initial state", found: mean.len(), wanted: n });
-        }
-        check_covariance("the initial covariance", spread, n)?;
+        let estimate = Gaussian::new(mean, spread, n)?;
         if let Loss::Huber(value) | Loss::Student(value) = loss
             && (value.is_nan() || value <= 0.0)
         {
@@ -107,11 +99,10 @@ impl<S: System> Kalman<S> {
         Ok(Kalman {
             system,
             loss,
-            mean: mean.to_vec(),
-            p: spread.clone(),
+            estimate,
             next: vec![0.0; n],
             jacobian: Matrix::zeros(n, n),
-            work: Matrix::zeros(n, n),
+            work: work(n),
             noise: Matrix::zeros(n, n),
             h: Matrix::zeros(n, m),
             r: Matrix::zeros(m, m),
@@ -119,8 +110,7 @@ impl<S: System> Kalman<S> {
             scalars: vec![Scalar::default(); m],
             sensors: vec![0; m],
             step: vec![0.0; n],
-            ph: vec![0.0; n],
-            gain: vec![0.0; n],
+            scratch: vec![0.0; kernel::SCRATCH * n],
             check: Factors::new(n),
             before: spread.clone(),
         })
@@ -129,7 +119,7 @@ impl<S: System> Kalman<S> {
     /// The variance of a measurement: its own, or that of the model.
     fn variance(&mut self, measurement: &Measurement, controls: &[f64]) -> f64 {
         let Measurement { sensor, variance, .. } = *measurement;
-        variance.unwrap_or_else(|| self.system.covariance(sensor, sensor, &self.mean, controls))
+        variance.unwrap_or_else(|| self.system.covariance(sensor, sensor, &self.estimate.mean, controls))
     }
 
     /// Fills gradients, residuals and noise of those measurements that have an expectation; returns how many they are.
@@ -137,8 +127,8 @@ impl<S: System> Kalman<S> {
         let mut count = 0;
         for measurement in measurements.iter().take(self.scalars.len()) {
             let gradient = column_mut(&mut self.h, count);
-            let expected = self.system.gradient(measurement.sensor, &self.mean, controls, gradient);
-            let is_smooth = gradient.iter().all(|slope| slope.is_finite());
+            let expected = self.system.gradient(measurement.sensor, &self.estimate.mean, controls, gradient);
+            let is_smooth = are_finite(gradient);
             let apart = wrapped(measurement.value - expected, self.system.turn(measurement.sensor));
             let variance = self.variance(measurement, controls);
             if !(is_smooth && apart.is_finite() && variance >= 0.0 && variance.is_finite()) {
@@ -155,19 +145,17 @@ impl<S: System> Kalman<S> {
 
     /// Makes the noise of the first measurements independent: `y <- L^-1 y`, `H <- L^-1 H`, variances `D`.
     fn separate(&mut self, count: usize, controls: &[f64]) {
-        let mut is_diagonal = true;
+        if self.system.is_independent() {
+            return;
+        }
         for (j, scalar) in self.scalars.iter().enumerate().take(count) {
             put(&mut self.r, j, j, scalar.variance);
             for i in j + 1..count {
                 let (one, other) = (self.sensors.get(j), self.sensors.get(i));
                 let (Some(one), Some(other)) = (one, other) else { continue };
-                let shared = self.system.covariance(*one, *other, &self.mean, controls);
+                let shared = self.system.covariance(*one, *other, &self.estimate.mean, controls);
                 put(&mut self.r, i, j, shared);
-                is_diagonal &= shared == 0.0;
             }
-        }
-        if is_diagonal {
-            return;
         }
         self.independent.factor(&self.r, count);
         for j in 0..count {
@@ -177,7 +165,7 @@ impl<S: System> Kalman<S> {
                 if let Some(scalar) = self.scalars.get_mut(j) {
                     scalar.apart += factor * known;
                 }
-                let n = self.mean.len();
+                let n = self.step.len();
                 let (left, right) = self.h.as_mut_slice().split_at_mut(j * n);
                 let (from, to) = (left.get(k * n..(k + 1) * n), right.get_mut(..n));
                 if let (Some(from), Some(to)) = (from, to) {
@@ -192,34 +180,24 @@ impl<S: System> Kalman<S> {
     }
 
     /// Takes the first measurements in, one by one, into `step` and the covariance.
-    fn take_in(&mut self, count: usize) -> Updated {
-        let mut updated = Updated::NOTHING;
+    fn take_in(&mut self, count: usize) -> Tally {
+        let (mut tally, n) = (Tally::NOTHING, self.step.len());
         self.step.fill(0.0);
         for (place, scalar) in self.scalars.iter().enumerate().take(count) {
-            let h = column(&self.h, place);
-            multiply(&self.p, h, &mut self.ph);
-            let noise = scalar.variance / scalar.weight;
-            let variance = dot(h, &self.ph) + noise;
-            // Certain before, and measured without noise: there is nothing to learn.
-            if variance.is_nan() || variance <= 0.0 {
-                continue;
+            let (p, h) = (self.estimate.spread.as_mut_slice(), column(&self.h, place));
+            let (noise, apart) = (scalar.variance / scalar.weight, scalar.apart);
+            let absorb = Absorb { p, h, noise, apart, step: &mut self.step };
+            if let Some(Absorbed { apart, variance }) = kernel::run(absorb, n, &mut self.scratch) {
+                tally.count(apart, variance);
             }
-            let apart = scalar.apart - dot(h, &self.step);
-            for (step, ph) in self.step.iter_mut().zip(&self.ph) {
-                *step += ph * (apart / variance);
-            }
-            joseph(&mut self.p, h, &mut self.ph, variance, noise, &mut self.gain);
-            updated.used += 1;
-            updated.normalized_square += apart * apart / variance;
-            updated.log_likelihood += log_density(apart, variance);
         }
-        updated
+        tally
     }
 
     /// Takes the first measurements in with weights that belong to the residuals that they leave.
-    fn take_in_robustly(&mut self, count: usize) -> Updated {
-        self.before.copy_from(&self.p);
-        let mut updated = Updated::NOTHING;
+    fn take_in_robustly(&mut self, count: usize) -> Tally {
+        self.before.copy_from(&self.estimate.spread);
+        let mut tally = Tally::NOTHING;
         for iteration in 0..ITERATIONS {
             let mut change = 0.0_f64;
             for place in 0..count {
@@ -233,19 +211,18 @@ impl<S: System> Kalman<S> {
             if iteration > 0 && change < SETTLED {
                 break;
             }
-            self.p.copy_from(&self.before);
-            updated = self.take_in(count);
+            self.estimate.spread.copy_from(&self.before);
+            tally = self.take_in(count);
         }
-        updated
+        tally
     }
 
     /// A residual in standard deviations: of the prediction at first, of the estimate later.
-    fn residual(&mut self, place: usize, is_first: bool) -> f64 {
+    fn residual(&self, place: usize, is_first: bool) -> f64 {
         let Some(scalar) = self.scalars.get(place) else { return 0.0 };
         let h = column(&self.h, place);
         let (apart, variance) = if is_first {
-            multiply(&self.before, h, &mut self.ph);
-            (scalar.apart, scalar.variance + dot(h, &self.ph))
+            (scalar.apart, scalar.variance + variance_along(&self.before, h))
         } else {
             (scalar.apart - dot(h, &self.step), scalar.variance)
         };
@@ -253,82 +230,45 @@ impl<S: System> Kalman<S> {
     }
 }
 
-/// Joseph's form for one measurement: `P <- (I - k h') P (I - k h')' + r k k'`, where `ph` is `P h`. O(n^2).
-fn joseph(p: &mut Matrix, h: &[f64], ph: &mut [f64], variance: f64, noise: f64, gain: &mut [f64]) {
-    for (gain, ph) in gain.iter_mut().zip(ph.iter()) {
-        *gain = ph / variance;
-    }
-    let n = gain.len();
-    for j in 0..n {
-        let factor = -ph.get(j).copied().unwrap_or(0.0);
-        add_scaled(column_mut(p, j), factor, gain);
-    }
-    // What is left beside `h` is computed anew, not taken to be what algebra says: that is what keeps it positive.
-    multiply(p, h, ph);
-    for j in 0..n {
-        let k = gain.get(j).copied().unwrap_or(0.0);
-        let to = column_mut(p, j);
-        add_scaled(to, -k, ph);
-        add_scaled(to, noise * k, gain);
-    }
-    symmetrise(p);
-}
-
 impl<S: System> Method for Kalman<S> {
-    fn mean(&self) -> &[f64] {
-        &self.mean
+    fn gaussian(&self) -> &Gaussian {
+        &self.estimate
     }
 
-    fn spread(&self) -> &Matrix {
-        &self.p
+    fn gaussian_mut(&mut self) -> &mut Gaussian {
+        &mut self.estimate
     }
 
     fn predict(&mut self, dt: f64, controls: &[f64]) -> bool {
-        self.system.linearised(&self.mean, controls, dt, &mut self.next, &mut self.jacobian);
-        self.system.noise(&self.mean, controls, dt, &mut self.noise);
-        let all = self.next.iter().chain(self.jacobian.iter()).chain(self.noise.iter());
-        if !all.copied().all(f64::is_finite) {
+        let Gaussian { mean, spread } = &mut self.estimate;
+        self.system.linearised(mean, controls, dt, &mut self.next, &mut self.jacobian);
+        self.system.noise(mean, controls, dt, &mut self.noise);
+        let all = [&self.next, self.jacobian.as_slice(), self.noise.as_slice()];
+        if !all.into_iter().all(are_finite) {
             return false;
         }
-        propagate(&self.jacobian, &mut self.p, &self.noise, &mut self.work);
-        self.mean.copy_from_slice(&self.next);
+        propagate(&self.jacobian, spread, &self.noise, &mut self.work);
+        mean.copy_from_slice(&self.next);
         true
     }
 
     fn innovation(&mut self, measurement: &Measurement, controls: &[f64]) -> Option<Innovation> {
         (self.linearise(&[*measurement], controls) == 1).then_some(())?;
         let (h, scalar) = (column(&self.h, 0), self.scalars.first()?);
-        multiply(&self.p, h, &mut self.ph);
-        let variance = dot(h, &self.ph) + scalar.variance;
+        let variance = variance_along(&self.estimate.spread, h) + scalar.variance;
         (variance > 0.0).then_some(Innovation { value: scalar.apart, variance })
     }
 
     fn update(&mut self, measurements: &[Measurement], controls: &[f64]) -> Updated {
         let count = self.linearise(measurements, controls);
         self.separate(count, controls);
-        let mut updated = match self.loss {
+        let tally = match self.loss {
             Loss::Square => self.take_in(count),
             Loss::Huber(_) | Loss::Student(_) => self.take_in_robustly(count),
         };
-        self.mean.iter_mut().zip(&self.step).for_each(|(mean, step)| *mean += step);
-        updated.healed = count > 0 && heal(&mut self.p, &mut self.check);
-        updated
-    }
-
-    fn widen(&mut self, factor: f64) {
-        self.p *= factor;
-    }
-
-    fn memory_len(&self) -> usize {
-        self.mean.len() + self.p.len()
-    }
-
-    fn save(&self, memory: &mut [f64]) {
-        save(memory, &[&self.mean, self.p.as_slice()]);
-    }
-
-    fn restore(&mut self, memory: &[f64]) {
-        restore(memory, &mut [&mut self.mean, self.p.as_mut_slice()]);
+        let Gaussian { mean, spread } = &mut self.estimate;
+        mean.iter_mut().zip(&self.step).for_each(|(mean, step)| *mean += step);
+        tally.updated(count > 0 && heal(spread, &mut self.check, &mut self.work))
     }
 }
 

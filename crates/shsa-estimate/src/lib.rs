@@ -8,13 +8,16 @@
 //! Nothing here reads a clock, a file or a socket, starts a thread, or allocates once it is made. The same inputs give the same
 //! bytes.
 
+mod kernel;
 pub mod matrix;
 pub mod random;
 pub mod normal;
 pub mod dual;
+mod lanes;
 pub mod average;
 pub mod interval_fusion;
 pub mod system;
+mod compiled;
 pub mod formulas;
 pub mod continuous;
 pub mod method;
@@ -22,7 +25,9 @@ pub mod direct;
 pub mod kalman;
 pub mod unscented;
 pub mod particle;
+pub mod kinematic;
 pub mod fusion;
+pub mod extrapolation;
 pub mod node;
 mod error;
 

@@ -1,9 +1,9 @@
-//! Kernels on small symmetric matrices: no allocation, zero pivots allowed.
+//! Small symmetric matrices: propagated, factored, checked and healed without allocation; zero pivots are allowed.
 //!
-//! Matrices are those of `nalgebra`, whose columns are contiguous; the loops run down columns, and leave out zeros of the
-//! transition, of which most models have many.
+//! Matrices are those of `nalgebra`, whose columns are contiguous.
 
 use crate::Error;
+use crate::kernel::{self, Definite, Factor, Product, Propagate, add_scaled, dot};
 use nalgebra::DMatrix;
 
 /// A dense matrix of `f64`.
@@ -38,70 +38,36 @@ pub(crate) fn column_mut(matrix: &mut Matrix, column: usize) -> &mut [f64] {
     matrix.as_mut_slice().get_mut(column * rows..(column + 1) * rows).unwrap_or(&mut [])
 }
 
-/// `to += factor * from`, element by element.
-#[inline]
-pub(crate) fn add_scaled(to: &mut [f64], factor: f64, from: &[f64]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to += factor * from;
-    }
-}
-
-/// The sum of the products.
-#[inline]
-pub(crate) fn dot(one: &[f64], other: &[f64]) -> f64 {
-    one.iter().zip(other).map(|(one, other)| one * other).sum()
-}
-
-/// `to = matrix * vector`.
+/// `to = matrix * vector` for a square matrix.
 #[inline]
 pub(crate) fn multiply(matrix: &Matrix, vector: &[f64], to: &mut [f64]) {
-    to.fill(0.0);
-    for (place, factor) in vector.iter().enumerate() {
-        add_scaled(to, *factor, column(matrix, place));
-    }
+    kernel::run(Product { p: matrix.as_slice(), v: vector, to }, matrix.nrows(), &mut []);
 }
 
-/// `p <- a p a' + q` for symmetric `p` and `q`, all n by n; `work` is n by n. O(n^3), less where `a` has zeros.
+/// `h' p h`. O(n^2).
+pub(crate) fn variance_along(p: &Matrix, h: &[f64]) -> f64 {
+    h.iter().enumerate().map(|(place, factor)| factor * dot(column(p, place), h)).sum()
+}
+
+/// `p <- a p a' + q` for symmetric `p` and `q`, all n by n; `work` has three columns more. O(n^3), less where `a` has zeros.
 pub fn propagate(a: &Matrix, p: &mut Matrix, q: &Matrix, work: &mut Matrix) {
     let n = p.ncols();
-    for j in 0..n {
-        let (to, from) = (column_mut(work, j), column(p, j));
-        to.fill(0.0);
-        for (k, factor) in from.iter().enumerate() {
-            if *factor != 0.0 {
-                add_scaled(to, *factor, column(a, k));
-            }
-        }
-    }
-    for j in 0..n {
-        let to = column_mut(p, j);
-        to.copy_from_slice(column(q, j));
-        for k in 0..n {
-            let factor = at(a, j, k);
-            if factor != 0.0 {
-                add_scaled(to, factor, column(work, k));
-            }
-        }
-    }
-    symmetrise(p);
+    let Some((work, scratch)) = work.as_mut_slice().split_at_mut_checked(n * n) else { return };
+    let (a, q) = (a.as_slice(), q.as_slice());
+    kernel::run(Propagate { a, p: p.as_mut_slice(), q, work }, n, scratch);
+}
+
+/// Working memory of [`propagate`] for n rows.
+#[must_use]
+pub fn work(n: usize) -> Matrix {
+    Matrix::zeros(n, n + kernel::SCRATCH)
 }
 
 /// Both triangles become their mean. O(n^2).
 pub fn symmetrise(p: &mut Matrix) {
-    for j in 1..p.ncols() {
-        for i in 0..j {
-            let mean = 0.5 * (at(p, i, j) + at(p, j, i));
-            put(p, i, j, mean);
-            put(p, j, i, mean);
-        }
-    }
+    let n = p.ncols();
+    kernel::symmetrise(p.as_mut_slice(), n);
 }
-
-/// A pivot up to this share of its diagonal element is zero.
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
-
-/// How far below zero a pivot may lie by rounding alone, which small pivots before it magnify, as a share of its diagonal element.
-const LOST: f64 = 1e-10;
 
 /// The factors of `p = l diag(d) l'` with ones on the diagonal of `l`, of a symmetric positive semidefinite matrix.
 #[derive(Clone, Debug)]
@@ -111,13 +77,22 @@ pub struct Factors {
     /// The pivots, none negative.
     pub d: Vec<f64>,
     size: usize,
+    scratch: Vec<f64>,
+    /// A part of a matrix, and its factor.
+    part: Vec<f64>,
 }
 
 impl Factors {
     /// Room for matrices of up to `n` rows.
     #[must_use]
     pub fn new(n: usize) -> Factors {
-        Factors { l: Matrix::zeros(n, n), d: vec![0.0; n], size: n }
+        Factors {
+            l: Matrix::zeros(n, n),
+            d: vec![0.0; n],
+            size: n,
+            scratch: vec![0.0; kernel::SCRATCH * n],
+            part: vec![0.0; 2 * n * n],
+        }
     }
 
     /// Factors the first `n` rows and columns of a matrix, of which the lower triangle is read. Returns place and value of the
@@ -125,31 +100,21 @@ impl Factors {
     ///
     /// G. Golub, C. Van Loan, "Matrix Computations", 4.1.2 and 4.2.8 (2013, doi:10.56021/9781421407944).
     pub fn factor(&mut self, p: &Matrix, n: usize) -> Option<(usize, f64)> {
-        self.size = n;
-        let mut worst = None;
-        for j in 0..n {
-            let mut pivot = at(p, j, j);
-            for k in 0..j {
-                pivot -= at(&self.l, j, k) * at(&self.l, j, k) * self.d.get(k).copied().unwrap_or(0.0);
-            }
-            let slack = ROUNDING * at(p, j, j).abs();
-            if (pivot < -LOST * at(p, j, j).abs() || !pivot.is_finite()) && worst.is_none() {
-                worst = Some((j, pivot));
-            }
-            let is_zero = pivot <= slack || !pivot.is_finite();
-            if let Some(d) = self.d.get_mut(j) {
-                *d = if is_zero { 0.0 } else { pivot };
-            }
-            put(&mut self.l, j, j, 1.0);
-            for i in j + 1..n {
-                let mut sum = if is_zero { 0.0 } else { at(p, i, j) };
-                for k in 0..j {
-                    if !is_zero {
-                        sum -= at(&self.l, i, k) * at(&self.l, j, k) * self.d.get(k).copied().unwrap_or(0.0);
-                    }
-                }
-                put(&mut self.l, i, j, if is_zero { 0.0 } else { sum / pivot });
-            }
+        self.size = n.min(p.nrows()).min(self.l.nrows());
+        let (size, whole) = (self.size, self.l.nrows());
+        let (l, d) = (self.l.as_mut_slice(), self.d.as_mut_slice());
+        if p.nrows() == whole && size == whole {
+            let factor = Factor { p: p.as_slice(), l, d };
+            return kernel::run(factor, size, &mut self.scratch);
+        }
+        // Of a part the columns are brought together, and taken apart again.
+        let (part, factors) = self.part.split_at_mut(size * size);
+        for (to, from) in part.chunks_exact_mut(size.max(1)).zip(p.column_iter()) {
+            to.iter_mut().zip(from.as_slice()).for_each(|(to, from)| *to = *from);
+        }
+        let worst = kernel::run(Factor { p: part, l: factors, d }, size, &mut self.scratch);
+        for (from, to) in factors.chunks_exact(size.max(1)).zip(l.chunks_exact_mut(whole.max(1))).take(size) {
+            to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
         }
         worst
     }
@@ -191,13 +156,17 @@ impl Factors {
     }
 }
 
-/// Makes a covariance one again that rounding has spoilt: negative pivots become zero. Says whether it had to. O(n^3 / 6).
-pub(crate) fn heal(p: &mut Matrix, factors: &mut Factors) -> bool {
-    let is_spoilt = factors.factor(p, p.ncols()).is_some();
-    if is_spoilt {
+/// Makes a symmetric covariance one again that rounding has spoilt: negative pivots become zero. Says whether there were such. `work`
+/// is that of [`propagate`]. O(n^3 / 2).
+pub(crate) fn heal(p: &mut Matrix, factors: &mut Factors, work: &mut Matrix) -> bool {
+    let n = p.ncols();
+    let Some((work, scratch)) = work.as_mut_slice().split_at_mut_checked(n * n) else { return false };
+    let is_sound = kernel::run(Definite { p: p.as_slice(), work }, n, scratch).unwrap_or(true);
+    if !is_sound {
+        factors.factor(p, n);
         factors.product(p);
     }
-    is_spoilt
+    !is_sound
 }
 
 /// Whether a matrix is a covariance of `n` numbers.
@@ -239,9 +208,9 @@ mod tests {
         assert_eq!(factors.d, [0.0, 4.0]);
         p = Matrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 1.0]);
         assert_eq!(factors.factor(&p, 2), Some((1, -3.0)));
-        assert!(heal(&mut p, &mut factors));
+        assert!(heal(&mut p, &mut factors, &mut work(2)));
         assert_eq!(p, Matrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 4.0]));
-        assert!(!heal(&mut p, &mut factors));
+        assert!(!heal(&mut p, &mut factors, &mut work(2)));
     }
 
     #[test]
@@ -273,7 +242,7 @@ mod tests {
             let half = Matrix::from_row_slice(3, 3, &numbers[9..18]);
             let (mut p, q) = (&half * half.transpose(), Matrix::identity(3, 3));
             let wanted = &a * &p * a.transpose() + &q;
-            propagate(&a, &mut p, &q, &mut Matrix::zeros(3, 3));
+            propagate(&a, &mut p, &q, &mut work(3));
             prop_assert!((&p - &wanted).amax() < 1e-9);
         }
     }

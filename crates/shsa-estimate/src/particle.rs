@@ -5,17 +5,21 @@
 //! random number places an even comb over the weights. Mean and covariance are those before that. Weights are kept as logarithms
 //! until they are compared, so that a surprise does not make all of them zero.
 //!
+//! The particles are kept number by number, not one by one: all loops run over one number of many particles, in vector
+//! instructions, and formulas are evaluated for many of them at once.
+//!
 //! O(N n^2) for a prediction and O(N m (n + m)) for an update of N particles.
 //!
 //! N. Gordon, D. Salmond, A. Smith 1993 (doi:10.1049/ip-f-2.1993.0015); M. S. Arulampalam and others 2002
 //! (doi:10.1109/78.978374); systematic resampling: G. Kitagawa 1996 (doi:10.1080/10618600.1996.10474692).
 
 use crate::Error;
-use crate::matrix::{Factors, Matrix, at, column, column_mut, put, symmetrise};
-use crate::method::{Innovation, Measurement, Method, Updated, restore, save};
+use crate::kernel::{add_scaled, are_finite};
+use crate::matrix::{Factors, Matrix, at, column, column_mut, put};
+use crate::method::{Gaussian, Innovation, Measurement, Method, Updated, restore, save};
 use crate::normal::{Normal, log_density};
 use crate::random::Random;
-use crate::system::{System, wrapped};
+use crate::system::{Ensemble, wrapped};
 
 /// How many particles there are, and when they are drawn again.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,25 +44,27 @@ pub struct Particle<S> {
     system: S,
     options: Particles,
     random: Random,
-    /// One particle a column.
+    /// Number i of all particles as column i.
     particles: Matrix,
     spare: Matrix,
     /// They sum to 1.
     weights: Vec<f64>,
-    mean: Vec<f64>,
-    p: Matrix,
+    estimate: Gaussian,
     noise: Matrix,
     factors: Factors,
-    normal: Vec<f64>,
-    coloured: Vec<f64>,
     r: Matrix,
     r_factors: Factors,
-    apart: Vec<f64>,
     used: Vec<Measurement>,
+    /// The residual of each particle from measurement i as column i.
+    apart: Matrix,
     logarithms: Vec<f64>,
+    /// One number of each particle, to work with.
+    numbers: Vec<f64>,
+    /// The particle that each one is drawn from.
+    sources: Vec<u32>,
 }
 
-impl<S: System> Particle<S> {
+impl<S: Ensemble> Particle<S> {
     /// Draws the particles of a mean and its covariance.
     ///
     /// # Errors
@@ -66,14 +72,12 @@ impl<S: System> Particle<S> {
     /// of 0 to 1.
     pub fn new(system: S, mean: &[f64], spread: &Matrix, options: Particles) -> Result<Particle<S>, Error> {
         let (n, m) = (system.states(), system.sensors());
-        if mean.len() != n {
-            return Err(Error::Size { what: "the initial state", found: mean.len(), wanted: n });
-        }
-        if options.count < 2 {
+        let estimate = Gaussian::new(mean, spread, n)?;
+        if options.count < 2 || u32::try_from(options.count).is_err() {
             return Err(Error::Range {
                 what: "the number of particles",
                 value: options.count as f64,
-                range: "2 or more",
+                range: "2 or more, below 2^32",
             });
         }
         let share = options.resample_below;
@@ -85,9 +89,11 @@ impl<S: System> Particle<S> {
             });
         }
         let (mut random, mut normal) = (Random::new(options.seed), Normal::new(mean, spread)?);
-        let mut particles = Matrix::zeros(n, options.count);
+        let mut particles = Matrix::zeros(options.count, n);
+        let mut drawn = vec![0.0; n];
         for place in 0..options.count {
-            normal.sample(&mut random, column_mut(&mut particles, place));
+            normal.sample(&mut random, &mut drawn);
+            drawn.iter().enumerate().for_each(|(state, number)| put(&mut particles, place, state, *number));
         }
         Ok(Particle {
             system,
@@ -95,61 +101,54 @@ impl<S: System> Particle<S> {
             spare: particles.clone(),
             particles,
             weights: vec![1.0 / options.count as f64; options.count],
-            mean: mean.to_vec(),
-            p: spread.clone(),
+            estimate,
             noise: Matrix::zeros(n, n),
             factors: Factors::new(n),
-            normal: vec![0.0; n],
-            coloured: vec![0.0; n],
             r: Matrix::zeros(m, m),
             r_factors: Factors::new(m),
-            apart: vec![0.0; m],
             used: Vec::with_capacity(m),
+            apart: Matrix::zeros(options.count, m),
             logarithms: vec![0.0; options.count],
+            numbers: vec![0.0; options.count],
+            sources: vec![0; options.count],
             options,
         })
     }
 
     /// Mean and covariance of the weighted particles.
     fn summarise(&mut self) {
-        self.mean.fill(0.0);
-        for (place, weight) in self.weights.iter().enumerate() {
-            for (mean, own) in self.mean.iter_mut().zip(column(&self.particles, place)) {
-                *mean += weight * own;
+        let Gaussian { mean, spread } = &mut self.estimate;
+        for (state, mean) in mean.iter_mut().enumerate() {
+            *mean = sum_of_products(&self.weights, column(&self.particles, state), 0.0);
+        }
+        for (j, about) in mean.iter().enumerate() {
+            let pairs = self.weights.iter().zip(column(&self.particles, j));
+            self.numbers.iter_mut().zip(pairs).for_each(|(to, (weight, own))| *to = weight * (own - about));
+            for (i, mean) in mean.iter().enumerate().take(j + 1) {
+                let covariance = sum_of_products(&self.numbers, column(&self.particles, i), *mean);
+                put(spread, i, j, covariance);
+                put(spread, j, i, covariance);
             }
         }
-        self.p.fill(0.0);
-        for (place, weight) in self.weights.iter().enumerate() {
-            let own = column(&self.particles, place);
-            for (apart, (own, mean)) in self.coloured.iter_mut().zip(own.iter().zip(&self.mean)) {
-                *apart = own - mean;
-            }
-            for (j, factor) in self.coloured.iter().enumerate() {
-                let upper = column_mut(&mut self.p, j).get_mut(..=j).unwrap_or(&mut []);
-                upper.iter_mut().zip(&self.coloured).for_each(|(p, apart)| *p += weight * factor * apart);
-            }
-        }
-        for j in 0..self.mean.len() {
-            for i in 0..j {
-                let mirrored = at(&self.p, i, j);
-                put(&mut self.p, j, i, mirrored);
-            }
-        }
-        symmetrise(&mut self.p);
     }
 
     /// Keeps those measurements that the estimate has an expectation of, and factors their noise.
     fn choose(&mut self, measurements: &[Measurement], controls: &[f64]) {
         self.used.clear();
-        for measurement in measurements.iter().take(self.apart.len()) {
-            let own = self.system.covariance(measurement.sensor, measurement.sensor, &self.mean, controls);
+        for measurement in measurements.iter().take(self.apart.ncols()) {
+            let own =
+                self.system.covariance(measurement.sensor, measurement.sensor, &self.estimate.mean, controls);
             let variance = measurement.variance.unwrap_or(own);
             if variance > 0.0 && variance.is_finite() && measurement.value.is_finite() {
                 let place = self.used.len();
                 put(&mut self.r, place, place, variance);
                 for (other, known) in self.used.iter().enumerate() {
-                    let shared =
-                        self.system.covariance(measurement.sensor, known.sensor, &self.mean, controls);
+                    let shared = self.system.covariance(
+                        measurement.sensor,
+                        known.sensor,
+                        &self.estimate.mean,
+                        controls,
+                    );
                     put(&mut self.r, place, other, shared);
                 }
                 self.used.push(*measurement);
@@ -158,80 +157,137 @@ impl<S: System> Particle<S> {
         self.r_factors.factor(&self.r, self.used.len());
     }
 
-    /// The logarithm of the density of all measurements for a particle; minus infinity where it has no value.
-    fn log_density(&mut self, place: usize, controls: &[f64]) -> f64 {
-        let state = column(&self.particles, place);
-        for (measurement, apart) in self.used.iter().zip(&mut self.apart) {
-            let expected = self.system.expected(measurement.sensor, state, controls);
-            *apart = wrapped(measurement.value - expected, self.system.turn(measurement.sensor));
+    /// The logarithm of the density of all measurements for each particle; minus infinity where it has no value.
+    fn weigh(&mut self, controls: &[f64]) {
+        self.logarithms.fill(0.0);
+        for (j, measurement) in self.used.iter().enumerate() {
+            let turn = self.system.turn(measurement.sensor);
+            let (known, own) = self.apart.as_mut_slice().split_at_mut(j * self.weights.len());
+            let own = own.get_mut(..self.weights.len()).unwrap_or(&mut []);
+            self.system.expectations(measurement.sensor, &self.particles, controls, own);
+            own.iter_mut().for_each(|own| *own = wrapped(measurement.value - *own, turn));
+            // The residuals made independent, one after the other.
+            for (k, known) in known.chunks_exact(self.weights.len()).enumerate() {
+                let shared = at(&self.r_factors.l, j, k);
+                if shared != 0.0 {
+                    add_scaled(own, -shared, known);
+                }
+            }
+            let half = -0.5 / self.r_factors.d.get(j).copied().unwrap_or(f64::NAN);
+            self.logarithms.iter_mut().zip(own.iter()).for_each(|(sum, apart)| *sum += half * apart * apart);
         }
-        let count = self.used.len();
-        self.r_factors.solve_lower(self.apart.get_mut(..count).unwrap_or(&mut []));
-        let pairs = self.apart.iter().zip(&self.r_factors.d).take(count);
-        let sum: f64 = pairs.map(|(apart, variance)| -0.5 * apart * apart / variance).sum();
-        if sum.is_nan() { f64::NEG_INFINITY } else { sum }
+        let all = self.logarithms.iter_mut();
+        all.for_each(|sum| *sum = if sum.is_nan() { f64::NEG_INFINITY } else { *sum });
     }
 
     /// One over the sum of the squared weights: how many particles it really is.
     #[must_use]
     pub fn effective(&self) -> f64 {
-        1.0 / self.weights.iter().map(|weight| weight * weight).sum::<f64>()
+        1.0 / sum_of_products(&self.weights, &self.weights, 0.0)
     }
 
-    /// Draws the particles again by their weights.
+    /// Draws the particles again by their weights: an even comb over the sum of the weights says which.
     fn resample(&mut self) {
         let count = self.weights.len();
-        let start = self.random.share();
-        let (mut from, mut sum) = (0, self.weights.first().copied().unwrap_or(1.0));
-        for to in 0..count {
-            let wanted = (to as f64 + start) / count as f64;
-            while sum < wanted && from + 1 < count {
-                from += 1;
-                sum += self.weights.get(from).copied().unwrap_or(0.0);
-            }
-            column_mut(&mut self.spare, to).copy_from_slice(column(&self.particles, from));
+        let (start, mut sum, mut from) = (self.random.share(), 0.0, 0);
+        for (place, weight) in (0..).zip(&self.weights) {
+            sum += weight;
+            // The teeth (i + start) / count up to the sum are those before this one.
+            let tooth = sum * count as f64 - start;
+            let to = if tooth < 0.0 { 0 } else { tooth as usize + 1 }.clamp(from, count);
+            self.sources.get_mut(from..to).unwrap_or(&mut []).fill(place);
+            from = to;
+        }
+        // Rounding may leave the sum a little below 1.
+        let last = count.saturating_sub(1) as u32;
+        self.sources.get_mut(from..).unwrap_or(&mut []).fill(last);
+        for state in 0..self.particles.ncols() {
+            let own = column(&self.particles, state);
+            let drawn =
+                self.sources.iter().map(|source| own.get(*source as usize).copied().unwrap_or(f64::NAN));
+            column_mut(&mut self.spare, state).iter_mut().zip(drawn).for_each(|(to, drawn)| *to = drawn);
         }
         std::mem::swap(&mut self.particles, &mut self.spare);
         self.weights.fill(1.0 / count as f64);
     }
-}
 
-impl<S: System> Method for Particle<S> {
-    fn mean(&self) -> &[f64] {
-        &self.mean
+    /// Those that have left the model stay where they were, and the next measurement will judge them. Whether any has not.
+    fn bring_back(&mut self) -> bool {
+        let (states, mut is_defined) = (self.particles.ncols(), false);
+        for place in 0..self.weights.len() {
+            let is_finite = (0..states).all(|state| at(&self.spare, place, state).is_finite());
+            is_defined |= is_finite;
+            for state in 0..if is_finite { 0 } else { states } {
+                let before = at(&self.particles, place, state);
+                put(&mut self.spare, place, state, before);
+            }
+        }
+        is_defined
     }
 
-    fn spread(&self) -> &Matrix {
-        &self.p
+    /// Adds the noise of the transition.
+    fn disturb(&mut self) {
+        let n = self.particles.ncols();
+        self.factors.factor(&self.noise, n);
+        for k in 0..n {
+            let deviation = self.factors.d.get(k).copied().unwrap_or(0.0).sqrt();
+            if deviation > 0.0 {
+                self.numbers.iter_mut().for_each(|number| *number = self.random.normal());
+                for i in k..n {
+                    let factor = deviation * at(&self.factors.l, i, k);
+                    if factor != 0.0 {
+                        add_scaled(column_mut(&mut self.particles, i), factor, &self.numbers);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The sum of `one * (other - about)`, in eight parts that do not wait for each other.
+fn sum_of_products(one: &[f64], other: &[f64], about: f64) -> f64 {
+    let ((one, one_rest), (other, other_rest)) = (one.as_chunks::<8>(), other.as_chunks::<8>());
+    let mut parts = [0.0; 8];
+    for (one, other) in one.iter().zip(other) {
+        for (part, (one, other)) in parts.iter_mut().zip(one.iter().zip(other)) {
+            *part += one * (other - about);
+        }
+    }
+    let rest = one_rest.iter().zip(other_rest).map(|(one, other)| one * (other - about));
+    parts.into_iter().chain(rest).sum()
+}
+
+/// The greatest number, in eight parts; none of them is not-a-number.
+fn greatest(numbers: &[f64]) -> f64 {
+    let greater = |one: f64, other: f64| if one > other { one } else { other };
+    let (chunks, rest) = numbers.as_chunks::<8>();
+    let mut parts = [f64::NEG_INFINITY; 8];
+    for chunk in chunks {
+        parts.iter_mut().zip(chunk).for_each(|(part, number)| *part = greater(*number, *part));
+    }
+    parts.into_iter().chain(rest.iter().copied()).fold(f64::NEG_INFINITY, greater)
+}
+
+impl<S: Ensemble> Method for Particle<S> {
+    fn gaussian(&self) -> &Gaussian {
+        &self.estimate
+    }
+
+    fn gaussian_mut(&mut self) -> &mut Gaussian {
+        &mut self.estimate
     }
 
     fn predict(&mut self, dt: f64, controls: &[f64]) -> bool {
-        self.system.noise(&self.mean, controls, dt, &mut self.noise);
-        if !self.noise.iter().all(|number| number.is_finite()) {
+        self.system.noise(&self.estimate.mean, controls, dt, &mut self.noise);
+        if !are_finite(self.noise.as_slice()) {
             return false;
         }
-        let mut is_defined = false;
-        for place in 0..self.weights.len() {
-            let to = column_mut(&mut self.spare, place);
-            self.system.transition(column(&self.particles, place), controls, dt, to);
-            let is_finite = to.iter().all(|number| number.is_finite());
-            is_defined |= is_finite;
-            if !is_finite {
-                // It has left the model: it stays where it was, and the next measurement will judge it.
-                to.copy_from_slice(column(&self.particles, place));
-            }
-        }
-        if !is_defined {
+        self.system.transitions(&self.particles, controls, dt, &mut self.spare);
+        if !are_finite(self.spare.as_slice()) && !self.bring_back() {
             return false;
         }
         std::mem::swap(&mut self.particles, &mut self.spare);
-        self.factors.factor(&self.noise, self.mean.len());
-        for place in 0..self.weights.len() {
-            self.normal.iter_mut().for_each(|number| *number = self.random.normal());
-            self.factors.colour(&self.normal, &mut self.coloured);
-            let own = column_mut(&mut self.particles, place);
-            own.iter_mut().zip(&self.coloured).for_each(|(own, noise)| *own += noise);
-        }
+        self.disturb();
         self.summarise();
         true
     }
@@ -240,10 +296,10 @@ impl<S: System> Method for Particle<S> {
         self.choose(&[*measurement], controls);
         self.used.first()?;
         let turn = self.system.turn(measurement.sensor);
-        let about = self.system.expected(measurement.sensor, &self.mean, controls);
+        let about = self.system.expected(measurement.sensor, &self.estimate.mean, controls);
         let (mut sum, mut square, mut total) = (0.0, 0.0, 0.0);
-        for (place, weight) in self.weights.iter().enumerate() {
-            let expected = self.system.expected(measurement.sensor, column(&self.particles, place), controls);
+        self.system.expectations(measurement.sensor, &self.particles, controls, &mut self.numbers);
+        for (weight, expected) in self.weights.iter().zip(&self.numbers) {
             let apart = wrapped(expected - about, turn);
             if apart.is_finite() {
                 (sum, square, total) =
@@ -261,27 +317,23 @@ impl<S: System> Method for Particle<S> {
         if self.used.is_empty() {
             return Updated::NOTHING;
         }
-        for place in 0..self.weights.len() {
-            let logarithm = self.log_density(place, controls);
-            if let Some(own) = self.logarithms.get_mut(place) {
-                *own = logarithm;
-            }
-        }
-        let greatest = self.logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        self.weigh(controls);
+        let greatest = greatest(&self.logarithms);
         if greatest == f64::NEG_INFINITY {
             return Updated { healed: true, ..Updated::NOTHING };
         }
-        let mut total = 0.0;
         for (weight, logarithm) in self.weights.iter_mut().zip(&self.logarithms) {
             *weight *= libm::exp(logarithm - greatest);
-            total += *weight;
         }
+        let total = self.weights.iter().sum::<f64>();
+        let count = self.weights.len() as f64;
         // All weight lay with those that the measurement rules out: it begins anew from what the measurement says.
         let healed = total.is_nan() || total <= 0.0;
-        let count = self.weights.len() as f64;
-        self.weights
-            .iter_mut()
-            .for_each(|weight| *weight = if healed { 1.0 / count } else { *weight / total });
+        if healed {
+            self.weights.fill(1.0 / count);
+        } else {
+            self.weights.iter_mut().for_each(|weight| *weight /= total);
+        }
         let noise = self.r_factors.d.iter().take(self.used.len());
         let scale: f64 = noise.map(|variance| log_density(0.0, *variance)).sum();
         let updated = Updated {
@@ -298,29 +350,31 @@ impl<S: System> Method for Particle<S> {
     }
 
     fn widen(&mut self, factor: f64) {
+        let Gaussian { mean, spread } = &mut self.estimate;
         let far = factor.sqrt();
-        for place in 0..self.weights.len() {
-            for (own, mean) in column_mut(&mut self.particles, place).iter_mut().zip(&self.mean) {
-                *own = mean + far * (*own - mean);
-            }
+        for (state, mean) in mean.iter().enumerate() {
+            let own = column_mut(&mut self.particles, state);
+            own.iter_mut().for_each(|own| *own = mean + far * (*own - mean));
         }
-        self.p *= factor;
+        *spread *= factor;
     }
 
     fn memory_len(&self) -> usize {
-        self.particles.len() + self.weights.len() + self.mean.len() + self.p.len() + 1
+        let Gaussian { mean, spread } = &self.estimate;
+        self.particles.len() + self.weights.len() + mean.len() + spread.len() + 1
     }
 
     fn save(&self, memory: &mut [f64]) {
+        let Gaussian { mean, spread } = &self.estimate;
         let random = [f64::from_bits(self.random.state())];
-        let p = self.p.as_slice();
-        save(memory, &[self.particles.as_slice(), &self.weights, &self.mean, p, &random]);
+        save(memory, &[self.particles.as_slice(), &self.weights, mean, spread.as_slice(), &random]);
     }
 
     fn restore(&mut self, memory: &[f64]) {
+        let Gaussian { mean, spread } = &mut self.estimate;
+        let (particles, spread) = (self.particles.as_mut_slice(), spread.as_mut_slice());
         let mut random = [0.0];
-        let (particles, p) = (self.particles.as_mut_slice(), self.p.as_mut_slice());
-        restore(memory, &mut [particles, &mut self.weights, &mut self.mean, p, &mut random]);
+        restore(memory, &mut [particles, &mut self.weights, mean, spread, &mut random]);
         let [state] = random;
         self.random.set_state(state.to_bits());
     }

@@ -1,7 +1,8 @@
 //! What a filter must know of the system that it watches: how the state goes on, and what each sensor says of it.
 
-use crate::matrix::{Matrix, add_scaled, check_covariance, column, column_mut, multiply};
-use crate::{Error, matrix};
+use crate::Error;
+use crate::kernel::{add_scaled, dot};
+use crate::matrix::{Matrix, at, check_covariance, column, column_mut, multiply};
 
 /// A model of a system: `x' = f(x, u, dt) + w`, `z_i = h_i(x, u) + v_i`, with covariances of `w` and `v`.
 ///
@@ -32,8 +33,23 @@ pub trait System: Send {
     /// The covariance of the noise of two sensors; of one with itself its variance.
     fn covariance(&mut self, one: usize, other: usize, state: &[f64], controls: &[f64]) -> f64;
 
+    /// Whether the noise of every sensor is independent of all others', so that [`System::covariance`] of two sensors is 0. Where it is
+    /// not known, they are asked for each.
+    fn is_independent(&self) -> bool {
+        false
+    }
+
     /// After how much what a sensor says is the same again: a whole turn for an angle.
     fn turn(&self, sensor: usize) -> Option<f64>;
+}
+
+/// A system that can be asked about many states at once; column i of a matrix of states is number i of all of them.
+pub trait Ensemble: System {
+    /// All states `dt` seconds later, without noise.
+    fn transitions(&mut self, from: &Matrix, controls: &[f64], dt: f64, to: &mut Matrix);
+
+    /// What a sensor says of all states, without noise.
+    fn expectations(&mut self, sensor: usize, states: &Matrix, controls: &[f64], to: &mut [f64]);
 }
 
 /// A difference brought between minus and plus half a turn.
@@ -55,6 +71,7 @@ pub struct Linear {
     h: Matrix,
     q: Matrix,
     r: Matrix,
+    is_independent: bool,
 }
 
 impl Linear {
@@ -74,7 +91,9 @@ impl Linear {
         size("H", h, (h.nrows(), n))?;
         check_covariance("Q", &q, n)?;
         check_covariance("R", &r, h.nrows())?;
-        Ok(Linear { a, b, h: h.transpose(), q, r })
+        let is_independent =
+            r.iter().enumerate().all(|(place, entry)| place % (r.nrows() + 1) == 0 || *entry == 0.0);
+        Ok(Linear { a, b, h: h.transpose(), q, r, is_independent })
     }
 }
 
@@ -104,20 +123,41 @@ impl System for Linear {
     }
 
     fn expected(&mut self, sensor: usize, state: &[f64], _: &[f64]) -> f64 {
-        matrix::dot(column(&self.h, sensor), state)
+        dot(column(&self.h, sensor), state)
     }
 
     fn gradient(&mut self, sensor: usize, state: &[f64], _: &[f64], gradient: &mut [f64]) -> f64 {
-        gradient.copy_from_slice(column_mut(&mut self.h, sensor));
-        matrix::dot(gradient, state)
+        gradient.iter_mut().zip(column(&self.h, sensor)).for_each(|(to, from)| *to = *from);
+        dot(gradient, state)
     }
 
     fn covariance(&mut self, one: usize, other: usize, _: &[f64], _: &[f64]) -> f64 {
         self.r.get((one, other)).copied().unwrap_or(f64::NAN)
     }
 
+    fn is_independent(&self) -> bool {
+        self.is_independent
+    }
+
     fn turn(&self, _: usize) -> Option<f64> {
         None
+    }
+}
+
+impl Ensemble for Linear {
+    fn transitions(&mut self, from: &Matrix, controls: &[f64], _: f64, to: &mut Matrix) {
+        for i in 0..self.a.nrows() {
+            let to = column_mut(to, i);
+            to.fill(
+                controls.iter().enumerate().map(|(place, control)| at(&self.b, i, place) * control).sum(),
+            );
+            (0..self.a.ncols()).for_each(|j| add_scaled(to, at(&self.a, i, j), column(from, j)));
+        }
+    }
+
+    fn expectations(&mut self, sensor: usize, states: &Matrix, _: &[f64], to: &mut [f64]) {
+        to.fill(0.0);
+        (0..self.h.nrows()).for_each(|j| add_scaled(to, at(&self.h, j, sensor), column(states, j)));
     }
 }
 

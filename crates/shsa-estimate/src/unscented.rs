@@ -13,11 +13,9 @@
 //! S. Julier, J. Uhlmann 2004 (doi:10.1109/JPROC.2003.823141); E. Wan, R. van der Merwe 2000 (doi:10.1109/ASSPCC.2000.882463).
 
 use crate::Error;
-use crate::matrix::{
-    Factors, Matrix, add_scaled, at, check_covariance, column, column_mut, heal, put, symmetrise,
-};
-use crate::method::{Innovation, Measurement, Method, Updated, restore, save};
-use crate::normal::log_density;
+use crate::kernel::add_scaled;
+use crate::matrix::{Factors, Matrix, at, check_covariance, column, column_mut, heal, put, symmetrise, work};
+use crate::method::{Gaussian, Innovation, Measurement, Method, Tally, Updated};
 use crate::system::{System, wrapped};
 
 /// How far out the points lie, and how they count.
@@ -69,9 +67,9 @@ impl Points {
 pub struct Unscented<S> {
     system: S,
     weights: Weights,
-    mean: Vec<f64>,
-    p: Matrix,
+    estimate: Gaussian,
     factors: Factors,
+    work: Matrix,
     /// One point a column.
     points: Matrix,
     moved: Matrix,
@@ -94,16 +92,13 @@ impl<S: System> Unscented<S> {
     /// Another size than the system's, a covariance that is not positive semidefinite, points that do not lie anywhere.
     pub fn new(system: S, mean: &[f64], spread: &Matrix, points: Points) -> Result<Unscented<S>, Error> {
         let (n, m) = (system.states(), system.sensors());
-        if mean.len() != n {
-            return Err(Error::Size { what: "the initial state", found: mean.len(), wanted: n });
-        }
-        check_covariance("the initial covariance", spread, n)?;
+        let estimate = Gaussian::new(mean, spread, n)?;
         Ok(Unscented {
             weights: points.weights(n)?,
             system,
-            mean: mean.to_vec(),
-            p: spread.clone(),
+            estimate,
             factors: Factors::new(n),
+            work: work(n),
             points: Matrix::zeros(n, 2 * n + 1),
             moved: Matrix::zeros(n, 2 * n + 1),
             next: vec![0.0; n],
@@ -119,14 +114,14 @@ impl<S: System> Unscented<S> {
 
     /// Draws the points of the present estimate.
     fn draw(&mut self) {
-        let n = self.mean.len();
-        self.factors.factor(&self.p, n);
-        column_mut(&mut self.points, 0).copy_from_slice(&self.mean);
+        let n = self.estimate.mean.len();
+        self.factors.factor(&self.estimate.spread, n);
+        column_mut(&mut self.points, 0).copy_from_slice(&self.estimate.mean);
         for (place, pivot) in self.factors.d.iter().enumerate().take(n) {
             let far = (self.weights.scale * pivot).sqrt();
             for (point, sign) in [(1 + place, 1.0), (1 + n + place, -1.0)] {
                 let to = column_mut(&mut self.points, point);
-                to.copy_from_slice(&self.mean);
+                to.copy_from_slice(&self.estimate.mean);
                 let factor = column(&self.factors.l, place).get(place..).unwrap_or(&[]);
                 add_scaled(to.get_mut(place..).unwrap_or(&mut []), sign * far, factor);
             }
@@ -148,7 +143,8 @@ impl<S: System> Unscented<S> {
             sum += self.weights.other * *said;
         }
         column.iter_mut().for_each(|said| *said = wrapped(*said - sum, turn));
-        let own = self.system.covariance(measurement.sensor, measurement.sensor, &self.mean, controls);
+        let own =
+            self.system.covariance(measurement.sensor, measurement.sensor, &self.estimate.mean, controls);
         let variance = measurement.variance.unwrap_or(own);
         let apart = wrapped(measurement.value - (first + sum), turn);
         (apart.is_finite() && variance >= 0.0 && variance.is_finite()).then_some((apart, variance))
@@ -177,7 +173,7 @@ impl<S: System> Unscented<S> {
             put(&mut self.s, count, count, own);
             for other in 0..count {
                 let sensor = self.sensors.get(other).copied().unwrap_or(0);
-                let noise = self.system.covariance(measurement.sensor, sensor, &self.mean, controls);
+                let noise = self.system.covariance(measurement.sensor, sensor, &self.estimate.mean, controls);
                 let shared = noise + self.shared(count, other);
                 put(&mut self.s, count, other, shared);
             }
@@ -185,7 +181,8 @@ impl<S: System> Unscented<S> {
             cross.fill(0.0);
             let mut weight = self.weights.covariance;
             for (point, said) in self.points.column_iter().zip(column(&self.said, count)) {
-                for ((cross, point), mean) in cross.iter_mut().zip(point.as_slice()).zip(&self.mean) {
+                for ((cross, point), mean) in cross.iter_mut().zip(point.as_slice()).zip(&self.estimate.mean)
+                {
                     *cross += weight * (point - mean) * said;
                 }
                 weight = self.weights.other;
@@ -197,17 +194,17 @@ impl<S: System> Unscented<S> {
 }
 
 impl<S: System> Method for Unscented<S> {
-    fn mean(&self) -> &[f64] {
-        &self.mean
+    fn gaussian(&self) -> &Gaussian {
+        &self.estimate
     }
 
-    fn spread(&self) -> &Matrix {
-        &self.p
+    fn gaussian_mut(&mut self) -> &mut Gaussian {
+        &mut self.estimate
     }
 
     fn predict(&mut self, dt: f64, controls: &[f64]) -> bool {
         self.draw();
-        self.system.noise(&self.mean, controls, dt, &mut self.noise);
+        self.system.noise(&self.estimate.mean, controls, dt, &mut self.noise);
         for (place, point) in self.points.column_iter().enumerate() {
             self.system.transition(point.as_slice(), controls, dt, column_mut(&mut self.moved, place));
         }
@@ -224,19 +221,19 @@ impl<S: System> Method for Unscented<S> {
             }
         }
         self.next.iter_mut().zip(column(&self.moved, 0)).for_each(|(next, first)| *next += first);
-        self.p.copy_from(&self.noise);
+        self.estimate.spread.copy_from(&self.noise);
         let mut weight = self.weights.covariance;
         for place in 0..self.moved.ncols() {
             let moved = column_mut(&mut self.moved, place);
             moved.iter_mut().zip(&self.next).for_each(|(moved, next)| *moved -= next);
             let moved = column(&self.moved, place);
             for (j, factor) in moved.iter().enumerate() {
-                add_scaled(column_mut(&mut self.p, j), weight * factor, moved);
+                add_scaled(column_mut(&mut self.estimate.spread, j), weight * factor, moved);
             }
             weight = self.weights.other;
         }
-        self.mean.copy_from_slice(&self.next);
-        symmetrise(&mut self.p);
+        self.estimate.mean.copy_from_slice(&self.next);
+        symmetrise(&mut self.estimate.spread);
         true
     }
 
@@ -254,8 +251,8 @@ impl<S: System> Method for Unscented<S> {
         self.draw();
         let count = self.hear_all(measurements, controls);
         self.s_factors.factor(&self.s, count);
-        let n = self.mean.len();
-        let mut updated = Updated::NOTHING;
+        let n = self.estimate.mean.len();
+        let mut tally = Tally::NOTHING;
         // The innovations made independent, one after the other: `S = L D L'`, `C <- C L'^-1`.
         for j in 0..count {
             for k in 0..j {
@@ -275,33 +272,14 @@ impl<S: System> Method for Unscented<S> {
                 continue;
             }
             let cross = column(&self.cross, j);
-            add_scaled(&mut self.mean, apart / variance, cross);
+            add_scaled(&mut self.estimate.mean, apart / variance, cross);
             for (place, factor) in cross.iter().enumerate() {
-                add_scaled(column_mut(&mut self.p, place), -factor / variance, cross);
+                add_scaled(column_mut(&mut self.estimate.spread, place), -factor / variance, cross);
             }
-            updated.used += 1;
-            updated.normalized_square += apart * apart / variance;
-            updated.log_likelihood += log_density(apart, variance);
+            tally.count(apart, variance);
         }
-        symmetrise(&mut self.p);
-        updated.healed = heal(&mut self.p, &mut self.factors);
-        updated
-    }
-
-    fn widen(&mut self, factor: f64) {
-        self.p *= factor;
-    }
-
-    fn memory_len(&self) -> usize {
-        self.mean.len() + self.p.len()
-    }
-
-    fn save(&self, memory: &mut [f64]) {
-        save(memory, &[&self.mean, self.p.as_slice()]);
-    }
-
-    fn restore(&mut self, memory: &[f64]) {
-        restore(memory, &mut [&mut self.mean, self.p.as_mut_slice()]);
+        symmetrise(&mut self.estimate.spread);
+        tally.updated(heal(&mut self.estimate.spread, &mut self.factors, &mut self.work))
     }
 }
 

@@ -35,7 +35,7 @@ fn system() -> Formulas {
 #[track_caller]
 fn check(method: Box<dyn Method>, gate: Option<Gate>) {
     let options = Options { horizon: Span(1_000_000_000), moments: 8, gate, unknown_after: Span::MAX };
-    let mut fusion = Fusion::new(method, Time(0), (2, 0), options).unwrap();
+    let mut fusion = Fusion::new(method, Time(0), 2, 0, options).unwrap();
     let mut feed = |from: i64| {
         for place in from..from + 50 {
             // Two sensors at different rates, one of them late and sometimes far off.

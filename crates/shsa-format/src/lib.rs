@@ -6,6 +6,7 @@ pub mod measurements;
 pub mod event;
 pub mod drive;
 pub mod conserts;
+pub mod case;
 pub mod drawing;
 pub mod fault;
 pub mod journal;

@@ -6,12 +6,16 @@
 //! | `force` | `need` and `source` |
 //! | `release` | `need` |
 //! | `clear` | `signal`, `relation` or `cause` |
+//! | `override` | `need`, `lasts` (`10 min`) and `because` |
+//! | `attest`, `deny` | `evidence` (`contract/evidence`) |
 
 use serde::{Deserialize, Serialize};
 use shsa_core::engine::{Order, Subject};
+use shsa_core::time::Span;
+use shsa_message::span::parse_span;
 
 /// The names of all orders.
-pub const ORDERS: [&str; 5] = ["forbid", "allow", "force", "release", "clear"];
+pub const ORDERS: [&str; 8] = ["forbid", "allow", "force", "release", "clear", "override", "attest", "deny"];
 
 /// An order as it is written: a name, and what it is about. Not every form is an order: see [`OrderForm::order`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -34,6 +38,15 @@ pub struct OrderForm {
     /// A signal of the need's variable, or a way as events tell it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
+    /// For how long, as models write times.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lasts: Option<String>,
+    /// Why.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub because: Option<String>,
+    /// The contract and the evidence.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<String>,
 }
 
 /// Why a form is no order.
@@ -45,6 +58,9 @@ pub enum OrderError {
         /// What it is called.
         name: String,
     },
+    /// A length of time is none.
+    #[error("`lasts`: {0}")]
+    Lasts(String),
     /// Something is missing, or too much.
     #[error("`{order}` takes {takes}; here is {found}")]
     Fields {
@@ -82,6 +98,18 @@ impl From<&Order> for OrderForm {
             Order::Release(need) => {
                 OrderForm { order: "release".to_owned(), need: Some(need.clone()), ..OrderForm::default() }
             }
+            Order::Override { need, lasts, because } => OrderForm {
+                order: "override".to_owned(),
+                need: Some(need.clone()),
+                lasts: Some(written(*lasts)),
+                because: Some(because.clone()),
+                ..OrderForm::default()
+            },
+            Order::Attest { evidence, holds } => OrderForm {
+                order: if *holds { "attest" } else { "deny" }.to_owned(),
+                evidence: Some(evidence.clone()),
+                ..OrderForm::default()
+            },
         }
     }
 }
@@ -92,7 +120,14 @@ impl OrderForm {
     /// # Errors
     /// When there is none of this name, or it takes something else.
     pub fn order(&self) -> Result<Order, OrderError> {
-        let OrderForm { order, signal, relation, cause, need, source } = self;
+        let OrderForm { order, signal, relation, cause, need, source, .. } = self;
+        match order.as_str() {
+            "override" | "attest" | "deny" => return self.about_contracts(),
+            name if self.lasts.is_some() || self.because.is_some() || self.evidence.is_some() => {
+                return Err(self.wrong(name));
+            }
+            _ => {}
+        }
         let subject = match (signal, relation, cause) {
             (Some(name), None, None) => Some(Subject::Signal(name.clone())),
             (None, Some(name), None) => Some(Subject::Relation(name.clone())),
@@ -112,12 +147,30 @@ impl OrderForm {
         }
     }
 
+    fn about_contracts(&self) -> Result<Order, OrderError> {
+        let OrderForm { order, need, lasts, because, evidence, .. } = self;
+        let is_plain =
+            [&self.signal, &self.relation, &self.cause, &self.source].iter().all(|field| field.is_none());
+        match (order.as_str(), need, lasts, because, evidence) {
+            ("override", Some(need), Some(lasts), Some(because), None) if is_plain => {
+                let lasts = parse_span(lasts).map_err(OrderError::Lasts)?;
+                Ok(Order::Override { need: need.clone(), lasts, because: because.clone() })
+            }
+            ("attest" | "deny", None, None, None, Some(evidence)) if is_plain => {
+                Ok(Order::Attest { evidence: evidence.clone(), holds: order == "attest" })
+            }
+            (name, ..) => Err(self.wrong(name)),
+        }
+    }
+
     fn wrong(&self, name: &str) -> OrderError {
         let takes = match name {
             "forbid" | "allow" => "a `signal` or a `relation`",
             "clear" => "a `signal`, a `relation` or a `cause`",
             "force" => "a `need` and a `source`",
             "release" => "a `need`",
+            "override" => "a `need`, `lasts` and `because`",
+            "attest" | "deny" => "an `evidence`",
             _ => return OrderError::Unknown { name: name.to_owned() },
         };
         let fields = [
@@ -126,11 +179,23 @@ impl OrderForm {
             ("cause", &self.cause),
             ("need", &self.need),
             ("source", &self.source),
+            ("lasts", &self.lasts),
+            ("because", &self.because),
+            ("evidence", &self.evidence),
         ];
         let named = fields.iter().filter(|(_, value)| value.is_some()).map(|(name, _)| format!("`{name}`"));
         let named: Vec<String> = named.collect();
         let found = if named.is_empty() { "nothing".to_owned() } else { named.join(" and ") };
         OrderError::Fields { order: name.to_owned(), takes, found }
+    }
+}
+
+/// In the largest unit that holds it exactly.
+fn written(Span(length): Span) -> String {
+    match (length % 1_000_000_000, length % 1_000_000) {
+        (0, _) => format!("{} s", length / 1_000_000_000),
+        (_, 0) => format!("{} ms", length / 1_000_000),
+        _ => format!("{length} ns"),
     }
 }
 
@@ -161,13 +226,19 @@ mod tests {
         check(r#"{"order": "clear", "cause": "imu"}"#, "clear imu");
         check(r#"{"order": "force", "need": "/n", "source": "/a, /b by r"}"#, "serve /n from /a, /b by r");
         check(r#"{"order": "release", "need": "/n"}"#, "release /n");
+        check(
+            r#"{"order": "override", "need": "/n", "lasts": "90 s", "because": "towed"}"#,
+            "override the contract of /n for 90 s: towed",
+        );
+        check(r#"{"order": "attest", "evidence": "lidar/installed"}"#, "attest lidar/installed");
+        check(r#"{"order": "deny", "evidence": "lidar/installed"}"#, "deny lidar/installed");
     }
 
     #[test]
     fn what_is_no_order_says_why() {
         check(
             r#"{"order": "frobid", "signal": "/a"}"#,
-            "there is no order `frobid`: known are forbid, allow, force, release, clear",
+            "there is no order `frobid`: known are forbid, allow, force, release, clear, override, attest, deny",
         );
         check(r#"{"order": "forbid"}"#, "`forbid` takes a `signal` or a `relation`; here is nothing");
         check(
@@ -175,12 +246,21 @@ mod tests {
             "`force` takes a `need` and a `source`; here is `signal` and `need`",
         );
         check(
+            r#"{"order": "override", "need": "/n", "because": "towed"}"#,
+            "`override` takes a `need`, `lasts` and `because`; here is `need` and `because`",
+        );
+        check(
+            r#"{"order": "override", "need": "/n", "lasts": "long", "because": "towed"}"#,
+            "`lasts`: 'long' has no unit of time; write it like 5s, 20 ms, us",
+        );
+        check(r#"{"order": "attest", "need": "/n"}"#, "`attest` takes an `evidence`; here is `need`");
+        check(
             r#"{"order": "clear", "signal": "/a", "relation": "r"}"#,
             "`clear` takes a `signal`, a `relation` or a `cause`; here is `signal` and `relation`",
         );
         check(
             r#"{"order": "release", "topic": "/n"}"#,
-            "unknown field `topic`, expected one of `order`, `signal`, `relation`, `cause`, `need`, `source` at line 1 column 28",
+            "unknown field `topic`, expected one of `order`, `signal`, `relation`, `cause`, `need`, `source`, `lasts`, `because`, `evidence` at line 1 column 28",
         );
     }
 }

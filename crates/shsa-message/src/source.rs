@@ -2,6 +2,7 @@
 
 use crate::path::split_conditions;
 use crate::span::parse_span;
+use shsa_core::knowledge::SourceParts;
 use shsa_core::time::Span;
 use std::path::Path;
 use std::str::FromStr;
@@ -97,6 +98,38 @@ impl Source {
 #[must_use]
 pub fn split_topic(text: &str) -> (&str, Option<&str>) {
     text.split_once('#').map_or((text, None), |(topic, field)| (topic, Some(field)))
+}
+
+/// What the source of a signal tells of its measurement; without a text for it, it is found under the signal's own name.
+///
+/// Neither a flag nor a time nor the slash before a topic changes the values, and `position` is the list of `position[1]` and
+/// of `position[name=left]`. A name may hold anything: of that, only the topic counts.
+#[must_use]
+pub fn parts(signal: &str, source: Option<&str>) -> SourceParts {
+    let text = source.unwrap_or(signal);
+    let topic = text.find('#').map(|end| 0..end);
+    if text == signal {
+        return SourceParts { topic, ..SourceParts::default() };
+    }
+    let field = text.trim_end();
+    let field = field.strip_suffix("!changed").map_or(field, str::trim_end);
+    let field = field.rsplit_once('@').map_or(field, |(field, _)| field.trim_end());
+    let blanks = field.len() - field.trim_start().len();
+    let is_in_root = field.contains('#') && field.trim_start().starts_with('/');
+    let start = blanks + usize::from(is_in_root);
+    let lists = lists(&field[start..]).map(|list| start..start + list.len()).collect();
+    SourceParts { topic, measurement: Some(start..field.len()), lists }
+}
+
+/// The lists that a field is an element of, the innermost first.
+fn lists(field: &str) -> impl Iterator<Item = &str> {
+    std::iter::successors(list(field), |field| list(field))
+}
+
+fn list(field: &str) -> Option<&str> {
+    let (list, element) = field.strip_suffix(']')?.rsplit_once('[')?;
+    let is_place = !element.is_empty() && element.bytes().all(|byte| byte.is_ascii_digit());
+    (is_place || element.contains('=')).then(|| list.trim_end())
 }
 
 impl FromStr for Source {
@@ -222,5 +255,46 @@ mod tests {
         check("odom#speed", ("odom", "speed"), ("odom", "speed"));
         check("speed", ("speed", "data"), ("speed", ""));
         check("joints#position[name=left]@t", ("joints", "position"), ("joints", "position[name=left]"));
+    }
+
+    /// The topic, the measurement and its lists, with `|` between them.
+    #[track_caller]
+    fn check_parts(text: &str, expected: &str) {
+        let SourceParts { topic, measurement, lists } = parts("name", Some(text));
+        let part = |range: Option<&std::ops::Range<usize>>| range.map_or(text, |range| &text[range.clone()]);
+        let mut found = vec![part(topic.as_ref()), part(measurement.as_ref())];
+        found.extend(lists.iter().map(|list| part(Some(list))));
+        assert_eq!(found.join("|"), expected);
+    }
+
+    #[test]
+    fn what_does_not_change_the_values_is_no_part_of_a_measurement() {
+        check_parts("odom#twist.x", "odom|odom#twist.x");
+        check_parts("/odom#twist.x", "/odom|odom#twist.x");
+        check_parts("t#x!changed", "t|t#x");
+        check_parts(" t#x @ time*5s !changed ", " t|t#x");
+        check_parts("log#speed [m/s]", "log|log#speed [m/s]");
+        check_parts("/speed", "/speed|/speed");
+        check_parts("@t", "@t|");
+        check_parts("  ", "  |");
+        check_parts("/", "/|/");
+        check_parts("/#", "/|#");
+    }
+
+    #[test]
+    fn an_element_is_part_of_its_lists() {
+        check_parts("joints#position[2]", "joints|joints#position[2]|joints#position");
+        check_parts("/j#p[name=left]", "/j|j#p[name=left]|j#p");
+        check_parts("m#a [1] [b=2]@t", "m|m#a [1] [b=2]|m#a [1]|m#a");
+        check_parts("m#a[x]", "m|m#a[x]");
+    }
+
+    #[test]
+    fn the_own_name_of_a_signal_may_hold_anything() {
+        for (name, topic) in [("t@1", None), ("t[1]", None), ("/t#a", Some(0..2))] {
+            let expected = SourceParts { topic, ..SourceParts::default() };
+            assert_eq!(parts(name, None), expected);
+            assert_eq!(parts(name, Some(name)), expected);
+        }
     }
 }

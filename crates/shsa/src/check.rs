@@ -1,6 +1,7 @@
 //! `shsa check`: loads a knowledge base and tells every problem with its place.
 
 use crate::outcome::Outcome;
+use crate::requirements;
 use crate::show::{self, Paint};
 use crate::unwatched;
 use serde_json::json;
@@ -52,7 +53,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut loaded = model::load_file(&arguments.model);
     let knowledge = &loaded.knowledge;
     if loaded.report.ok() {
-        let warnings = unwatched::declared(knowledge, WatchBudget::default());
+        let mut warnings = unwatched::declared(knowledge, WatchBudget::default());
+        warnings.extend(unwatched::shortened(requirements::unmet(knowledge)));
         let file = arguments.model.display().to_string();
         loaded.report.diagnostics.extend(warnings.into_iter().map(|told| Located::warning(&file, told)));
     }

@@ -49,7 +49,8 @@ impl Level {
                 | EventKind::Failed
                 | EventKind::Silent
                 | EventKind::Substituted
-                | EventKind::Refused => Level::Warning,
+                | EventKind::Refused
+                | EventKind::Overridden => Level::Warning,
             },
             Decision::Noted { kind, .. } if GOOD_NEWS.contains(kind) => Level::Info,
             Decision::Noted { .. } => Level::Warning,

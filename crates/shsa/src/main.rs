@@ -1,6 +1,7 @@
 //! The command `shsa`: arguments, subcommands, exit statuses.
 
 mod analyze;
+mod assure;
 mod bus;
 mod calibrate;
 mod campaign;
@@ -63,6 +64,8 @@ enum Command {
     Plan(plan::Arguments),
     /// Tell which faults can be detected, isolated and healed at all, and what would help.
     Analyze(analyze::Arguments),
+    /// Tell what safety contracts allow: who may serve each need, at which level, why not higher; write the assurance case.
+    Assure(assure::Arguments),
     /// Compare all ways of knowing a variable over recorded observations.
     Monitor(monitor::Arguments),
     /// Run the whole loop over recordings, with faults injected if you like.
@@ -112,6 +115,7 @@ fn main() -> ExitCode {
         Command::Check(arguments) => check::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Analyze(arguments) => analyze::run(&arguments),
+        Command::Assure(arguments) => assure::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),

@@ -5,7 +5,7 @@ use crate::show;
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use shsa_core::knowledge::{KnowledgeBase, Need, VariableId, integrity_level};
-use shsa_core::plan::{self, Graph, Limits, Options, Requirements};
+use shsa_core::plan::{self, Graph, Limits, Options, Requirements, StopReason};
 use shsa_core::substitution::Substitution;
 use shsa_core::time::Span;
 use shsa_format::words;
@@ -14,6 +14,10 @@ use std::collections::BTreeSet;
 
 /// How many candidates are asked why they are none, at most.
 const MOST_ASKED: usize = 1_000;
+
+/// What a look for needs that nothing meets may take: decisions of a search, and needs.
+const MOST_EXPANSIONS: u64 = 20_000;
+const MOST_NEEDS: usize = 100;
 
 /// Requirements on the command line.
 #[derive(clap::Args)]
@@ -110,6 +114,26 @@ fn positive(flag: &str, value: Option<f64>) -> anyhow::Result<Option<f64>> {
         }
         value => Ok(value),
     }
+}
+
+/// Needs whose demands nothing meets, although something knows their variable: why not, of the best candidate. Where the limits of
+/// a search are reached, nothing is said.
+pub(crate) fn unmet(knowledge: &KnowledgeBase) -> Vec<String> {
+    let graph = Graph::new(knowledge);
+    let limits = Limits { expansions: MOST_EXPANSIONS, ..Limits::default() };
+    let one = |need: &Need| {
+        let (options, requirements) = (Options::default(), Requirements::of(need));
+        let narrowed = requirements.narrowed(knowledge, &options);
+        let variable = need.variable;
+        let plan = plan::best_meeting(knowledge, &graph, variable, &narrowed, &requirements, 1, limits);
+        if !plan.substitutions.is_empty() || plan.stop != StopReason::Complete {
+            return None;
+        }
+        let refused = refused(knowledge, &graph, variable, &options, &requirements, limits);
+        let reason = refused.first()?.reasons.first()?;
+        Some(format!("nothing meets what the need {} demands: {reason}", need.signal))
+    };
+    knowledge.needs().iter().take(MOST_NEEDS).filter_map(one).collect()
 }
 
 /// A candidate that falls short, with its reasons.

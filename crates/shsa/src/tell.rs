@@ -27,7 +27,7 @@ fn paint_kind(kind: EventKind) -> String {
     let name = format!("{:<11}", kind.name());
     match kind {
         EventKind::Failed | EventKind::Unhealable | EventKind::Refused => show::paint(Paint::Red, &name),
-        EventKind::Suspected | EventKind::Silent => show::paint(Paint::Yellow, &name),
+        EventKind::Suspected | EventKind::Silent | EventKind::Overridden => show::paint(Paint::Yellow, &name),
         EventKind::Substituted | EventKind::Restored => show::paint(Paint::Green, &name),
     }
 }

@@ -5,7 +5,7 @@ use crate::workspace::{File, Package};
 /// Which crates of the workspace a crate may rest on: `shsa -> {lab, runtime} -> {format, bridge} -> {estimate, message} -> core`.
 ///
 /// A new crate or a new arrow is a change of this table, so that it is seen.
-const ARROWS: [(&str, &[&str]); 11] = [
+const ARROWS: [(&str, &[&str]); 12] = [
     ("shsa-core", &[]),
     ("shsa-estimate", &["shsa-core"]),
     ("shsa-message", &["shsa-core"]),
@@ -38,6 +38,7 @@ const ARROWS: [(&str, &[&str]); 11] = [
         ],
     ),
     ("shsa-fuzz", &["shsa-core", "shsa-estimate", "shsa-message", "shsa-format", "shsa-bridge"]),
+    ("shsa-ratchet", &["shsa-core"]),
     ("xtask", &[]),
 ];
 

@@ -97,7 +97,7 @@ impl Reader<'_> {
                 (TokenTree::Ident(word), after) if let Some(path) = after_colons(after) => {
                     let place = format!("{}:{}", self.file, word.span().start().line);
                     match start_of(word, module) {
-                        Some(start) => self.path(start, path, (&place, module)),
+                        Some(start) => self.path(start, path, &place, module),
                         None => after,
                     }
                 }
@@ -144,14 +144,15 @@ impl Reader<'_> {
         &mut self,
         mut path: ModulePath,
         tokens: &'t [TokenTree],
-        (place, from): (&str, &[String]),
+        place: &str,
+        from: &[String],
     ) -> &'t [TokenTree] {
         if let [TokenTree::Group(group), after @ ..] = tokens
             && group.delimiter() == Delimiter::Brace
         {
             let branches: Vec<TokenTree> = group.stream().into_iter().collect();
             for branch in branches.split(|token| is_punct(token, ',')) {
-                self.path(path.clone(), branch, (place, from));
+                self.path(path.clone(), branch, place, from);
             }
             return after;
         }
@@ -161,7 +162,7 @@ impl Reader<'_> {
         };
         step(&mut path, name);
         match after_colons(after) {
-            Some(deeper) => self.path(path, deeper, (place, from)),
+            Some(deeper) => self.path(path, deeper, place, from),
             None => {
                 self.note(place, from, path);
                 after

@@ -2,6 +2,7 @@
 
 mod text;
 mod layers;
+mod items;
 mod crates;
 
 use crate::workspace::{self, Metadata};
@@ -10,6 +11,8 @@ use std::fs;
 
 /// The files that may be too long, each with its exact length and a reason: the list only shrinks.
 const EXCEPTIONS: &str = "xtask/tidy-exceptions.txt";
+/// The types that may say in many files what they can do, each with how many and a reason.
+const SPREAD: &str = "xtask/tidy-spread.txt";
 
 /// Checks every file and crate of the workspace.
 ///
@@ -18,11 +21,12 @@ const EXCEPTIONS: &str = "xtask/tidy-exceptions.txt";
 pub(crate) fn check() -> Result<()> {
     let files = workspace::files()?;
     let metadata = Metadata::read()?;
-    let exceptions = fs::read_to_string(EXCEPTIONS).with_context(|| format!("reading {EXCEPTIONS}"))?;
-    let mut problems = text::lengths(&files, &exceptions);
+    let read = |path: &str| fs::read_to_string(path).with_context(|| format!("reading {path}"));
+    let mut problems = text::lengths(&files, &read(EXCEPTIONS)?);
     problems.extend(files.iter().filter_map(text::head));
     problems.extend(files.iter().flat_map(text::words));
     problems.extend(layers::problems(&files));
+    problems.extend(items::problems(&files, &read(SPREAD)?));
     problems.extend(metadata.members().flat_map(crates::arrows));
     problems.extend(files.iter().flat_map(crates::manifest));
     problems.extend(crates::licence_files(&files));

@@ -6,10 +6,9 @@ use super::Compared;
 use super::certificates::{Bounds, Case, EvidenceFacts, Recorded, certificates, interval};
 use anyhow::Context;
 use serde_json::{Map, Value, json};
-use shsa_core::assurance::{
-    DemandId, Evaluation, EvidenceId, GuaranteeId, Leaf, Level, Sets, System, Verdict,
-};
+use shsa_core::assurance::{DemandId, Evaluation, EvidenceId, GuaranteeId, Leaf, Sets, System, Verdict};
 use shsa_core::interval::{Interval, Truth};
+use shsa_core::statement::Level;
 use std::collections::BTreeMap;
 
 /// Evaluations for one question about minimal sets.

@@ -4,10 +4,11 @@ use anyhow::Context;
 use serde::Deserialize;
 use serde_json::Value;
 use shsa_core::assurance::{
-    Certificates, Content, Demand, DemandId, Evidence, EvidenceId, Guarantee, Inclusion, Property,
-    Quantifier, Scales, Service, ServiceId, ServiceKind, Statement, Tree,
+    Certificates, Demand, DemandId, Evidence, EvidenceId, Guarantee, Quantifier, Service, ServiceId,
+    ServiceKind, Tree,
 };
 use shsa_core::interval::Interval;
+use shsa_core::statement::{Content, Inclusion, Property, Scales, Statement};
 use shsa_core::unit::Dimension;
 use std::collections::BTreeMap;
 
@@ -127,7 +128,7 @@ impl Recorded {
         dimensions.dedup();
         let at = dimensions.iter().position(|it| *it == unit.dimension).unwrap_or_default();
         let at = i8::try_from(at).context("too many dimensions")?;
-        Ok((Dimension::of([at, 0, 0, 0, 0, 0, 0, 0]), unit.factor))
+        Ok((Dimension::of([at, 0, 0, 0, 0, 0, 0, 0, 0]), unit.factor))
     }
 }
 

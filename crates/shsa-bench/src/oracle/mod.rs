@@ -1,13 +1,14 @@
 //! `shsa-bench oracle`: our answers beside those that others have recorded, one by one.
 //!
 //! A file is JSON with its `format`; what the formats hold stands at the readers ([`search`], [`monitor`], [`assurance`],
-//! [`fusion`]).
+//! [`fusion`]). Of recordings a folder is given ([`formats`]).
 
 mod search;
 mod monitor;
 mod certificates;
 mod assurance;
 mod fusion;
+mod formats;
 
 use crate::Outcome;
 use anyhow::Context;
@@ -31,7 +32,7 @@ Prints how many answers are equal, and the first differences. Exit status 1: the
 pub(crate) struct Arguments {
     /// What is compared.
     kind: Kind,
-    /// Files of recorded answers.
+    /// Files of recorded answers; of recordings their folder.
     #[arg(required = true)]
     files: Vec<PathBuf>,
     /// Show all differences.
@@ -49,6 +50,8 @@ enum Kind {
     Fusion,
     /// What certificates give under evidence, and why not more (shsa-assurance-golden-1), one answer a case and a step.
     Assurance,
+    /// Recordings of every format (`expected.json` in the folder and those below it), one answer a count and a field.
+    Formats,
 }
 
 /// What was compared.
@@ -78,6 +81,10 @@ struct Head {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut compared = Compared::default();
     for path in &arguments.files {
+        if arguments.kind == Kind::Formats {
+            formats::compare(path, &mut compared)?;
+            continue;
+        }
         let text = fs::read_to_string(path).with_context(|| format!("{} cannot be read", path.display()))?;
         let format = read::<Head>(path, &text)?.format;
         match (arguments.kind, format.as_str()) {

@@ -106,7 +106,7 @@ fn knowledge(recorded: &Structure) -> anyhow::Result<KnowledgeBase> {
         let id = variables.push(structure::variable(name.clone(), properties));
         ids.insert(name.as_str(), id);
         if facts.provided {
-            signals.push(structure::signal(format!("/{name}"), id));
+            signals.push(Signal::new(format!("/{name}"), id));
         }
     }
     let all = |names: &[String]| -> anyhow::Result<Vec<VariableId>> {

@@ -61,7 +61,7 @@ impl Experiment {
     }
 
     /// How its trees are made.
-    fn tree(self, (branch, depth): (usize, usize)) -> Tree {
+    fn tree(self, branch: usize, depth: usize) -> Tree {
         Tree {
             branch,
             depth,
@@ -122,8 +122,8 @@ impl Case {
     /// When the model of a case study is broken.
     pub(super) fn knowledge(&self) -> anyhow::Result<(KnowledgeBase, VariableId)> {
         let Kind { experiment, size } = self.kind;
-        if let Some(size) = size {
-            return Ok((experiment.tree(size).generate(self.seed), VariableId::from_index(0)));
+        if let Some((branch, depth)) = size {
+            return Ok((experiment.tree(branch, depth).generate(self.seed), VariableId::from_index(0)));
         }
         let (text, variable) = experiment.model().context("an experiment without graphs")?;
         let loaded = model::load(text, experiment.name());

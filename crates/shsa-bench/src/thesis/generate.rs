@@ -92,7 +92,7 @@ impl Parts {
 
     fn signal(&mut self, variable: VariableId) {
         let name = format!("/{}", self.signals.len());
-        self.signals.push(structure::signal(name, variable));
+        self.signals.push(Signal::new(name, variable));
     }
 
     fn relation(&mut self, output: VariableId, mut inputs: Vec<VariableId>, both: bool, cost: Option<f64>) {

@@ -1,6 +1,7 @@
 //! `shsa-bench` from outside: small runs.
 
 mod bench;
+mod estimation;
 mod experiments;
 #[path = "../../../shsa/tests/cli/folder.rs"]
 #[allow(dead_code, reason = "the tests of the command use all of it")]

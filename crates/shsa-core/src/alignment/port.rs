@@ -1,5 +1,7 @@
 //! The port of one signal: its recent observations, ready to be read at any moment.
 
+mod newest;
+
 use super::about::Known;
 use super::clock::Misdated;
 use super::gate::Gate;

@@ -8,11 +8,10 @@ use super::faults::Faults;
 use super::losses::{Left, Losses, Target, Tolerance};
 use super::survey::Survey;
 use crate::knowledge::{
-    Id, IdVec, KnowledgeBase, NeedId, Properties, ReadingLimits, Relation, RelationId, Shape, Signal,
-    SignalId, SignalSet, ValueError, VariableId,
+    Id, IdVec, KnowledgeBase, NeedId, Properties, Relation, RelationId, Shape, Signal, SignalId, SignalSet,
+    VariableId,
 };
 use crate::plan::Graph;
-use crate::time::Span;
 use crate::unit::Dimension;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::string::String;
@@ -300,7 +299,7 @@ fn with(knowledge: &KnowledgeBase, candidate: Candidate) -> KnowledgeBase {
     let (mut relations, mut signals) = (knowledge.relations().clone(), knowledge.signals().clone());
     match candidate {
         Candidate::Sensor(variable) => {
-            signals.push(sensor(variable));
+            signals.push(Signal::new(String::new(), variable));
         }
         Candidate::Relation(one, other) => {
             relations.push(relation(one, other));
@@ -317,26 +316,6 @@ fn with(knowledge: &KnowledgeBase, candidate: Candidate) -> KnowledgeBase {
         larger.set_available(signal, knowledge.is_available(signal));
     }
     larger
-}
-
-fn sensor(variable: VariableId) -> Signal {
-    Signal {
-        name: String::new(),
-        variable,
-        source: String::new(),
-        unit: None,
-        scaling: None,
-        rate_hz: None,
-        value_error: ValueError::default(),
-        noise: None,
-        time_error: (Span::ZERO, Span::ZERO),
-        delay: Span::ZERO,
-        mean_over: Span::ZERO,
-        timeout: None,
-        limits: ReadingLimits::default(),
-        derived_from: Vec::new(),
-        properties: Properties::new(),
-    }
 }
 
 fn relation(one: VariableId, other: VariableId) -> Relation {

@@ -16,12 +16,14 @@ mod survey;
 mod watch;
 mod gaps;
 mod additions;
+mod prospect;
 
 pub use additions::{Addition, Candidate, Survives};
 pub use comparisons::{Comparison, Comparisons};
 pub use faults::Faults;
 pub use gaps::{Gap, Obstacle};
 pub use losses::Tolerance;
+pub use prospect::{Candidacy, Prospect};
 pub use watch::{Hidden, Watch};
 
 use crate::knowledge::{Id, IdVec, KnowledgeBase, NeedId, RelationId, SignalId, SignalSet};

@@ -1,9 +1,8 @@
 //! Conditional safety certificates: what services guarantee, on which conditions, and what they demand of others.
 
-use super::level::Scales;
-use super::statement::{self, Statement};
 use crate::interval::{Interval, Truth};
 use crate::knowledge::{IdVec, id};
+use crate::statement::{self, Scales, Statement};
 use crate::time::Span;
 use alloc::string::String;
 use alloc::vec::Vec;

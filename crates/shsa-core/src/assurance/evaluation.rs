@@ -3,10 +3,10 @@
 use super::certificate::{Certificates, DemandId, EvidenceId, GuaranteeId, Problem, Quantifier};
 use super::circuit::{Circuit, NodeId};
 use super::fixed_point::FixedPoint;
-use super::level::Level;
 use super::minimal::{Question, Role, Sets};
 use crate::interval::{Interval, Truth};
 use crate::knowledge::{Id, IdVec};
+use crate::statement::Level;
 use crate::time::Time;
 use alloc::vec::Vec;
 
@@ -47,6 +47,12 @@ impl System {
         offered.filter(|(_, given)| given.statement.meets(&row.statement)).map(|(id, _)| id)
     }
 
+    /// What may be given of what a demand with a level asks, whatever the level: guarantees of the same scale.
+    pub(super) fn rungs(&self, demand: DemandId) -> impl Iterator<Item = (DemandId, GuaranteeId, Level)> {
+        let rungs = self.ladder(demand).into_iter().flatten();
+        rungs.map(move |(given, level)| (demand, given, level))
+    }
+
     /// Guarantees that say what a demand asks, whatever their level, of each service that is asked; those with a level of
     /// the same scale.
     fn ladder(&self, demand: DemandId) -> Vec<Vec<(GuaranteeId, Level)>> {
@@ -62,6 +68,14 @@ impl System {
     }
 }
 
+impl Default for System {
+    /// Of nobody.
+    fn default() -> System {
+        let certificates = Certificates::default();
+        System { circuit: Circuit::new(&certificates), certificates }
+    }
+}
+
 /// Whether a guarantee can be given, or a demand is met, and if not, of which kind the reason is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
@@ -73,6 +87,19 @@ pub enum Verdict {
     Circular,
     /// Neither.
     Refused,
+}
+
+impl Verdict {
+    /// What it is called in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Holds => "holds",
+            Verdict::Open => "open",
+            Verdict::Circular => "circular",
+            Verdict::Refused => "refused",
+        }
+    }
 }
 
 /// A leaf of a condition.

@@ -10,21 +10,23 @@
 //! doi:10.1007/978-3-319-24249-1_31 and 2018, doi:10.4018/978-1-5225-2845-6.ch006. Scope: systems that are known as a whole
 //! in one process. A certificate's author writes its levels; nothing here raises one.
 
-mod level;
-mod statement;
 mod certificate;
 mod circuit;
 mod fixed_point;
 mod minimal;
 mod evaluation;
-mod decomposition;
+mod composition;
+mod assured;
+mod assessments;
+mod search;
 
+pub use assessments::{Assessments, Override, Read, Reading, Refused, Trust};
+pub use assured::{Admitted, Assured, Ground};
 pub use certificate::{
     Certificates, Demand, DemandId, Evidence, EvidenceId, Guarantee, GuaranteeId, MAX_DEPTH, Problem,
     Quantifier, Service, ServiceId, ServiceKind, Tree,
 };
-pub use decomposition::{Claim, Common, Objection, Redundancy, in_common, level_of_pair};
+pub use composition::{Assessment, Assurance, Composition, Lacking};
 pub use evaluation::{Evaluation, Higher, Leaf, System, Verdict};
-pub use level::{Level, STANDARD_SCALES, Scale, ScaleId, Scales};
 pub use minimal::Sets;
-pub use statement::{Content, FailureMode, Inclusion, Property, Statement};
+pub use search::Search;

@@ -1,7 +1,7 @@
 //! A way made into a program: which signal makes it compute, and where its inputs come from.
 
 use super::input::{Input, Source, Wrapping, period};
-use super::{Body, Precedence, USUAL_RATE_HZ};
+use super::{Body, Compiled, Precedence, USUAL_RATE_HZ};
 use crate::expression::{self, Assignment, Formula, InputKind, Program};
 use crate::knowledge::{KnowledgeBase, SignalId};
 use crate::substitution::{Step, Way};
@@ -28,7 +28,7 @@ pub(super) fn computed(
     let state = program.new_state(0, rate_hz);
     let window = program.longest_window();
     let wrapping = wrapping(knowledge, way, &inputs);
-    Some((Body::Computed { program, state, inputs, wrapping }, window))
+    Some((Body::Computed(Compiled { program, state, inputs, wrapping }), window))
 }
 
 /// The inputs that wrap; none where something is remembered of inputs, which must go on without a step then.

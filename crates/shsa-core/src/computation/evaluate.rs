@@ -1,9 +1,9 @@
 //! A computation is evaluated: at a moment, over what is certain about it, over chosen observations, or elsewhere as a task.
 
 use super::input::{Input, Source, bring_back};
-use super::{Body, Computation, Computed, Item, Settled, Task};
+use super::{Body, Compiled, Computation, Computed, Item, Settled, Task};
 use crate::alignment::{Known, Port, Sample};
-use crate::expression::{State, Value};
+use crate::expression::{Outcome, State, Value};
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, Shape, SignalId};
 use crate::time::Validity;
@@ -11,6 +11,46 @@ use alloc::vec::Vec;
 
 /// More inputs than this are read into memory allocated for the evaluation.
 const USUAL_INPUTS: usize = 16;
+
+/// Why an input has no value.
+enum Missing {
+    /// What this input was at that moment is not known yet.
+    Later(SignalId),
+    /// There is none.
+    Never,
+}
+
+impl Compiled {
+    /// Evaluates over what `find` gives for each input, by its place among the inputs.
+    ///
+    /// Allocates nothing for up to 16 inputs whose vectors are no longer than before.
+    #[inline]
+    fn over<'a>(
+        &'a mut self,
+        moment: Validity,
+        last: Option<Validity>,
+        find: impl Fn(usize, &Source) -> Result<Value<'a, Interval>, Missing>,
+    ) -> Result<Outcome<'a, Interval>, Missing> {
+        let Compiled { program, state, inputs, wrapping } = self;
+        let mut usual = [Value::Scalar(Interval::EMPTY); USUAL_INPUTS];
+        let mut many = Vec::new();
+        let values = match usual.get_mut(..inputs.len()) {
+            Some(values) => values,
+            None => {
+                many.resize(inputs.len(), Value::Scalar(Interval::EMPTY));
+                many.as_mut_slice()
+            }
+        };
+        for (at, (value, input)) in values.iter_mut().zip(inputs.iter()).enumerate() {
+            *value = find(at, input)?;
+        }
+        if !bring_back(values, wrapping) {
+            return Err(Missing::Never);
+        }
+        make_room(state, values);
+        Ok(program.evaluate(state, values, moment, last))
+    }
+}
 
 impl Computation {
     /// Evaluates at a moment; `None` when an input is missing there or the result has no value.
@@ -25,28 +65,9 @@ impl Computation {
     ) -> Option<(Computed<'a>, Validity)> {
         let (value, validity) = match &mut self.body {
             Body::Direct(input) => (input.at(ports, moment)?, moment),
-            Body::Computed { program, state, inputs, wrapping } => {
-                let mut usual = [Value::Scalar(Interval::EMPTY); USUAL_INPUTS];
-                let mut many = Vec::new();
-                let values = match usual.get_mut(..inputs.len()) {
-                    Some(values) => values,
-                    None => {
-                        many.resize(inputs.len(), Value::Scalar(Interval::EMPTY));
-                        many.as_mut_slice()
-                    }
-                };
-                for (value, input) in values.iter_mut().zip(inputs.iter()) {
-                    *value = match input {
-                        Source::Signal(input) => input.at(ports, moment)?,
-                        Source::Constant(value) => Value::Scalar(*value),
-                        Source::Last => Value::Scalar(last?.value),
-                    };
-                }
-                if !bring_back(values, wrapping) {
-                    return None;
-                }
-                make_room(state, values);
-                let outcome = program.evaluate(state, values, moment, last.map(|last| last.validity));
+            Body::Computed(computed) => {
+                let find = |_, input: &Source| input.at(ports, moment, last).ok_or(Missing::Never);
+                let outcome = computed.over(moment, last.map(|last| last.validity), find).ok()?;
                 (outcome.value, outcome.valid)
             }
         };
@@ -62,38 +83,30 @@ impl Computation {
         moment: Validity,
         last: Option<Sample>,
     ) -> Option<Task> {
-        let Body::Computed { inputs, .. } = &self.body else { return None };
+        let Body::Computed(computed) = &self.body else { return None };
         let listed = |value: Value<'_, Interval>| match value {
             Value::Scalar(value) => Vec::from([value]),
             Value::Vector(elements) => elements.to_vec(),
         };
-        let value = |input: &Source| match input {
-            Source::Signal(input) => input.at(ports, moment).map(listed),
-            Source::Constant(value) => Some(Vec::from([*value])),
-            Source::Last => last.map(|last| Vec::from([last.value])),
-        };
-        let values = inputs.iter().map(value).collect::<Option<_>>()?;
+        let value = |input: &Source| input.at(ports, moment, last).map(listed);
+        let values = computed.inputs.iter().map(value).collect::<Option<_>>()?;
         Some(Task { values, moment, last: last.map(|last| last.validity) })
     }
 
     /// Does a task of a computation of the same way. `None` when it is of another shape, or the result has no value.
-    pub fn carry_out(&mut self, task: &Task) -> Option<(Computed<'_>, Validity)> {
-        let Body::Computed { program, state, inputs, wrapping } = &mut self.body else { return None };
-        if inputs.len() != task.values.len() {
+    pub fn carry_out<'a>(&'a mut self, task: &'a Task) -> Option<(Computed<'a>, Validity)> {
+        let Body::Computed(computed) = &mut self.body else { return None };
+        if computed.inputs.len() != task.values.len() {
             return None;
         }
-        let mut values = Vec::with_capacity(inputs.len());
-        for (input, given) in inputs.iter().zip(&task.values) {
-            values.push(match input {
-                Source::Signal(Input { shape: Shape::Vector, .. }) => Value::Vector(given),
-                _ => Value::Scalar(given.first().copied()?),
-            });
-        }
-        if !bring_back(&mut values, wrapping) {
-            return None;
-        }
-        make_room(state, &values);
-        let outcome = program.evaluate(state, &values, task.moment, task.last);
+        let find = |at: usize, input: &Source| {
+            let given = task.values.get(at).ok_or(Missing::Never)?;
+            match input {
+                Source::Signal(Input { shape: Shape::Vector, .. }) => Ok(Value::Vector(given)),
+                _ => given.first().copied().map(Value::Scalar).ok_or(Missing::Never),
+            }
+        };
+        let outcome = computed.over(task.moment, task.last, find).ok()?;
         usable(outcome.value).map(|value| (value, outcome.valid))
     }
 
@@ -101,23 +114,18 @@ impl Computation {
     /// constant); for numbers only.
     pub fn evaluate_items(&mut self, items: &[Option<&Item>], moment: Validity) -> Option<Interval> {
         let item = |at: usize| items.get(at).copied().flatten();
-        let (program, state, inputs) = match &mut self.body {
+        let computed = match &mut self.body {
             Body::Direct(_) => return item(0)?.values.first().copied(),
-            Body::Computed { program, state, inputs, .. } => (program, state, inputs),
+            Body::Computed(computed) => computed,
         };
         let signals = &self.way.signals;
-        let mut values = Vec::new();
-        for input in inputs.iter() {
-            values.push(match input {
-                Source::Signal(input) => {
-                    item(signals.iter().position(|signal| *signal == Some(input.signal))?)?.value(input.shape)
-                }
-                Source::Constant(value) => Value::Scalar(*value),
-                Source::Last => return None,
-            });
-        }
-        make_room(state, &values);
-        let value = program.evaluate(state, &values, moment, None).value.scalar();
+        let chosen = |input: &Input| item(signals.iter().position(|signal| *signal == Some(input.signal))?);
+        let find = |_, input: &Source| match input {
+            Source::Signal(input) => Ok(chosen(input).ok_or(Missing::Never)?.value(input.shape)),
+            Source::Constant(value) => Ok(Value::Scalar(*value)),
+            Source::Last => Err(Missing::Never),
+        };
+        let value = computed.over(moment, None, find).ok()?.value.scalar();
         (!value.is_empty()).then_some(value)
     }
 
@@ -139,40 +147,22 @@ impl Computation {
 
     #[inline(never)]
     fn evaluate_any(&mut self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Settled {
-        let Body::Computed { program, state, inputs, wrapping } = &mut self.body else {
-            return Settled::Nothing;
-        };
-        let mut usual = [Value::Scalar(Interval::EMPTY); USUAL_INPUTS];
-        let mut many = Vec::new();
-        let values = match usual.get_mut(..inputs.len()) {
-            Some(values) => values,
-            None => {
-                many.resize(inputs.len(), Value::Scalar(Interval::EMPTY));
-                many.as_mut_slice()
-            }
-        };
-        for (value, input) in values.iter_mut().zip(inputs.iter()) {
-            *value = match input {
-                Source::Signal(input) if input.shape == Shape::Scalar => {
-                    match input.scalar_about(ports, moment) {
-                        Known::Value(value) => Value::Scalar(value),
-                        Known::Later => return Settled::Later(input.signal),
-                        Known::Never => return Settled::Nothing,
-                    }
+        let Body::Computed(computed) = &mut self.body else { return Settled::Nothing };
+        let find = |_, input: &Source| match input {
+            Source::Signal(input) if input.shape == Shape::Scalar => {
+                match input.scalar_about(ports, moment) {
+                    Known::Value(value) => Ok(Value::Scalar(value)),
+                    Known::Later => Err(Missing::Later(input.signal)),
+                    Known::Never => Err(Missing::Never),
                 }
-                Source::Signal(input) => match input.at(ports, moment) {
-                    Some(value) => value,
-                    None => return Settled::Nothing,
-                },
-                Source::Constant(value) => Value::Scalar(*value),
-                Source::Last => return Settled::Nothing,
-            };
-        }
-        if !bring_back(values, wrapping) {
-            return Settled::Nothing;
-        }
-        make_room(state, values);
-        let outcome = program.evaluate(state, values, moment, None);
+            }
+            input => input.at(ports, moment, None).ok_or(Missing::Never),
+        };
+        let outcome = match computed.over(moment, None, find) {
+            Ok(outcome) => outcome,
+            Err(Missing::Later(signal)) => return Settled::Later(signal),
+            Err(Missing::Never) => return Settled::Nothing,
+        };
         match usable(outcome.value) {
             Some(Computed::Scalar(value)) => Settled::Value(Sample { validity: outcome.valid, value }),
             _ => Settled::Nothing,
@@ -181,17 +171,15 @@ impl Computation {
 
     /// The value of a way that rests on constants alone; `None` of all others.
     pub fn constant(&mut self) -> Option<Interval> {
-        let Body::Computed { program, state, inputs, .. } = &mut self.body else { return None };
-        if program.is_stateful() {
+        let Body::Computed(computed) = &mut self.body else { return None };
+        if computed.program.is_stateful() {
             return None;
         }
-        let value = |input: &Source| match input {
-            Source::Constant(value) => Some(Value::Scalar(*value)),
-            Source::Signal(_) | Source::Last => None,
+        let find = |_, input: &Source| match input {
+            Source::Constant(value) => Ok(Value::Scalar(*value)),
+            Source::Signal(_) | Source::Last => Err(Missing::Never),
         };
-        let values = inputs.iter().map(value).collect::<Option<Vec<_>>>()?;
-        make_room(state, &values);
-        let value = program.evaluate(state, &values, Validity::always(), None).value.scalar();
+        let value = computed.over(Validity::always(), None, find).ok()?.value.scalar();
         value.is_bounded().then_some(value)
     }
 }

@@ -1,6 +1,6 @@
 //! What a computation reads: signals, constants and its own last value, each brought to a moment.
 
-use crate::alignment::{Known, Port, Reach};
+use crate::alignment::{Known, Port, Reach, Sample};
 use crate::circle;
 use crate::expression::Value;
 use crate::interval::Interval;
@@ -100,6 +100,21 @@ impl Input {
 }
 
 impl Source {
+    /// Its value at a moment; `last` is the last value of the variable that is computed.
+    #[inline]
+    pub(super) fn at<'a>(
+        &self,
+        ports: &'a IdVec<SignalId, Port>,
+        moment: Validity,
+        last: Option<Sample>,
+    ) -> Option<Value<'a, Interval>> {
+        match self {
+            Source::Signal(input) => input.at(ports, moment),
+            Source::Constant(value) => Some(Value::Scalar(*value)),
+            Source::Last => last.map(|last| Value::Scalar(last.value)),
+        }
+    }
+
     pub(super) fn succeeded(self, lineage: &Lineage) -> Option<Source> {
         match self {
             Source::Signal(input) => input.succeeded(lineage).map(Source::Signal),

@@ -18,13 +18,12 @@ mod accusation;
 use super::candidates::Component;
 use crate::interval::Interval;
 use crate::knowledge::{CauseId, IdVec, KnowledgeBase, Lineage, RelationId, SignalId, SignalSet};
-use crate::monitor::{Inheritance, ResidualState, WatchedWay};
+use crate::monitor::{Inheritance, ResidualState, WatchedWay, WayIndex};
 use crate::time::{Span, Time};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use evidence::Priors;
-use recovery::Ground;
 
 pub use evidence::rests_on;
 pub use orders::Record;
@@ -33,6 +32,12 @@ pub use verdict::{Blame, Decision, JudgeOptions, Proof, Verdict};
 
 /// Probation doubles at most so often: with 5 s, to 5 minutes.
 const MOST_RELAPSES: u32 = 6;
+
+/// A signal that is accused again within this many of its probations has relapsed.
+const RELAPSE_PROBATIONS: i64 = 4;
+
+/// A comparison, by its slower and its faster way.
+type Ground = (WayIndex, WayIndex);
 
 #[derive(Clone, Copy, Debug, Default)]
 struct ComponentState {
@@ -268,6 +273,21 @@ impl Judge {
         self.probation(self.state_of(Component::Signal(signal)).relapses)
     }
 
+    fn probation(&self, relapses: u32) -> Span {
+        self.options.probation.times(1 << relapses.min(MOST_RELAPSES))
+    }
+
+    /// How often in a row something has been accused soon after it was trusted again, when it is accused now.
+    fn relapses(&self, component: Component, now: Time) -> u32 {
+        let before = self.state_of(component);
+        let soon = |cleared: Time| now - cleared <= self.probation(before.relapses).times(RELAPSE_PROBATIONS);
+        match (before.verdict, before.cleared) {
+            (Some(_), _) => before.relapses,
+            (None, Some(cleared)) if soon(cleared) => (before.relapses + 1).min(MOST_RELAPSES),
+            _ => 0,
+        }
+    }
+
     /// What is thought of a signal now.
     #[must_use]
     pub fn verdict(&self, signal: SignalId, evidence: &impl Testimony, now: Time) -> Verdict {
@@ -320,17 +340,25 @@ impl Judge {
     /// [`explain`](super::candidates::explain), and of [`probabilities`](super::candidates::probabilities) for each part in
     /// which something is decided.
     pub fn review(&mut self, evidence: &impl Testimony, now: Time) -> Vec<Decision> {
-        let mut decisions = Vec::new();
         self.next_review = None;
-        self.accuse(evidence, now, &mut decisions);
-        self.clear(evidence, now, &mut decisions);
-        decisions
+        let mut review = Review { judge: self, evidence, now, decisions: Vec::new() };
+        review.accuse();
+        review.clear();
+        review.decisions
     }
 
     /// Asks for a review at a moment.
     pub fn look_again(&mut self, at: Time) {
         self.next_review = Some(self.next_review.map_or(at, |earlier| earlier.min(at)));
     }
+}
+
+/// The judge at work: all evidence of one moment, and what is decided by it.
+struct Review<'e, T> {
+    judge: &'e mut Judge,
+    evidence: &'e T,
+    now: Time,
+    decisions: Vec<Decision>,
 }
 
 /// What a signal says now, when it is a number.

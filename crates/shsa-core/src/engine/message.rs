@@ -1,6 +1,7 @@
 //! What goes into the engine and what comes out of it.
 
 use super::snapshot::Snapshot;
+use crate::assurance::Admitted;
 use crate::computation::Task;
 use crate::interval::Interval;
 use crate::knowledge::{CauseId, NeedId, RelationId, SignalId, VariableId};
@@ -115,11 +116,13 @@ pub enum EventKind {
     /// What a need demands, or a contract, forbids a source that would serve it; an order cannot be obeyed (any more), or what was known before a restart has
     /// nothing to stand for.
     Refused,
+    /// An operator has overridden what a contract demands for a need, for a time; or that time is over.
+    Overridden,
 }
 
 impl EventKind {
     /// Every kind.
-    pub const ALL: [EventKind; 7] = [
+    pub const ALL: [EventKind; 8] = [
         EventKind::Suspected,
         EventKind::Failed,
         EventKind::Silent,
@@ -127,6 +130,7 @@ impl EventKind {
         EventKind::Restored,
         EventKind::Unhealable,
         EventKind::Refused,
+        EventKind::Overridden,
     ];
 
     /// What it is called in files and on screens.
@@ -140,6 +144,7 @@ impl EventKind {
             EventKind::Restored => "restored",
             EventKind::Unhealable => "unhealable",
             EventKind::Refused => "refused",
+            EventKind::Overridden => "overridden",
         }
     }
 }
@@ -231,6 +236,8 @@ pub struct Publication {
     pub value: PublishedValue,
     /// Where it comes from.
     pub quality: Quality,
+    /// On which ground contracts let it go out, and at which level.
+    pub admitted: Admitted,
     /// Whether somebody else than the engine has computed it.
     pub delegated: bool,
 }

@@ -10,7 +10,9 @@ mod message;
 mod events;
 mod ways;
 mod ready_sources;
+mod instruments;
 mod provider;
+mod contracts;
 mod news;
 mod orders;
 mod reload;
@@ -23,7 +25,7 @@ pub use evidence::{Comparison, Evidence, Mute, Rival, Side};
 pub use fusing::{Fuse, Heard, Measurements};
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality, Report};
 pub use operator::Refusal;
-pub use provider::{Delegation, NeedStatus};
+pub use provider::{Delegation, NeedAssurance, NeedStatus};
 pub use snapshot::{Accusation, Missing, Published, Remembered, Served, Snapshot, Trending};
 pub use ticks::Ticks;
 
@@ -42,6 +44,7 @@ use crate::time::{Span, Time, Validity};
 use alloc::boxed::Box;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::vec::Vec;
+use contracts::Contracts;
 use provider::{Provider, Situation};
 use ready_sources::ReadySources;
 use ways::Lost;
@@ -77,6 +80,8 @@ pub struct Engine {
     ready_sources: ReadySources,
     monitor: Monitor,
     judge: Judge,
+    /// Where a need demands anything.
+    contracts: Option<Box<Contracts>>,
     providers: IdVec<NeedId, Provider>,
     outputs: VecDeque<Output>,
     now: Option<Time>,
@@ -118,8 +123,11 @@ impl Engine {
         let probation = judge.probation;
         let judge = Judge::new(&knowledge, judge);
         let ready_sources = plan_ahead(&knowledge, &graph);
+        let contracts = Contracts::of(&knowledge);
+        let assurance = contracts.as_ref().map(|contracts| &contracts.assurance);
+        let proven = options.ties == Ties::Proven;
         let providers = IdVec::filled(knowledge.needs().len(), |need| {
-            Provider::new(&knowledge, &graph, &ready_sources, &monitor, need, options.ties == Ties::Proven)
+            Provider::new(&knowledge, assurance, &graph, &ready_sources, &monitor, need, proven)
         });
         let has_fusions = !knowledge.fusions().is_empty();
         Engine {
@@ -128,6 +136,7 @@ impl Engine {
             ready_sources,
             monitor,
             judge,
+            contracts,
             providers,
             outputs: VecDeque::with_capacity(64),
             now: None,
@@ -285,6 +294,9 @@ impl Engine {
         if !observed.kept {
             return;
         }
+        if let Some(contracts) = &mut self.contracts {
+            contracts.hear(observation.signal);
+        }
         for provider in self.providers.iter_mut() {
             provider.observe(&self.knowledge, observation);
         }
@@ -321,8 +333,11 @@ impl Engine {
         if evidence_changed || review_due || trust_changed || is_intervention {
             trust_changed |= self.review(now);
         }
+        let is_admitted_otherwise = self.contracts.is_some() && self.follow_evidence(now);
         if trust_changed {
             self.replan(now, None);
+        } else if is_admitted_otherwise {
+            self.replan_under_contract(now);
         }
         self.provide(now);
     }
@@ -368,12 +383,22 @@ impl Engine {
             relations: self.judge.refuted_relations(),
             ..self.lost(false, |signal| self.judge.may_be_right(signal))
         };
-        let Engine { knowledge, graph, ready_sources, monitor, judge, providers, outputs, .. } = self;
-        (
-            providers,
-            outputs,
-            Situation { knowledge, graph, ready_sources, monitor, judge, lost, doubted, now, order },
-        )
+        let Engine { knowledge, graph, ready_sources, monitor, judge, providers, outputs, contracts, .. } =
+            self;
+        let situation = Situation {
+            knowledge,
+            graph,
+            ready_sources,
+            monitor,
+            judge,
+            lost,
+            doubted,
+            now,
+            contracts: contracts.as_ref().map(|contracts| (&contracts.assurance, &contracts.attested)),
+            is_about_contracts: false,
+            order,
+        };
+        (providers, outputs, situation)
     }
 
     fn provide(&mut self, now: Time) {

@@ -10,7 +10,7 @@ use crate::order::{Order, Subject};
 use crate::plan::Requirements;
 use crate::reason::{Joint, Reason, Reasons};
 use crate::substitution::Way;
-use crate::time::Time;
+use crate::time::{Span, Time};
 use alloc::borrow::ToOwned;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -46,11 +46,12 @@ impl Engine {
     pub fn standing_orders(&self) -> Vec<Order> {
         let knowledge = &self.knowledge;
         let forbidden = self.judge.forbidden().map(|it| Order::Forbid(Subject::of(knowledge, it)));
+        let about_contracts = self.orders_about_contracts();
         let forced = self.providers.enumerate().filter_map(|(need, provider)| {
             let source = provider.forced()?.describe(knowledge);
             Some(Order::Force { need: knowledge.needs()[need].signal.clone(), source })
         });
-        forbidden.chain(forced).collect()
+        forbidden.chain(about_contracts).chain(forced).collect()
     }
 
     /// Does what an order says to itself, and gives the reason for what follows from it.
@@ -73,12 +74,17 @@ impl Engine {
                 if self.providers[need].forced() == Some(&way) {
                     return Err(already(order));
                 }
+                self.check_contract(need, &way, now)?;
                 self.serve(need, Some(way), now);
                 Ok(None)
             }
             Order::Release(name) => {
                 let need = find_need(&self.knowledge, name)?;
+                let is_override_over = self.end_override(need, now);
                 if self.providers[need].forced().is_none() {
+                    if is_override_over {
+                        return Ok(Some(Reason::OverrideOver { need: name.clone() }));
+                    }
                     let reason = Reason::ChoosesAlready { need: name.clone() };
                     return Err(Refusal::new(reason, self.in_force()));
                 }
@@ -89,6 +95,10 @@ impl Engine {
                 self.clear(subject, now)?;
                 Ok(Some(Reason::WasCleared { subject: subject.clone() }))
             }
+            Order::Override { need, lasts, because } => {
+                self.override_contract(order, need, *lasts, because, now)
+            }
+            Order::Attest { evidence, holds } => self.attest(evidence, *holds),
         }
     }
 
@@ -212,8 +222,8 @@ impl Engine {
     }
 
     /// Keeps the orders of the engine before a change or a restart, where what they name is there; tells of the others.
-    /// Needs are tied without a switch: that is up to those that go on.
-    pub(super) fn keep_orders(&mut self, orders: &[Order], now: Time) {
+    /// Needs are tied without a switch: that is up to those that go on. `elapsed` is how much of their time is over.
+    pub(super) fn keep_orders(&mut self, orders: &[Order], elapsed: Span, now: Time) {
         for order in orders {
             let kept = match order {
                 Order::Forbid(subject) => {
@@ -224,6 +234,10 @@ impl Engine {
                     self.providers[need].tie(way);
                     Ok(())
                 }),
+                Order::Attest { evidence, holds } => self.attest(evidence, *holds).map(|_| ()),
+                Order::Override { need, lasts, because } => {
+                    self.keep_override(need, *lasts - elapsed, because, now)
+                }
                 Order::Allow(_) | Order::Release(_) | Order::Clear(_) => Ok(()),
             };
             if let Err(refusal) = kept {

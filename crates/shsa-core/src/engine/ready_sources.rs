@@ -1,6 +1,7 @@
 //! What serves each need after the loss of any one signal, made ready before it is lost.
 
-use super::ways::{Lost, Source, preparation, ways, ways_of};
+use super::ways::{Lost, Source, admitted_ways, preparation, ways, ways_of};
+use crate::assurance::Search;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Need, NeedId, SignalId, VariableId};
 use crate::plan::{Contingency, Graph, Plan, Requirements, Shortfall, StopReason};
 use crate::substitution::Way;
@@ -98,9 +99,10 @@ impl ReadySources {
     ) -> Vec<Source> {
         let Need { variable, .. } = knowledge.needs()[need];
         let demands = &self.demands[need].requirements;
-        let sources = ways_of(knowledge, graph, plan, lost, demands);
+        let meets = |way: &Way| demands.shortfalls_of_way(knowledge, way).is_empty();
+        let sources = ways_of(knowledge, graph, plan, lost, meets);
         let may_be_more = plan.stop != StopReason::Complete && {
-            let anything = ways_of(knowledge, graph, plan, lost, &Requirements::default());
+            let anything = ways_of(knowledge, graph, plan, lost, |_| true);
             anything.len() > sources.len()
         };
         match may_be_more {
@@ -128,6 +130,20 @@ impl ReadySources {
         let loss = self.table.loss(variable, &lost.signals).filter(|_| is_ready);
         let ready = loss.and_then(|loss| self.ready[need].get(loss));
         ready.cloned().unwrap_or_else(|| ways(knowledge, graph, variable, &lost, requirements).into())
+    }
+
+    /// The same of what contracts admit now, by a search.
+    pub(super) fn admitted(
+        &self,
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        need: NeedId,
+        lost: &Lost,
+        contracts: &Search<'_>,
+    ) -> Arc<[Source]> {
+        let variable = knowledge.needs()[need].variable;
+        let Demands { requirements, barred } = &self.demands[need];
+        admitted_ways(knowledge, graph, variable, &lost.with(barred), requirements, contracts).into()
     }
 
     /// What would serve a need without what is lost rather than anything that meets its demands, best first, each with the

@@ -11,7 +11,7 @@ use super::snapshot::Accusation;
 use super::{Engine, events};
 use crate::diagnosis::Component;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, NeedId, SignalId};
-use crate::time::Time;
+use crate::time::{Span, Time};
 use alloc::collections::BTreeMap;
 
 impl Engine {
@@ -55,7 +55,7 @@ impl Engine {
             self.outputs.push_back(Output::Event(event));
         }
         self.inherit_charges(old.accusations, lineage);
-        self.keep_orders(&orders, now);
+        self.keep_orders(&orders, Span::ZERO, now);
         let (providers, outputs, situation) = self.situation(now, None);
         let change = Succession { old: &old.knowledge, lineage, inheritance: &inheritance, situation };
         let mut is_new = IdVec::filled(providers.len(), |_: NeedId| true);

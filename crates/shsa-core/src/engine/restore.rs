@@ -15,7 +15,7 @@ use crate::knowledge::{NeedId, SignalId};
 use crate::monitor::{Absence, Residual, TrendRecord, WatchedWay, WayIndex};
 use crate::order::Subject;
 use crate::reason::Reason;
-use crate::time::Time;
+use crate::time::{Span, Time};
 use alloc::collections::BTreeMap;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -90,7 +90,7 @@ impl Engine {
         snapshot.verdicts.iter().for_each(|verdict| self.recall(verdict, now));
         snapshot.absences.iter().for_each(|missing| self.miss(missing, now));
         self.recall_trends(&snapshot.trends, now);
-        self.keep_orders(&snapshot.orders, now);
+        self.keep_orders(&snapshot.orders, (now - snapshot.time).max(Span::ZERO), now);
         let mut served: Vec<(NeedId, &Served)> = Vec::new();
         for need in &snapshot.needs {
             match find_need(&self.knowledge, &need.need) {

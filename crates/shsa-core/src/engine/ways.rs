@@ -1,14 +1,15 @@
 //! Which ways of knowing can serve a need.
 
+use crate::assurance::Search;
 use crate::computation::Computation;
 use crate::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
-use crate::plan::{self, Appraisal, Graph, Limits, Options, Plan, Preparation, Requirements};
+use crate::plan::{self, Appraisal, BestFirst, Graph, Limits, Options, Plan, Preparation, Requirements};
 use crate::substitution::Way;
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
 /// How many substitutions, and ways, of one variable are considered for a need.
-const MOST: usize = 32;
+pub(super) const MOST: usize = 32;
 
 /// How many choices of signals of one substitution are asked whether they meet what is demanded.
 const MOST_CHOICES: usize = 256;
@@ -54,17 +55,40 @@ pub(super) fn ways(
     lost: &Lost,
     demands: &Requirements,
 ) -> Vec<Source> {
-    let options = Options {
+    let found = plan::best_meeting(knowledge, graph, variable, &without(lost), demands, MOST, LIMITS);
+    ways_of(knowledge, graph, &found, &lost.signals, |way| {
+        demands.shortfalls_of_way(knowledge, way).is_empty()
+    })
+}
+
+/// The same of those that contracts admit, pruned inside the search.
+pub(super) fn admitted_ways(
+    knowledge: &KnowledgeBase,
+    graph: &Graph,
+    variable: VariableId,
+    lost: &Lost,
+    demands: &Requirements,
+    contracts: &Search<'_>,
+) -> Vec<Source> {
+    let options = without(lost);
+    let search = BestFirst::meeting(knowledge, graph, variable, &options, demands, LIMITS);
+    let mut search = search.admitted_by(contracts);
+    let found = Plan::of(&mut search, MOST);
+    let is_admitted =
+        |way: &Way| demands.shortfalls_of_way(knowledge, way).is_empty() && contracts.admits_way(way);
+    ways_of(knowledge, graph, &found, &lost.signals, is_admitted)
+}
+
+fn without(lost: &Lost) -> Options {
+    Options {
         forbidden_signals: lost.signals.clone(),
         forbidden_relations: lost.relations.clone(),
         ..Options::default()
-    };
-    let found = plan::best_meeting(knowledge, graph, variable, &options, demands, MOST, LIMITS);
-    ways_of(knowledge, graph, &found, &lost.signals, demands)
+    }
 }
 
-/// The best ways of a plan's substitutions without some lost signals (ascending) that meet what is demanded, each with its own
-/// utility, best first.
+/// The best ways of a plan's substitutions without some lost signals (ascending) that are admitted, each with its own utility,
+/// best first.
 ///
 /// No way has a higher utility than its substitution, so the ways of the next ones need not be asked for when they
 /// cannot be among the best any more.
@@ -73,7 +97,7 @@ pub(super) fn ways_of(
     graph: &Graph,
     plan: &Plan,
     lost: &[SignalId],
-    demands: &Requirements,
+    is_admitted: impl Fn(&Way) -> bool,
 ) -> Vec<Source> {
     // What others say of an input is there to bear witness: the output of its fusion knows more.
     let serves = |signal| knowledge.is_available(signal) && !knowledge.is_prediction(signal);
@@ -90,7 +114,7 @@ pub(super) fn ways_of(
             continue;
         }
         let is_one = choices.len() == 1;
-        choices.retain(|way| demands.shortfalls_of_way(knowledge, way).is_empty());
+        choices.retain(|way| is_admitted(way));
         choices.truncate(MOST);
         sources.extend(choices.into_iter().map(|way| {
             let utility = if is_one { *utility } else { appraisal.utility(&way) };

@@ -8,7 +8,7 @@
 use super::measure::Measure;
 use crate::unit::Dimension;
 
-const TEMPERATURE: Dimension = Dimension::of([0, 0, 0, 0, 1, 0, 0, 0]);
+const TEMPERATURE: Dimension = Dimension::of([0, 0, 0, 0, 1, 0, 0, 0, 0]);
 
 /// What rounding may make of a sum of weights: 0.1 + 0.2 + 0.7 is no exact 1.
 const ROUNDING: f64 = 1e-9;

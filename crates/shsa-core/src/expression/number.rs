@@ -73,6 +73,7 @@ impl Number for f64 {
         constant.value
     }
 
+    #[inline]
     fn admitted(self) -> f64 {
         if self.is_finite() { self } else { f64::NAN }
     }
@@ -81,6 +82,7 @@ impl Number for f64 {
         self.is_nan()
     }
 
+    #[inline]
     fn unary(self, function: Unary) -> f64 {
         let value = match function {
             Unary::Neg => -self,
@@ -102,6 +104,7 @@ impl Number for f64 {
         value.admitted()
     }
 
+    #[inline]
     fn binary(self, function: Binary, other: f64) -> f64 {
         let value = match function {
             Binary::Add => self + other,

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use super::Symbol;
 use super::formula::Formula;
-use super::operation::{Constant, Operation};
+use super::operation::{Constant, Operation, Reduction};
 use crate::time::Span;
 
 /// The largest program in operations.
@@ -126,6 +126,19 @@ impl Program {
     #[must_use]
     pub fn is_stateful(&self) -> bool {
         !self.retained.is_empty() || !self.memories.is_empty() || self.elapsed.is_some()
+    }
+
+    /// Whether it does the same operations whatever its inputs are: no condition, no choice between values, nothing left
+    /// out of a vector because it is missing. Then it may be evaluated for many inputs at once.
+    #[must_use]
+    pub fn is_branch_free(&self) -> bool {
+        let is_plain = |instruction: &Instruction| match instruction.operation {
+            Operation::Unary(_) | Operation::Binary(_) | Operation::Within(_) => true,
+            Operation::List | Operation::Slice(..) => true,
+            Operation::Reduce(reduction) => matches!(reduction, Reduction::Sum | Reduction::Norm),
+            _ => false,
+        };
+        self.conditions.is_empty() && self.instructions.iter().all(is_plain)
     }
 
     /// Whether a `derivative` is in it: the output tells how something changes.

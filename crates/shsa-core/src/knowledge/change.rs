@@ -7,8 +7,8 @@
 mod apply;
 
 use super::draft::{
-    Bounds, Diagnostic, Draft, FusionDraft, NeedDraft, PropertyDrafts, RelationDraft, Severity, SignalDraft,
-    Text, UtilityDraft, VariableDraft,
+    Bounds, ContractDraft, Diagnostic, Draft, FusionDraft, NeedDraft, PropertyDrafts, RelationDraft,
+    Severity, SignalDraft, Text, UtilityDraft, VariableDraft,
 };
 use super::{Element, Id, KnowledgeBase, SignalId, build};
 use crate::unit::nearest;
@@ -34,6 +34,10 @@ pub enum Section {
     /// What must stay available, by the names of the variables: all needs of one; or, to be removed, by the name under which
     /// one is published.
     Needs,
+    /// What others run on.
+    Platform,
+    /// What those who take part guarantee and demand, by their names.
+    Contracts,
 }
 
 impl Section {
@@ -48,6 +52,8 @@ impl Section {
             Section::Signals => "signal",
             Section::Fusions => "fusion",
             Section::Needs => "need",
+            Section::Platform => "platform",
+            Section::Contracts => "contract",
         }
     }
 }
@@ -72,6 +78,10 @@ pub enum Edit {
     Need(NeedDraft),
     /// Adds needs, all of one variable, or replaces all that it has.
     Needs(Vec<NeedDraft>),
+    /// Adds something that others run on, or replaces the one of its name.
+    Platform(ContractDraft),
+    /// Adds a contract, or replaces the one of its name.
+    Contract(ContractDraft),
     /// Rates substitutions otherwise; as usual when `None`.
     Utility(Option<UtilityDraft>),
     /// Removes the element of this name; an error when there is none.

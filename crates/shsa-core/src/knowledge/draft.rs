@@ -2,6 +2,7 @@
 
 mod fusion;
 
+use super::signal::SourceParts;
 pub use crate::expression::Severity;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -64,6 +65,10 @@ pub struct Draft {
     pub fusions: Vec<FusionDraft>,
     /// What must stay available.
     pub needs: Vec<NeedDraft>,
+    /// What others run on, each with its contract.
+    pub platform: Vec<ContractDraft>,
+    /// What signals, relations, needs and this program guarantee and demand.
+    pub contracts: Vec<ContractDraft>,
     /// The figure of merit; `norm` when absent.
     pub utility: Option<UtilityDraft>,
 }
@@ -108,6 +113,10 @@ pub trait Source {
     fn fusions(&mut self, take: &mut dyn FnMut(&FusionDraft));
     /// Gives all needs.
     fn needs(&mut self, take: &mut dyn FnMut(&NeedDraft));
+    /// What others run on.
+    fn platform(&mut self) -> Vec<ContractDraft>;
+    /// What signals, relations, needs and this program guarantee and demand.
+    fn contracts(&mut self) -> Vec<ContractDraft>;
     /// The figure of merit.
     fn utility(&mut self) -> Option<UtilityDraft>;
 }
@@ -124,6 +133,8 @@ impl Draft {
         source.signals(&mut |signal| draft.signals.push(signal.clone()));
         source.fusions(&mut |fusion| draft.fusions.push(fusion.clone()));
         source.needs(&mut |need| draft.needs.push(need.clone()));
+        draft.platform = source.platform();
+        draft.contracts = source.contracts();
         draft
     }
 }
@@ -149,6 +160,12 @@ impl Source for &Draft {
     }
     fn needs(&mut self, take: &mut dyn FnMut(&NeedDraft)) {
         self.needs.iter().for_each(take);
+    }
+    fn platform(&mut self) -> Vec<ContractDraft> {
+        self.platform.clone()
+    }
+    fn contracts(&mut self) -> Vec<ContractDraft> {
+        self.contracts.clone()
     }
     fn utility(&mut self) -> Option<UtilityDraft> {
         self.utility.clone()
@@ -215,6 +232,8 @@ pub struct SignalDraft {
     pub variable: Option<Text>,
     /// Where it is found; its name when absent.
     pub source: Option<Text>,
+    /// What that tells of its measurement, by who knows how such texts are written.
+    pub source_parts: SourceParts,
     /// What its values come in, or a multiple of it such as `-1 m/s`; the variable's unit when absent.
     pub unit: Option<Text>,
     /// What each reading is multiplied by to be a value in its unit; 1 when absent.
@@ -279,6 +298,53 @@ pub struct NeedDraft {
     pub hysteresis: Option<Text>,
     /// `engine` or `process`: where its substitutes are computed.
     pub isolation: Option<Text>,
+}
+
+/// What somebody guarantees, demands and observes.
+#[derive(Clone, Debug, Default)]
+pub struct ContractDraft {
+    /// Of a signal, a relation, a need, a platform, or `shsa`.
+    pub name: Text,
+    /// The platform that it runs on.
+    pub runs_on: Option<Text>,
+    /// `stop`, `degrade` or `warn`: what is done with a need that nothing admissible serves.
+    pub policy: Option<Text>,
+    /// The best first.
+    pub gives: Vec<GuaranteeDraft>,
+    /// Of others.
+    pub asks: Vec<DemandDraft>,
+    /// Names, and what is observed, such as `age at most 300 ms`.
+    pub evidence: Vec<(Text, Text)>,
+}
+
+/// A statement that holds on a condition.
+#[derive(Clone, Debug, Default)]
+pub struct GuaranteeDraft {
+    /// Unique in its contract.
+    pub name: Text,
+    /// The variable that it is about, where a relation may produce several.
+    pub of: Option<Text>,
+    /// A level such as `SIL 2`; none when absent.
+    pub level: Option<Text>,
+    /// Names of what is asked and observed, joined by `and`, `or` and `2 of (..)`; all of them when absent.
+    pub when: Option<Text>,
+    /// Two of what is asked that are claimed to be redundant.
+    pub redundant: Option<Vec<Text>>,
+    /// Names and their bounds, such as `error` and `at most 0.5 m`.
+    pub properties: Vec<(Text, Text)>,
+}
+
+/// A statement that is asked of somebody else.
+#[derive(Clone, Debug, Default)]
+pub struct DemandDraft {
+    /// Unique in its contract, among demands and evidence.
+    pub name: Text,
+    /// A variable, a signal, a platform, `platform`, `consumers` or `shsa`.
+    pub of: Option<Text>,
+    /// A level such as `SIL 2`; any when absent.
+    pub level: Option<Text>,
+    /// Names and their bounds, such as `error` and `at most 0.5 m`.
+    pub properties: Vec<(Text, Text)>,
 }
 
 /// What is wrong in a draft, and where.

@@ -13,6 +13,8 @@ mod signal;
 mod draft;
 mod fusion;
 mod need;
+mod contract;
+mod decomposition;
 mod utility;
 mod sources;
 mod build;
@@ -26,10 +28,15 @@ pub(crate) use rows::Rows;
 
 pub use build::{build, build_from};
 pub use change::{Edit, Model, Section};
+pub use contract::{
+    Asked, CONSUMER, Condition, Contract, ContractId, Contracts, EvidenceSource, Given, HEALER,
+    INTEGRITY_SCALE, Measure, PLATFORM, Party, Policy, Subject, Watched,
+};
+pub use decomposition::{Claim, Common, Objection, Redundancy, dependence, in_common, level_of_pair};
 pub use draft::{
-    BodyDraft, Bounds, Diagnostic, Draft, FusionDraft, FusionInputDraft, FusionOutputDraft, FusionStateDraft,
-    NeedDraft, Place, PropertyDrafts, RelationDraft, Severity, SignalDraft, Source, Text, UtilityDraft,
-    VariableDraft,
+    BodyDraft, Bounds, ContractDraft, DemandDraft, Diagnostic, Draft, FusionDraft, FusionInputDraft,
+    FusionOutputDraft, FusionStateDraft, GuaranteeDraft, NeedDraft, Place, PropertyDrafts, RelationDraft,
+    Severity, SignalDraft, Source, Text, UtilityDraft, VariableDraft,
 };
 pub use fusion::{
     Fusion, FusionInput, FusionMethod, FusionOutput, FusionPlaces, FusionPrediction, FusionSettings,
@@ -41,7 +48,7 @@ pub use lineage::Lineage;
 pub use need::{INTEGRITY_LEVELS, ISOLATIONS, Need, Switching, WhenUnsure, integrity_level};
 pub use parts::{Contradiction, join, part};
 pub use properties::{ACCURACY, COST, INTEGRITY, NEGLIGIBLE, PRIOR, PROPERTIES, Properties};
-pub use signal::{CAUSE_PRIOR, Cause, ReadingLimits, Scaling, Signal, ValueError};
+pub use signal::{CAUSE_PRIOR, Cause, ReadingLimits, Scaling, Signal, SourceParts, ValueError};
 pub use utility::{Aggregate, Element, Fact, Figure, Inputs, OwnUtility, Rating, Utility, UtilityProblem};
 pub use variable::{Shape, Variable};
 
@@ -96,6 +103,7 @@ pub struct KnowledgeBase {
     fused: SignalSet,
     computed: SignalSet,
     utility: Utility,
+    contracts: Contracts,
     available: IdVec<SignalId, bool>,
     /// Relations that can produce each variable, ascending.
     producers: Rows<VariableId, RelationId>,
@@ -174,6 +182,18 @@ impl KnowledgeBase {
     #[must_use]
     pub fn with_utility(self, utility: Utility) -> KnowledgeBase {
         KnowledgeBase { utility, ..self }
+    }
+
+    /// What those who take part guarantee and demand.
+    #[must_use]
+    pub fn contracts(&self) -> &Contracts {
+        &self.contracts
+    }
+
+    /// The same with these contracts; they must name only its elements.
+    #[must_use]
+    pub fn with_contracts(self, contracts: Contracts) -> KnowledgeBase {
+        KnowledgeBase { contracts, ..self }
     }
 
     /// Grows by one with every change.
@@ -352,6 +372,7 @@ impl KnowledgeBase {
             fused: SignalSet::new(),
             computed: SignalSet::new(),
             utility: Utility::default(),
+            contracts: Contracts::default(),
             available,
             producers,
             carriers,

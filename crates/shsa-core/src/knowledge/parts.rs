@@ -6,14 +6,15 @@
 mod fields;
 
 use super::change::{Section, function_name};
-use super::draft::{BodyDraft, Draft, NeedDraft, Place, Text, UtilityDraft, VariableDraft};
+use super::contract::HEALER;
+use super::draft::{BodyDraft, ContractDraft, Draft, NeedDraft, Place, Text, UtilityDraft, VariableDraft};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use fields::{
-    Clash, Fields, constant_fields, different, function_fields, fusion_fields, need_fields, relation_fields,
-    signal_fields, utility_fields, variable_fields,
+    Clash, Fields, constant_fields, contract_fields, different, function_fields, fusion_fields, need_fields,
+    relation_fields, signal_fields, utility_fields, variable_fields,
 };
 
 /// Two parts that say different things about one name.
@@ -85,7 +86,10 @@ fn all_names(draft: &Draft) -> impl Iterator<Item = (Section, &str)> {
     let signals = draft.signals.iter().map(|it| (Section::Signals, it.name.text.as_str()));
     let fusions = draft.fusions.iter().map(|it| (Section::Fusions, it.name.text.as_str()));
     let needs = draft.needs.iter().map(|it| (Section::Needs, it.variable.text.as_str()));
-    variables.chain(constants).chain(functions).chain(relations).chain(signals).chain(fusions).chain(needs)
+    let platform = draft.platform.iter().map(|it| (Section::Platform, it.name.text.as_str()));
+    let contracts = draft.contracts.iter().map(|it| (Section::Contracts, it.name.text.as_str()));
+    let elements = variables.chain(constants).chain(functions).chain(relations).chain(signals);
+    elements.chain(fusions).chain(needs).chain(platform).chain(contracts)
 }
 
 /// The places of all names in their sections.
@@ -130,12 +134,15 @@ fn needed<'d>(draft: &'d Draft, section: Section, at: usize, mut tell: impl FnMu
                 }
             }
             relation.condition.iter().chain(relation.directions.iter().flatten()).for_each(formula);
+            tell(Section::Contracts, &relation.name.text);
+            tell(Section::Contracts, HEALER);
         }
         Section::Signals => {
             let Some(signal) = draft.signals.get(at) else { return };
             signal.variable.iter().for_each(|name| tell(Section::Variables, &name.text));
             signal.variable.iter().for_each(|name| tell(Section::Constants, &name.text));
             signal.derived_from.iter().for_each(|name| tell(Section::Signals, &name.text));
+            tell(Section::Contracts, &signal.name.text);
         }
         Section::Fusions => {
             let Some(fusion) = draft.fusions.get(at) else { return };
@@ -152,7 +159,24 @@ fn needed<'d>(draft: &'d Draft, section: Section, at: usize, mut tell: impl FnMu
             let Some(need) = draft.needs.get(at) else { return };
             tell(Section::Variables, &need.variable.text);
             tell(Section::Constants, &need.variable.text);
+            need.signal.iter().chain([&need.variable]).for_each(|name| tell(Section::Contracts, &name.text));
         }
+        Section::Platform => draft.platform.iter().skip(at).take(1).for_each(|it| of_contract(it, &mut tell)),
+        Section::Contracts => {
+            draft.contracts.iter().skip(at).take(1).for_each(|it| of_contract(it, &mut tell))
+        }
+    }
+}
+
+/// Whom a contract is about, what it runs on, whom it asks, and the signals that it observes.
+fn of_contract<'d>(contract: &'d ContractDraft, mut tell: impl FnMut(Section, &'d str)) {
+    let asked = contract.asks.iter().filter_map(|asked| asked.of.as_ref());
+    let observed = contract.evidence.iter().flat_map(|(_, text)| text.text.split([' ', ',']));
+    let names = asked.chain([&contract.name]).chain(&contract.runs_on).map(|name| name.text.as_str());
+    for name in names.chain(observed) {
+        [Section::Relations, Section::Signals, Section::Needs, Section::Platform]
+            .into_iter()
+            .for_each(|section| tell(section, name));
     }
 }
 
@@ -172,6 +196,8 @@ fn taken_out(draft: &Draft, taken: &BTreeSet<(Section, usize)>) -> Draft {
         signals: kept(&draft.signals, Section::Signals, taken),
         fusions: kept(&draft.fusions, Section::Fusions, taken),
         needs: kept(&draft.needs, Section::Needs, taken),
+        platform: kept(&draft.platform, Section::Platform, taken),
+        contracts: kept(&draft.contracts, Section::Contracts, taken),
         utility: draft.utility.clone(),
     }
 }
@@ -207,6 +233,8 @@ impl Joint {
         ledger.add(Section::Signals, &mut whole.signals, &part.signals, |it| &it.name, signal_fields);
         ledger.add(Section::Fusions, &mut whole.fusions, &part.fusions, |it| &it.name, fusion_fields);
         ledger.need(&mut whole.needs, &part.needs);
+        ledger.add(Section::Platform, &mut whole.platform, &part.platform, |it| &it.name, contract_fields);
+        ledger.add(Section::Contracts, &mut whole.contracts, &part.contracts, |it| &it.name, contract_fields);
         match (&whole.utility, &part.utility) {
             (None, other) => whole.utility.clone_from(other),
             (Some(one), Some(other)) => ledger.rate(one, other),

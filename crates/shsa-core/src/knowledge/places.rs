@@ -1,6 +1,6 @@
 //! The texts of a draft one by one, to move their places: drafts of several files keep theirs apart so.
 
-use super::draft::{BodyDraft, Bounds, Draft, Place, PropertyDrafts, Text, UtilityDraft};
+use super::draft::{BodyDraft, Bounds, ContractDraft, Draft, Place, PropertyDrafts, Text, UtilityDraft};
 use alloc::vec::Vec;
 
 impl Draft {
@@ -85,6 +85,7 @@ impl Draft {
                 [&mut it.hold, &mut it.probation, &mut it.blend, &mut it.hysteresis, &mut it.isolation];
             limits.into_iter().chain(demands).chain(switching).flatten().for_each(&mut *each);
         }
+        self.platform.iter_mut().chain(&mut self.contracts).for_each(|it| contract(it, each));
         match &mut self.utility {
             Some(UtilityDraft::Named(text)) => each(text),
             Some(UtilityDraft::Own { at, aggregate, relation, signal, way, defaults }) => {
@@ -95,6 +96,23 @@ impl Draft {
             None => {}
         }
     }
+}
+
+fn contract(it: &mut ContractDraft, each: &mut dyn FnMut(&mut Text)) {
+    each(&mut it.name);
+    [&mut it.runs_on, &mut it.policy].into_iter().flatten().for_each(&mut *each);
+    for given in &mut it.gives {
+        each(&mut given.name);
+        [&mut given.of, &mut given.level, &mut given.when].into_iter().flatten().for_each(&mut *each);
+        given.redundant.iter_mut().flatten().for_each(&mut *each);
+        properties(&mut given.properties, each);
+    }
+    for asked in &mut it.asks {
+        each(&mut asked.name);
+        [&mut asked.of, &mut asked.level].into_iter().flatten().for_each(&mut *each);
+        properties(&mut asked.properties, each);
+    }
+    properties(&mut it.evidence, each);
 }
 
 fn bounds(bounds: &mut Bounds, each: &mut dyn FnMut(&mut Text)) {

@@ -7,6 +7,7 @@ use crate::time::Span;
 use crate::unit::{Unit, enclosed};
 use alloc::string::String;
 use alloc::vec::Vec;
+use core::ops::Range;
 
 /// The error of a value: it lies within `[v + lo, v + hi]`, each widened by its share of `|v|`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,6 +66,20 @@ pub struct ReadingLimits {
     pub turn: Option<f64>,
 }
 
+/// What the text that says where a signal is found tells of its measurement: ranges of that text's bytes.
+///
+/// How the text is written is for those to know who read recordings and middleware, and who make this of it. By default the
+/// text is the name of one measurement: two signals with the same text are one.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SourceParts {
+    /// Under which name the messages come that have the measurement in them; the whole text when `None`.
+    pub topic: Option<Range<usize>>,
+    /// What is equal of two signals that carry the same measurement; the whole text when `None`.
+    pub measurement: Option<Range<usize>>,
+    /// What is equal to the measurements of which this one is an element, the innermost first.
+    pub lists: Vec<Range<usize>>,
+}
+
 /// Something on the bus that carries a variable.
 #[derive(Clone, Debug)]
 pub struct Signal {
@@ -72,8 +87,10 @@ pub struct Signal {
     pub name: String,
     /// What it carries.
     pub variable: VariableId,
-    /// Where it is found: topic or file, `#`, field or column.
+    /// Where it is found, in the words of who reads recordings and middleware.
     pub source: String,
+    /// What that tells of its measurement.
+    pub source_parts: SourceParts,
     /// What its values come in: its own unit or else the variable's; `None` when the model gives neither.
     pub unit: Option<Unit>,
     /// How its readings become values in that unit; `None` when they are.
@@ -100,6 +117,52 @@ pub struct Signal {
     pub derived_from: Vec<SignalId>,
     /// Named numbers for the utility; `prior` is the probability that it is faulty.
     pub properties: Properties,
+}
+
+impl Signal {
+    /// One of which nothing is known but what it carries.
+    #[must_use]
+    pub fn new(name: String, variable: VariableId) -> Signal {
+        Signal {
+            name,
+            variable,
+            source: String::new(),
+            source_parts: SourceParts::default(),
+            unit: None,
+            scaling: None,
+            rate_hz: None,
+            value_error: ValueError::default(),
+            noise: None,
+            time_error: (Span::ZERO, Span::ZERO),
+            delay: Span::ZERO,
+            mean_over: Span::ZERO,
+            timeout: None,
+            limits: ReadingLimits::default(),
+            derived_from: Vec::new(),
+            properties: Properties::new(),
+        }
+    }
+
+    /// Under which name the messages come that have its measurement in them.
+    #[must_use]
+    pub fn topic(&self) -> &str {
+        self.part(self.source_parts.topic.as_ref())
+    }
+
+    /// The same text for all signals that carry the same measurement.
+    pub(super) fn measurement(&self) -> &str {
+        self.part(self.source_parts.measurement.as_ref())
+    }
+
+    /// The measurements of which its own is an element, the innermost first.
+    pub(super) fn lists(&self) -> impl Iterator<Item = &str> {
+        self.source_parts.lists.iter().map(|list| self.part(Some(list)))
+    }
+
+    /// A part of the text of its source; all of it where that has no such part.
+    fn part(&self, range: Option<&Range<usize>>) -> &str {
+        range.and_then(|range| self.source.get(range.clone())).unwrap_or(&self.source)
+    }
 }
 
 /// What several signals share: a device, a clock, a power supply. When it fails, they all may be wrong at once

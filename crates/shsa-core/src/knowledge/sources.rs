@@ -2,7 +2,7 @@
 //!
 //! Two signals from the same field of the same messages are one measurement, whatever they are converted to; an element of a
 //! list is a part of the list. Each is derived from the other as far as evidence goes, so that none bears witness for the
-//! other. How a source is written is documented with the readers of recordings; here only what follows the field counts.
+//! other. What a source is made of, [its parts](super::SourceParts) say.
 
 use super::index::Index;
 use super::{IdVec, Signal, SignalId};
@@ -45,10 +45,10 @@ impl Witnesses {
 /// Adds to each signal what it is found to be derived from, unless the model says so already or it would go round in a
 /// circle. Time: n log n for n signals, and their derivations for each that is found.
 pub(super) fn derive(signals: &mut IdVec<SignalId, Signal>) -> (Witnesses, Vec<Found>) {
-    let field = |id: SignalId| field(&signals[id]);
-    let index = Index::new(signals.len(), field);
-    let mut groups = index.repeated(field);
-    groups.retain(|&(first, _)| !field(first).is_empty());
+    let measurement = |id: SignalId| signals[id].measurement();
+    let index = Index::new(signals.len(), measurement);
+    let mut groups = index.repeated(measurement);
+    groups.retain(|&(first, _)| !measurement(first).is_empty());
     groups.sort_unstable();
     let mut found = Vec::new();
     let mut same = Vec::new();
@@ -62,7 +62,7 @@ pub(super) fn derive(signals: &mut IdVec<SignalId, Signal>) -> (Witnesses, Vec<F
     }
     same.sort_unstable_by_key(|&(_, signal)| signal);
     let witnesses = Witnesses { same };
-    let whole = |id: SignalId| whole(&signals[id], |part| index.find(part, field));
+    let whole = |id: SignalId| signals[id].lists().find_map(|list| index.find(list, measurement));
     let parts = signals.ids().filter_map(|id| Some((id, whole(id)?)));
     found.extend(parts.map(|(signal, whole)| Found { signal, origin: witnesses.of(whole), is_same: false }));
     found.retain(|it| !signals[it.signal].derived_from.contains(&it.origin));
@@ -93,36 +93,4 @@ fn is_from(signals: &IdVec<SignalId, Signal>, signal: SignalId, origin: SignalId
         }
     }
     false
-}
-
-/// A source without what does not change the values: the flag, the time, the slash before a topic. A source that is the
-/// signal's own name, as none was given, is taken as it is: names may hold anything.
-fn field(signal: &Signal) -> &str {
-    let source = signal.source.as_str();
-    if source == signal.name {
-        return source;
-    }
-    let text = source.trim();
-    let text = text.strip_suffix("!changed").map_or(text, str::trim_end);
-    let text = text.rsplit_once('@').map_or(text, |(field, _)| field.trim_end());
-    if text.contains('#') { text.strip_prefix('/').unwrap_or(text) } else { text }
-}
-
-/// The signal that carries the whole of which this one is an element: `position` for `position[1]`.
-fn whole(signal: &Signal, find: impl Fn(&str) -> Option<SignalId>) -> Option<SignalId> {
-    if signal.source == signal.name {
-        return None;
-    }
-    let mut text = field(signal);
-    while let Some((rest, element)) = text.strip_suffix(']').and_then(|open| open.rsplit_once('[')) {
-        let is_place = !element.is_empty() && element.bytes().all(|byte| byte.is_ascii_digit());
-        if !is_place && !element.contains('=') {
-            return None;
-        }
-        text = rest.trim_end();
-        if let Some(whole) = find(text) {
-            return Some(whole);
-        }
-    }
-    None
 }

@@ -60,7 +60,7 @@ impl Monitor {
             ways,
             pairs: Vec::new(),
             consensus: Consensus::new(&[], &[], options.memory),
-            index: Index::new((0, 0), &[], &[]),
+            index: Index::default(),
             completes,
             joins,
             resumed: Vec::with_capacity(4 * count),
@@ -71,8 +71,7 @@ impl Monitor {
         };
         monitor.add_pairs(knowledge, options);
         monitor.consensus = Consensus::new(&monitor.ways, &monitor.pairs, options.memory);
-        let counts = (knowledge.signals().len(), knowledge.variables().len());
-        monitor.index = Index::new(counts, &monitor.ways, &monitor.pairs);
+        monitor.index = Index::new(knowledge, &monitor.ways, &monitor.pairs);
         monitor
     }
 

@@ -112,7 +112,7 @@ impl Round<'_> {
                     if let Some(restless) = recorded.restless {
                         self.index.note(number, restless);
                     }
-                    self.rate_late((slow, watched), (&measured, &sample));
+                    self.rate_late(slow, watched, &measured, &sample);
                 }
                 Known::Later => {
                     self.pairs
@@ -128,11 +128,7 @@ impl Round<'_> {
     }
 
     /// Once all that an output was to be compared with has spoken, they are heard together.
-    fn rate_late(
-        &mut self,
-        (way, watched): (WayIndex, &WatchedWay),
-        (measured, sample): (&Measured, &Sample),
-    ) {
+    fn rate_late(&mut self, way: WayIndex, watched: &WatchedWay, measured: &Measured, sample: &Sample) {
         let pairs = &*self.pairs;
         let of_way =
             || watched.triggers.iter().filter_map(|&number| Some((number, pairs.get(number as usize)?)));

@@ -287,10 +287,10 @@ fn ranked(numbers: &mut [f64], rank: usize) -> Option<f64> {
         (&[one, other], 0) => Some(ordered(one, other).0),
         (&[one, other], 1) => Some(ordered(one, other).1),
         (&[one, other, third], 1) => Some(median(one, other, third)),
-        (&[a, b, c, d], 1) => Some(ordered_inner((a, b), (c, d)).0),
-        (&[a, b, c, d], 2) => Some(ordered_inner((a, b), (c, d)).1),
+        (&[a, b, c, d], 1) => Some(ordered_inner(a, b, c, d).0),
+        (&[a, b, c, d], 2) => Some(ordered_inner(a, b, c, d).1),
         (&[a, b, c, d, fifth], 2) => {
-            let (one, other) = ordered_inner((a, b), (c, d));
+            let (one, other) = ordered_inner(a, b, c, d);
             Some(median(one, other, fifth))
         }
         _ if rank < numbers.len() => Some(*numbers.select_nth_unstable_by(rank, f64::total_cmp).1),
@@ -307,7 +307,7 @@ fn median(one: f64, other: f64, third: f64) -> f64 {
 
 /// The two in the middle of four numbers, the smaller first.
 #[inline]
-fn ordered_inner((a, b): (f64, f64), (c, d): (f64, f64)) -> (f64, f64) {
+fn ordered_inner(a: f64, b: f64, c: f64, d: f64) -> (f64, f64) {
     let ((a, b), (c, d)) = (ordered(a, b), ordered(c, d));
     ordered(ordered(a, c).1, ordered(b, d).0)
 }

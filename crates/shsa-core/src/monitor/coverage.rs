@@ -1,7 +1,7 @@
 //! How often two ways were compared, of how often their signals came.
 
 use super::{Monitor, Residual, WayIndex};
-use crate::knowledge::KnowledgeBase;
+use crate::knowledge::{KnowledgeBase, SignalId, VariableId};
 use crate::substitution::Way;
 
 /// So few chances to be compared say nothing.
@@ -43,6 +43,15 @@ impl Coverage {
 }
 
 impl Monitor {
+    /// The index of a signal of a variable by itself, when it is watched. O(ways of the variable).
+    #[must_use]
+    pub fn find_direct(&self, variable: VariableId, signal: SignalId) -> Option<WayIndex> {
+        let is_it = |index: &WayIndex| {
+            self.way(*index).is_some_and(|watched| watched.computation.way().direct() == Some(signal))
+        };
+        self.consensus.knowing(variable).find(is_it)
+    }
+
     /// How often each pair was compared, in their order. Complexity: O(pairs times the signals of their ways).
     pub fn coverage<'a>(&'a self, knowledge: &'a KnowledgeBase) -> impl Iterator<Item = Coverage> + 'a {
         self.pairs.iter().map(|pair| self.coverage_of(knowledge, pair))

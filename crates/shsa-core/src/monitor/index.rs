@@ -1,11 +1,11 @@
 //! Where to look among ways and pairs: what speaks about a signal or a variable, and what may speak against one.
 
 use super::{Residual, WatchedWay, WayIndex};
-use crate::knowledge::{IdVec, SignalId, VariableId};
+use crate::knowledge::{IdVec, KnowledgeBase, SignalId, VariableId};
 use alloc::vec::Vec;
 
 /// Places in the monitor's lists, so that a question costs what it is about and not all that there is.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Index {
     /// The pairs that rest on a signal, ascending.
     of_signal: IdVec<SignalId, Vec<u32>>,
@@ -16,17 +16,13 @@ pub(super) struct Index {
 }
 
 impl Index {
-    /// For so many signals and variables, with room for every pair, so that nothing is allocated later. O(signals + variables + what pairs rest on).
-    pub(super) fn new(
-        (signals, variables): (usize, usize),
-        ways: &[WatchedWay],
-        pairs: &[Residual],
-    ) -> Index {
-        let mut of_signal = IdVec::filled(signals, |_: SignalId| Vec::new());
+    /// With room for every pair, so that nothing is allocated later. O(signals + variables + what pairs rest on).
+    pub(super) fn new(knowledge: &KnowledgeBase, ways: &[WatchedWay], pairs: &[Residual]) -> Index {
+        let mut of_signal = IdVec::filled(knowledge.signals().len(), |_: SignalId| Vec::new());
         for (at, pair) in pairs.iter().enumerate() {
             pair.signals.iter().for_each(|signal| of_signal[signal].push(number(at)));
         }
-        let mut of_variable = IdVec::filled(variables, |_: VariableId| Vec::new());
+        let mut of_variable = IdVec::filled(knowledge.variables().len(), |_: VariableId| Vec::new());
         for (at, way) in ways.iter().enumerate() {
             of_variable[way.variable()].push(WayIndex(number(at)));
         }

@@ -73,7 +73,7 @@ impl Residual {
         let disagrees = !value.value.overlaps(other.value);
         let was_restless = self.is_restless();
         let (before, is_surer) = if disagrees || was_restless {
-            self.look_closely(disagrees, (value, other), now)
+            self.look_closely(disagrees, value, other, now)
         } else {
             // As most often: nothing has disagreed of late, and nothing does now.
             self.trend.relax();
@@ -94,7 +94,8 @@ impl Residual {
     fn look_closely(
         &mut self,
         disagrees: bool,
-        (value, other): (&Measured, &Measured),
+        value: &Measured,
+        other: &Measured,
         now: Time,
     ) -> (ResidualState, bool) {
         let was_sure = self.is_sure();

@@ -235,6 +235,8 @@ reasons! {
     "better-allowed" BetterAllowed;
     /// A better source is trusted again.
     "better-trusted" BetterTrusted;
+    /// Contracts admit a better source again.
+    "better-admitted" BetterAdmitted;
     /// What served the need before.
     "before" Before { source: String = "The source." };
     /// Nothing served the need before.
@@ -322,6 +324,24 @@ reasons! {
     /// Its values are too wide.
     "too-wide" TooWide { width: f64 = "The least width, SI.", most: f64 = "What was asked, SI." };
 
+    // What contracts refuse.
+    /// The contract of a need refuses sources that would be preferred.
+    "contract-forbids" ContractForbids { need: String = "The need." };
+    /// Contracts do not admit the source, or not any more.
+    "not-admitted" NotAdmitted { source: String = "The source." };
+    /// It is certain that what is demanded is not given.
+    "demand-refused" DemandRefused;
+    /// It is not known whether what is demanded is given.
+    "demand-open" DemandOpen;
+    /// What is demanded rests on itself.
+    "demand-circular" DemandCircular;
+    /// What would have to change so that what is demanded is given: all of these.
+    "would-need" WouldNeed { leaves: Vec<String> = "Whose evidence or demand, and which." };
+    /// It goes out all the same, at the level that is given.
+    "goes-out-all-the-same" GoesOutAllTheSame { level: String = "The level." };
+    /// Contracts admit nothing of what is there.
+    "none-admitted" NoneAdmitted;
+
     // What an operator has ordered.
     /// Something must not be used, by order.
     "must-not-be-used" MustNotBeUsed { subject: Subject = "What." };
@@ -331,6 +351,16 @@ reasons! {
     "was-cleared" WasCleared { subject: Subject = "What." };
     /// The need chooses its source itself again, by order.
     "chooses-itself" ChoosesItself;
+    /// The contract of a need is overridden, by order.
+    "contract-overridden" ContractOverridden {
+        need: String = "The need.", lasts: Span = "For how long.", because: String = "Why."
+    };
+    /// The contract of a need is not overridden any more.
+    "override-over" OverrideOver { need: String = "The need." };
+    /// Somebody has told that evidence is so.
+    "attested" Attested { evidence: String = "The contract and the evidence." };
+    /// Somebody has told that evidence is not so.
+    "denied" Denied { evidence: String = "The contract and the evidence." };
     /// An order cannot be obeyed.
     "cannot-obey" CannotObey { order: Order = "The order." };
     /// An order is not in force any more.
@@ -341,6 +371,14 @@ reasons! {
     "accusation-forgotten" AccusationForgotten { subject: Subject = "Who was accused." };
 
     // Why an order cannot be obeyed, and what would help.
+    /// No contract demands anything for a need.
+    "nothing-demanded" NothingDemanded { need: String = "The need." };
+    /// An override needs a length of time and a reason.
+    "override-needs" OverrideNeeds;
+    /// The contract of the need is to be overridden first.
+    "override-first" OverrideFirst;
+    /// No contract has such evidence that could be told.
+    "no-evidence" NoEvidence { name: String = "What was named." };
     /// There is no such signal.
     "no-signal" NoSignal { name: String = "What was named." };
     /// There is no such relation.

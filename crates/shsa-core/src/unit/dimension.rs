@@ -1,50 +1,55 @@
-//! The SI exponents of a quantity, with the angle as a base dimension of its own.
+//! The SI exponents of a quantity, with angles and amounts of data as base dimensions of their own.
 
 use core::fmt;
 
-/// Exponents of length, mass, time, current, temperature, amount, luminous intensity and angle.
+/// Exponents of length, mass, time, current, temperature, amount, luminous intensity, angle and data.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Dimension {
-    exponents: [i8; 8],
+    exponents: [i8; 9],
 }
 
 const ANGLE: usize = 7;
-const SYMBOLS: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
+const DATA: usize = 8;
+const SYMBOLS: [&str; 9] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad", "B"];
 /// Where the symbols above stand in the exponents: mass is written before length.
-const ORDER: [usize; 8] = [1, 0, 2, 3, 4, 5, 6, ANGLE];
+const ORDER: [usize; 9] = [1, 0, 2, 3, 4, 5, 6, ANGLE, DATA];
 /// What is better known under a name of its own.
-const NAMED: [([i8; 8], &str); 10] = [
-    ([1, 1, -2, 0, 0, 0, 0, 0], "N"),
-    ([-1, 1, -2, 0, 0, 0, 0, 0], "Pa"),
-    ([2, 1, -2, 0, 0, 0, 0, 0], "J"),
-    ([2, 1, -3, 0, 0, 0, 0, 0], "W"),
-    ([2, 1, -3, -1, 0, 0, 0, 0], "V"),
-    ([2, 1, -3, -2, 0, 0, 0, 0], "ohm"),
-    ([-2, -1, 4, 2, 0, 0, 0, 0], "F"),
-    ([2, 1, -2, -2, 0, 0, 0, 0], "H"),
-    ([0, 1, -2, -1, 0, 0, 0, 0], "T"),
-    ([0, 0, 1, 1, 0, 0, 0, 0], "A*s"),
+const NAMED: [([i8; 9], &str); 10] = [
+    ([1, 1, -2, 0, 0, 0, 0, 0, 0], "N"),
+    ([-1, 1, -2, 0, 0, 0, 0, 0, 0], "Pa"),
+    ([2, 1, -2, 0, 0, 0, 0, 0, 0], "J"),
+    ([2, 1, -3, 0, 0, 0, 0, 0, 0], "W"),
+    ([2, 1, -3, -1, 0, 0, 0, 0, 0], "V"),
+    ([2, 1, -3, -2, 0, 0, 0, 0, 0], "ohm"),
+    ([-2, -1, 4, 2, 0, 0, 0, 0, 0], "F"),
+    ([2, 1, -2, -2, 0, 0, 0, 0, 0], "H"),
+    ([0, 1, -2, -1, 0, 0, 0, 0, 0], "T"),
+    ([0, 0, 1, 1, 0, 0, 0, 0, 0], "A*s"),
 ];
 
 impl Dimension {
     /// Of a plain number.
-    pub const PLAIN: Dimension = Dimension::of([0; 8]);
+    pub const PLAIN: Dimension = Dimension::of([0; 9]);
     /// Of a length.
-    pub const LENGTH: Dimension = Dimension::of([1, 0, 0, 0, 0, 0, 0, 0]);
+    pub const LENGTH: Dimension = Dimension::of([1, 0, 0, 0, 0, 0, 0, 0, 0]);
     /// Of a time.
-    pub const TIME: Dimension = Dimension::of([0, 0, 1, 0, 0, 0, 0, 0]);
+    pub const TIME: Dimension = Dimension::of([0, 0, 1, 0, 0, 0, 0, 0, 0]);
     /// Of an angle.
-    pub const ANGLE: Dimension = Dimension::of([0, 0, 0, 0, 0, 0, 0, 1]);
+    pub const ANGLE: Dimension = Dimension::of([0, 0, 0, 0, 0, 0, 0, 1, 0]);
+    /// Of a frequency.
+    pub const FREQUENCY: Dimension = Dimension::of([0, 0, -1, 0, 0, 0, 0, 0, 0]);
+    /// Of an amount of data.
+    pub const DATA: Dimension = Dimension::of([0, 0, 0, 0, 0, 0, 0, 0, 1]);
 
     /// From the exponents in the order of the type's description.
     #[must_use]
-    pub const fn of(exponents: [i8; 8]) -> Dimension {
+    pub const fn of(exponents: [i8; 9]) -> Dimension {
         Dimension { exponents }
     }
 
     /// The exponents in the order of the type's description.
     #[must_use]
-    pub const fn exponents(self) -> [i8; 8] {
+    pub const fn exponents(self) -> [i8; 9] {
         self.exponents
     }
 
@@ -75,19 +80,19 @@ impl Dimension {
     /// The same without its angle.
     #[must_use]
     pub const fn without_angle(self) -> Dimension {
-        let [length, mass, time, current, temperature, amount, intensity, _] = self.exponents;
-        Dimension::of([length, mass, time, current, temperature, amount, intensity, 0])
+        let [length, mass, time, current, temperature, amount, intensity, _, data] = self.exponents;
+        Dimension::of([length, mass, time, current, temperature, amount, intensity, 0, data])
     }
 
     /// The exponent of the angle.
     #[must_use]
     pub const fn angle(self) -> i8 {
-        let [.., angle] = self.exponents;
+        let [.., angle, _] = self.exponents;
         angle
     }
 
     fn zip(self, other: Dimension, with: impl Fn(i8, i8) -> Option<i8>) -> Option<Dimension> {
-        let mut exponents = [0; 8];
+        let mut exponents = [0; 9];
         let pairs = self.exponents.iter().zip(other.exponents);
         for (result, (own, its)) in exponents.iter_mut().zip(pairs) {
             *result = with(*own, its)?;

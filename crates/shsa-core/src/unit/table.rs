@@ -1,7 +1,7 @@
 //! The known units and prefixes, and the search for the nearest known name.
 //!
 //! Sizes after the SI brochure (BIPM, 9th edition, 2019) and, for the others, the international yard and pound
-//! agreement of 1959. `t` (tonne) and `in` are left out: the one is every second model's time, the other a word.
+//! agreement of 1959; bytes after IEC 80000-13. `t` (tonne) and `in` are left out: the one is every second model's time, the other a word.
 
 use alloc::borrow::ToOwned;
 use alloc::format;
@@ -22,7 +22,7 @@ pub(super) struct Size {
 
 struct Row {
     names: &'static [&'static str],
-    exponents: [i8; 8],
+    exponents: [i8; 9],
     over: f64,
     under: f64,
     offset: f64,
@@ -30,17 +30,17 @@ struct Row {
 }
 
 /// A unit that takes SI prefixes.
-const fn si(names: &'static [&'static str], exponents: [i8; 8]) -> Row {
+const fn si(names: &'static [&'static str], exponents: [i8; 9]) -> Row {
     Row { names, exponents, over: 1.0, under: 1.0, offset: 0.0, prefixed: true }
 }
 
 /// A unit of another size that takes no prefix.
-const fn sized(names: &'static [&'static str], exponents: [i8; 8], over: f64, under: f64) -> Row {
+const fn sized(names: &'static [&'static str], exponents: [i8; 9], over: f64, under: f64) -> Row {
     Row { names, exponents, over, under, offset: 0.0, prefixed: false }
 }
 
 /// A unit of another size that takes prefixes all the same.
-const fn scaled(names: &'static [&'static str], exponents: [i8; 8], over: f64, under: f64) -> Row {
+const fn scaled(names: &'static [&'static str], exponents: [i8; 9], over: f64, under: f64) -> Row {
     Row { names, exponents, over, under, offset: 0.0, prefixed: true }
 }
 
@@ -48,43 +48,44 @@ const fn shifted(names: &'static [&'static str], over: f64, under: f64, offset: 
     Row { names, exponents: KELVIN, over, under, offset, prefixed: false }
 }
 
-const PLAIN: [i8; 8] = [0; 8];
-const METRE: [i8; 8] = [1, 0, 0, 0, 0, 0, 0, 0];
-const KILOGRAM: [i8; 8] = [0, 1, 0, 0, 0, 0, 0, 0];
-const SECOND: [i8; 8] = [0, 0, 1, 0, 0, 0, 0, 0];
-const KELVIN: [i8; 8] = [0, 0, 0, 0, 1, 0, 0, 0];
-const RADIAN: [i8; 8] = [0, 0, 0, 0, 0, 0, 0, 1];
-const SPEED: [i8; 8] = [1, 0, -1, 0, 0, 0, 0, 0];
-const VOLUME: [i8; 8] = [3, 0, 0, 0, 0, 0, 0, 0];
-const PRESSURE: [i8; 8] = [-1, 1, -2, 0, 0, 0, 0, 0];
-const ENERGY: [i8; 8] = [2, 1, -2, 0, 0, 0, 0, 0];
-const POWER: [i8; 8] = [2, 1, -3, 0, 0, 0, 0, 0];
-const CHARGE: [i8; 8] = [0, 0, 1, 1, 0, 0, 0, 0];
+const PLAIN: [i8; 9] = [0; 9];
+const METRE: [i8; 9] = [1, 0, 0, 0, 0, 0, 0, 0, 0];
+const KILOGRAM: [i8; 9] = [0, 1, 0, 0, 0, 0, 0, 0, 0];
+const SECOND: [i8; 9] = [0, 0, 1, 0, 0, 0, 0, 0, 0];
+const KELVIN: [i8; 9] = [0, 0, 0, 0, 1, 0, 0, 0, 0];
+const RADIAN: [i8; 9] = [0, 0, 0, 0, 0, 0, 0, 1, 0];
+const SPEED: [i8; 9] = [1, 0, -1, 0, 0, 0, 0, 0, 0];
+const VOLUME: [i8; 9] = [3, 0, 0, 0, 0, 0, 0, 0, 0];
+const PRESSURE: [i8; 9] = [-1, 1, -2, 0, 0, 0, 0, 0, 0];
+const ENERGY: [i8; 9] = [2, 1, -2, 0, 0, 0, 0, 0, 0];
+const POWER: [i8; 9] = [2, 1, -3, 0, 0, 0, 0, 0, 0];
+const DATA: [i8; 9] = [0, 0, 0, 0, 0, 0, 0, 0, 1];
+const CHARGE: [i8; 9] = [0, 0, 1, 1, 0, 0, 0, 0, 0];
 
-const ROWS: [Row; 54] = [
+const ROWS: [Row; 62] = [
     si(&["m"], METRE),
     si(&["s"], SECOND),
-    si(&["A"], [0, 0, 0, 1, 0, 0, 0, 0]),
+    si(&["A"], [0, 0, 0, 1, 0, 0, 0, 0, 0]),
     si(&["K"], KELVIN),
-    si(&["mol"], [0, 0, 0, 0, 0, 1, 0, 0]),
-    si(&["cd"], [0, 0, 0, 0, 0, 0, 1, 0]),
+    si(&["mol"], [0, 0, 0, 0, 0, 1, 0, 0, 0]),
+    si(&["cd"], [0, 0, 0, 0, 0, 0, 1, 0, 0]),
     si(&["rad"], RADIAN),
-    si(&["Hz"], [0, 0, -1, 0, 0, 0, 0, 0]),
-    si(&["N"], [1, 1, -2, 0, 0, 0, 0, 0]),
+    si(&["Hz"], [0, 0, -1, 0, 0, 0, 0, 0, 0]),
+    si(&["N"], [1, 1, -2, 0, 0, 0, 0, 0, 0]),
     si(&["Nm"], ENERGY),
     si(&["Pa"], PRESSURE),
     si(&["J", "Ws"], ENERGY),
     si(&["W", "VA"], POWER),
     si(&["C", "As"], CHARGE),
-    si(&["V"], [2, 1, -3, -1, 0, 0, 0, 0]),
-    si(&["ohm", "Ohm", "\u{3a9}", "\u{2126}"], [2, 1, -3, -2, 0, 0, 0, 0]),
-    si(&["F"], [-2, -1, 4, 2, 0, 0, 0, 0]),
-    si(&["S"], [-2, -1, 3, 2, 0, 0, 0, 0]),
-    si(&["Wb", "Vs"], [2, 1, -2, -1, 0, 0, 0, 0]),
-    si(&["T"], [0, 1, -2, -1, 0, 0, 0, 0]),
-    si(&["H"], [2, 1, -2, -2, 0, 0, 0, 0]),
-    si(&["lm"], [0, 0, 0, 0, 0, 0, 1, 0]),
-    si(&["lx"], [-2, 0, 0, 0, 0, 0, 1, 0]),
+    si(&["V"], [2, 1, -3, -1, 0, 0, 0, 0, 0]),
+    si(&["ohm", "Ohm", "\u{3a9}", "\u{2126}"], [2, 1, -3, -2, 0, 0, 0, 0, 0]),
+    si(&["F"], [-2, -1, 4, 2, 0, 0, 0, 0, 0]),
+    si(&["S"], [-2, -1, 3, 2, 0, 0, 0, 0, 0]),
+    si(&["Wb", "Vs"], [2, 1, -2, -1, 0, 0, 0, 0, 0]),
+    si(&["T"], [0, 1, -2, -1, 0, 0, 0, 0, 0]),
+    si(&["H"], [2, 1, -2, -2, 0, 0, 0, 0, 0]),
+    si(&["lm"], [0, 0, 0, 0, 0, 0, 1, 0, 0]),
+    si(&["lx"], [-2, 0, 0, 0, 0, 0, 1, 0, 0]),
     scaled(&["g"], KILOGRAM, 1.0, 1e3),
     scaled(&["l", "L"], VOLUME, 1.0, 1e3),
     scaled(&["bar"], PRESSURE, 1e5, 1.0),
@@ -97,7 +98,7 @@ const ROWS: [Row; 54] = [
     sized(&["arcmin"], RADIAN, PI, 10_800.0),
     sized(&["arcsec"], RADIAN, PI, 648_000.0),
     sized(&["rev"], RADIAN, 2.0 * PI, 1.0),
-    sized(&["rpm"], [0, 0, -1, 0, 0, 0, 0, 1], PI, 30.0),
+    sized(&["rpm"], [0, 0, -1, 0, 0, 0, 0, 1, 0], PI, 30.0),
     sized(&["%"], PLAIN, 1.0, 100.0),
     sized(&["‰", "permille"], PLAIN, 1.0, 1e3),
     sized(&["ppm"], PLAIN, 1.0, 1e6),
@@ -114,6 +115,15 @@ const ROWS: [Row; 54] = [
     sized(&["psi"], PRESSURE, 44_482_216_152_605.0, 6_451_600_000.0),
     sized(&["atm"], PRESSURE, 101_325.0, 1.0),
     sized(&["mmHg"], PRESSURE, 133_322_387_415.0, 1e9),
+    // Without prefixes of their own: `dB` is no tenth of a byte.
+    sized(&["B"], DATA, 1.0, 1.0),
+    sized(&["kB"], DATA, 1e3, 1.0),
+    sized(&["MB"], DATA, 1e6, 1.0),
+    sized(&["GB"], DATA, 1e9, 1.0),
+    sized(&["KiB"], DATA, 1024.0, 1.0),
+    sized(&["MiB"], DATA, 1_048_576.0, 1.0),
+    sized(&["GiB"], DATA, 1_073_741_824.0, 1.0),
+    scaled(&["bit"], DATA, 1.0, 8.0),
     shifted(&["degC", "°C", "℃", "celsius"], 1.0, 1.0, 273.15),
     shifted(&["degF", "°F"], 5.0, 9.0, 459.67 * 5.0 / 9.0),
 ];

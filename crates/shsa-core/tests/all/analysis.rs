@@ -5,8 +5,8 @@ use shsa_core::analysis::{Analysis, Candidate, Limited, Options, Tolerance, anal
 use shsa_core::diagnosis::candidates::{Comparison, Component, explain};
 use shsa_core::engine::{self, Engine, WatchBudget};
 use shsa_core::knowledge::{
-    Id, IdVec, KnowledgeBase, Need, Properties, Relation, Signal, SignalId, SignalSet, Switching, ValueError,
-    VariableId, WhenUnsure,
+    Id, IdVec, KnowledgeBase, Need, Properties, Relation, Signal, SignalId, SignalSet, Switching, VariableId,
+    WhenUnsure,
 };
 use shsa_core::time::Span;
 use std::collections::BTreeSet;
@@ -211,25 +211,7 @@ fn the_diagnosis_suspects_whom_the_analysis_says() {
 fn larger(knowledge: &KnowledgeBase, candidate: Candidate) -> KnowledgeBase {
     let (mut relations, mut signals) = (knowledge.relations().clone(), knowledge.signals().clone());
     match candidate {
-        Candidate::Sensor(variable) => {
-            signals.push(Signal {
-                name: "added".to_owned(),
-                variable,
-                source: String::new(),
-                unit: None,
-                scaling: None,
-                rate_hz: None,
-                value_error: ValueError::default(),
-                time_error: (Span::ZERO, Span::ZERO),
-                delay: Span::ZERO,
-                mean_over: Span::ZERO,
-                noise: None,
-                timeout: None,
-                limits: Default::default(),
-                derived_from: Vec::new(),
-                properties: Properties::new(),
-            });
-        }
+        Candidate::Sensor(variable) => _ = signals.push(Signal::new("added".to_owned(), variable)),
         Candidate::Relation(one, other) => {
             relations.push(Relation {
                 name: "added".to_owned(),

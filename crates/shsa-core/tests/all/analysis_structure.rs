@@ -6,7 +6,6 @@ use shsa_core::knowledge::{
     Id, IdVec, KnowledgeBase, Properties, Relation, Shape, Signal, SignalId, Variable, VariableId,
 };
 use shsa_core::plan::{Limits, StopReason};
-use shsa_core::time::Span;
 
 /// Equations as bits of variables, and which of them may fail: those with one variable are signals.
 #[derive(Debug)]
@@ -40,23 +39,7 @@ fn variable(index: usize, constant: Option<f64>) -> Variable {
 }
 
 fn signal(name: String, variable: VariableId, may_fail: bool, derived_from: Vec<SignalId>) -> Signal {
-    Signal {
-        name,
-        variable,
-        source: String::new(),
-        unit: None,
-        scaling: None,
-        rate_hz: None,
-        value_error: Default::default(),
-        time_error: (Span::ZERO, Span::ZERO),
-        delay: Span::ZERO,
-        mean_over: Span::ZERO,
-        noise: None,
-        timeout: None,
-        limits: Default::default(),
-        derived_from,
-        properties: prior(may_fail),
-    }
+    Signal { derived_from, properties: prior(may_fail), ..Signal::new(name, variable) }
 }
 
 fn relation(name: String, outputs: Vec<VariableId>, inputs: Vec<VariableId>, may_fail: bool) -> Relation {

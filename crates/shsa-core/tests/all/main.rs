@@ -37,6 +37,7 @@ mod many;
 
 mod assurance;
 mod needs;
+mod under_contract;
 mod switch;
 mod told;
 mod delegate;

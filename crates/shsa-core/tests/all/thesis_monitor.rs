@@ -236,3 +236,21 @@ fn one_variable_read_from_two_signals_is_two_ways() {
     }
     assert_eq!(shown(&run.step(Time(1))), "2 outputs, errors 3.80 3.80, nobody");
 }
+
+/// Three compasses that count to 4, of which one is a quarter turn ahead.
+fn compasses() -> Draft {
+    let wraps = |name: &str| VariableDraft { wraps: Some(words("4")), ..variable(name) };
+    Draft {
+        variables: vec![wraps("x"), wraps("a")],
+        relations: vec![relation("ahead", "x = a - 1", "x")],
+        signals: vec![signal("one", "x"), signal("other", "x"), signal("ahead", "a")],
+        ..Draft::default()
+    }
+}
+
+#[test]
+fn what_wraps_is_compared_the_shorter_way_round() {
+    let input = "one 0.5 3.5\nother 0.5 0.5\nahead 0.5 0.75\n-\none 1.5 0.1\nother 1.5 2.1\nahead 1.5 1.1";
+    let expected = "3 outputs, errors 1.25 1.75 1.00, 1 failed\n3 outputs, errors 2.00 4.00 2.00, 1 failed\n";
+    check(&compasses(), ThesisOptions::default(), input, expected);
+}

@@ -3,10 +3,11 @@
 use crate::plan_support::Random;
 use shsa_core::assurance::{
     Certificates, Demand, Evaluation, Evidence, EvidenceId, Guarantee, Quantifier, Service, ServiceId,
-    ServiceKind, Statement, System, Tree,
+    ServiceKind, System, Tree,
 };
 use shsa_core::interval::{Interval, Truth};
 use shsa_core::knowledge::Id;
+use shsa_core::statement::Statement;
 use shsa_core::time::{Span, Time};
 
 /// Services in a ring of which each asks its neighbour, and some evidence of its own.

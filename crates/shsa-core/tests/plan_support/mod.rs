@@ -13,7 +13,6 @@ use shsa_core::knowledge::{
 };
 use shsa_core::plan::Options;
 use shsa_core::substitution::Substitution;
-use shsa_core::time::Span;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Builds a knowledge base from names.
@@ -50,23 +49,8 @@ impl Builder {
 
     pub(crate) fn signal(&mut self, variable: VariableId, accuracy: Option<f64>) {
         let name = format!("/{}/{}", self.variables[variable].name, self.signals.len());
-        self.signals.push(Signal {
-            name,
-            variable,
-            source: String::new(),
-            unit: None,
-            scaling: None,
-            rate_hz: None,
-            value_error: Default::default(),
-            time_error: (Span::ZERO, Span::ZERO),
-            delay: Span::ZERO,
-            mean_over: Span::ZERO,
-            noise: None,
-            timeout: None,
-            limits: Default::default(),
-            derived_from: Vec::new(),
-            properties: property("accuracy", accuracy),
-        });
+        self.signals
+            .push(Signal { properties: property("accuracy", accuracy), ..Signal::new(name, variable) });
     }
 
     pub(crate) fn relation(

@@ -8,12 +8,10 @@
 //! * Nothing decides: what is known is unknown, until it fits again or another agrees.
 
 use super::Fusion;
+use super::window::Window;
 use crate::Error;
 use crate::method::{Innovation, Measurement};
 use crate::normal::two_sided;
-
-/// The innovations of a window.
-const WINDOW: usize = 16;
 
 /// By how much the variance of an expectation may grow while others hold it.
 const HELD: f64 = 4.0;
@@ -50,7 +48,7 @@ impl Gate {
 }
 
 /// What has been seen of a sensor lately.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Watch {
     /// Rejections in a row.
     pub rejections: u32,
@@ -61,41 +59,20 @@ pub struct Watch {
     /// The variance of its expectation and itself when the rejections began.
     variance_before: f64,
     last: Option<Measurement>,
-    /// The last innovations that counted, in standard deviations; a ring.
-    window: [f64; WINDOW],
-    noted: u32,
-}
-
-impl Default for Watch {
-    fn default() -> Watch {
-        Watch {
-            rejections: 0,
-            is_undecided: false,
-            others: 0,
-            variance_before: 0.0,
-            last: None,
-            window: [0.0; WINDOW],
-            noted: 0,
-        }
-    }
+    /// The last innovations that counted.
+    window: Window,
 }
 
 impl Watch {
     pub(super) fn note(&mut self, innovation: Innovation) {
-        let place = self.noted as usize % WINDOW;
-        if let Some(own) = self.window.get_mut(place) {
-            *own = innovation.value / innovation.variance.sqrt();
-        }
-        // Goes on counting in a circle above the window, so that a full window stays full.
-        self.noted = if self.noted as usize >= 2 * WINDOW - 1 { WINDOW as u32 } else { self.noted + 1 };
+        self.window.note(innovation);
     }
 
     /// The mean of the last 16 innovations in its own standard deviations: normal with variance 1 while model and sensor are
     /// right, as innovations are independent then. A slow drift shows here long before the gate sees it. `None` of fewer.
     #[must_use]
     pub fn drift(&self) -> Option<f64> {
-        let is_full = self.noted as usize >= WINDOW;
-        is_full.then(|| self.window.iter().sum::<f64>() / (WINDOW as f64).sqrt())
+        self.window.drift()
     }
 
     pub(super) fn accept(&mut self, is_own: bool) {

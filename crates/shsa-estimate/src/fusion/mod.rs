@@ -8,6 +8,7 @@
 //!
 //! A measurement costs one step, and one more for each moment after it: O(moments). Nothing is allocated.
 
+mod window;
 mod gate;
 mod moment;
 mod leave_one_out;
@@ -35,6 +36,9 @@ pub struct Options {
     /// Without a measurement for longer than this, nothing is known.
     pub unknown_after: Span,
 }
+
+/// Rejections in a row that are no glitch any more.
+const REPEATED: u32 = 3;
 
 /// What became of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -129,7 +133,8 @@ impl Fusion {
     pub fn new(
         method: Box<dyn Method>,
         at: Time,
-        (sensors, controls): (usize, usize),
+        sensors: usize,
+        controls: usize,
         options: Options,
     ) -> Result<Fusion, Error> {
         if options.moments == 0 {
@@ -373,6 +378,15 @@ impl Fusion {
     #[must_use]
     pub fn watch(&self, sensor: usize) -> Option<&Watch> {
         self.present().watches.get(sensor)
+    }
+
+    /// Whether what counts agrees: no sensor that counts is rejected again and again, and none drifts by more than so many standard
+    /// deviations.
+    #[must_use]
+    pub fn is_consistent(&self, deviations: f64) -> bool {
+        let counting = self.present().watches.iter().zip(&self.masked).filter(|(_, is_masked)| !**is_masked);
+        let is_far = |watch: &Watch| watch.drift().is_some_and(|drift| drift.abs() > deviations);
+        !counting.map(|(watch, _)| watch).any(|watch| watch.rejections > REPEATED || is_far(watch))
     }
 
     /// What became of a sensor's measurements.

@@ -37,7 +37,7 @@ const OPTIONS: Options =
 
 fn fusion(gate: Option<Gate>) -> Fusion {
     let method = Kalman::new(line(), &[0.0, 0.0], &spread(), Loss::Square).unwrap();
-    Fusion::new(Box::new(method), Time(0), (3, 0), Options { gate, ..OPTIONS }).unwrap()
+    Fusion::new(Box::new(method), Time(0), 3, 0, Options { gate, ..OPTIONS }).unwrap()
 }
 
 fn measured(sensor: usize, value: f64) -> Measurement {
@@ -88,7 +88,7 @@ proptest! {
     fn an_unscented_filter_does_not_mind_the_order_either((sorted, shuffled) in arrivals()) {
         let after = |all: &[Arrival]| {
             let method = Unscented::new(line(), &[0.0, 0.0], &spread(), Points::default()).unwrap();
-            let mut fusion = Fusion::new(Box::new(method), Time(0), (3, 0), OPTIONS).unwrap();
+            let mut fusion = Fusion::new(Box::new(method), Time(0), 3, 0, OPTIONS).unwrap();
             all.iter().for_each(|(at, sensor, value)| {
                 fusion.measure(millis(*at), measured(*sensor, *value));
             });
@@ -157,7 +157,7 @@ fn what_became_of_each_measurement_is_counted() {
 fn a_full_ring_forgets_the_oldest_moment_and_keeps_what_it_knew() {
     let short = Options { moments: 2, ..OPTIONS };
     let method = Kalman::new(line(), &[0.0, 0.0], &spread(), Loss::Square).unwrap();
-    let mut small = Fusion::new(Box::new(method), Time(0), (3, 0), short).unwrap();
+    let mut small = Fusion::new(Box::new(method), Time(0), 3, 0, short).unwrap();
     let mut large = fusion(None);
     for at in 1..9 {
         for fusion in [&mut small, &mut large] {

@@ -6,7 +6,7 @@
 use crate::Error;
 use crate::direct::{Direct, Rule};
 use crate::matrix::{Matrix, at, put};
-use crate::method::{Innovation, Measurement, Method, Updated, restore, save};
+use crate::method::{Gaussian, Innovation, Measurement, Method, Updated, restore, save};
 use crate::system::wrapped;
 
 /// Numbers that are kept of what a sensor has said last: value, variance, age in seconds.
@@ -34,8 +34,7 @@ pub(super) struct Each {
     /// Whether what was said before stands beside what comes; else only what comes counts.
     is_joint: bool,
     latest: Vec<f64>,
-    mean: Vec<f64>,
-    p: Matrix,
+    estimate: Gaussian,
     stack: Vec<Measurement>,
 }
 
@@ -62,24 +61,23 @@ impl Each {
             latest: vec![f64::INFINITY; KEPT * sensors.len()],
             stack: Vec::with_capacity(sensors.len()),
             sensors,
-            mean: vec![0.0; n],
-            p: Matrix::zeros(n, n),
+            estimate: Gaussian { mean: vec![0.0; n], spread: Matrix::zeros(n, n) },
         };
         each.summarise();
         Ok(each)
     }
 
     fn summarise(&mut self) {
-        for (place, (part, mean)) in self.parts.iter().zip(&mut self.mean).enumerate() {
+        for (place, (part, mean)) in self.parts.iter().zip(&mut self.estimate.mean).enumerate() {
             *mean = part.mean().first().copied().unwrap_or(f64::NAN);
-            put(&mut self.p, place, place, at(part.spread(), 0, 0));
+            put(&mut self.estimate.spread, place, place, at(part.spread(), 0, 0));
         }
     }
 
     /// The measurement shifted by whole turns to the estimate.
     fn beside(&self, measurement: &Measurement) -> Option<(usize, Measurement)> {
         let Sensor { state, turn, .. } = *self.sensors.get(measurement.sensor)?;
-        let mean = self.mean.get(state)?;
+        let mean = self.estimate.mean.get(state)?;
         let value =
             if turn.is_some() { mean + wrapped(measurement.value - mean, turn) } else { measurement.value };
         Some((state, Measurement { value, ..*measurement }))
@@ -109,12 +107,12 @@ impl Each {
 }
 
 impl Method for Each {
-    fn mean(&self) -> &[f64] {
-        &self.mean
+    fn gaussian(&self) -> &Gaussian {
+        &self.estimate
     }
 
-    fn spread(&self) -> &Matrix {
-        &self.p
+    fn gaussian_mut(&mut self) -> &mut Gaussian {
+        &mut self.estimate
     }
 
     fn predict(&mut self, dt: f64, controls: &[f64]) -> bool {

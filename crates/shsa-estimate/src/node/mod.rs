@@ -69,8 +69,9 @@ impl Node {
             gate,
             unknown_after: settings.unknown_after,
         };
-        let counts = (model.inputs.len(), model.controls.len());
-        let make = |options| Fusion::new(build::method(knowledge, model)?, Time(0), counts, options);
+        let (inputs, controls) = (model.inputs.len(), model.controls.len());
+        let make =
+            |options| Fusion::new(build::method(knowledge, model)?, Time(0), inputs, controls, options);
         let witness = || make(Options { gate: None, ..options });
         let mut sets: Vec<Vec<usize>> = model.predictions.iter().map(|it| it.without.clone()).collect();
         if !sets.is_empty() {

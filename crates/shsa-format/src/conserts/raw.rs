@@ -2,11 +2,12 @@
 
 use crate::model::reader::Reader;
 use shsa_core::assurance::{
-    Certificates, Demand, DemandId, Evidence, EvidenceId, Guarantee, Level, MAX_DEPTH, Property, Quantifier,
-    Scales, Service, ServiceKind, Statement, Tree,
+    Certificates, Demand, DemandId, Evidence, EvidenceId, Guarantee, MAX_DEPTH, Quantifier, Service,
+    ServiceKind, Tree,
 };
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{Place, Text};
+use shsa_core::statement::{Level, Property, Scales, Statement};
 use std::collections::BTreeMap;
 
 /// How many nodes the conditions of a certificate may have: a gate counts wherever it is used.

@@ -1,7 +1,7 @@
 //! Ranges, units and statements in words, as conserts-rs and safeTbox write them.
 
-use shsa_core::assurance::{Content, FailureMode, Inclusion, Property};
 use shsa_core::interval::Interval;
+use shsa_core::statement::{Content, FailureMode, Inclusion, Property};
 use shsa_core::unit::Unit;
 
 /// Names of units beside their symbols.

@@ -2,11 +2,12 @@
 
 use super::{compose, prolog, read};
 use shsa_core::assurance::{
-    Certificates, Content, Demand, Evaluation, Evidence, EvidenceId, FailureMode, Guarantee, Quantifier,
-    Service, ServiceId, ServiceKind, Statement, System, Tree, Verdict,
+    Certificates, Demand, Evaluation, Evidence, EvidenceId, Guarantee, Quantifier, Service, ServiceId,
+    ServiceKind, System, Tree, Verdict,
 };
 use shsa_core::interval::{Interval, Truth};
 use shsa_core::knowledge::Id;
+use shsa_core::statement::{Content, FailureMode, Statement};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write as _;
 use std::path::Path;

@@ -10,9 +10,11 @@ mod layers;
 mod graph;
 mod dot;
 mod svg;
+mod argument;
 mod plot;
 mod heat;
 
+pub use argument::argument;
 pub use dot::dot;
 pub use graph::Marks;
 pub use heat::Heat;

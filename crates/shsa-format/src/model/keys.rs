@@ -2,7 +2,9 @@
 //!
 //! The reader takes them from here, and so do the schema and the tests that hold the reference.
 
-use shsa_core::knowledge::{Aggregate, FusionMethod, INTEGRITY_LEVELS, ISOLATIONS, Shape, WhenUnsure};
+use shsa_core::knowledge::{
+    Aggregate, FusionMethod, INTEGRITY_LEVELS, ISOLATIONS, Policy, Shape, WhenUnsure,
+};
 
 /// A part of a model that stands at its top.
 #[derive(Clone, Copy, Debug)]
@@ -67,14 +69,16 @@ pub enum Form {
     Numbers,
     /// A list of names, or names with a number each.
     Shares,
-    /// Names with a name each.
-    Texts,
+    /// Names, each with a mapping of these keys and of bounds under names of the model's own.
+    Statements(&'static [Key]),
+    /// Names, each with a text.
+    Words,
     /// Names, each with a mapping of these keys.
     Entries(&'static [Key], Short),
 }
 
 /// The sections of a model.
-pub const SECTIONS: [Section; 9] = [
+pub const SECTIONS: [Section; 11] = [
     Section { name: "shsa", holds: Holds::Version },
     Section { name: "variables", holds: Holds::Entries(&VARIABLE, Short::None) },
     Section { name: "constants", holds: Holds::Values(Form::Bounds) },
@@ -83,6 +87,8 @@ pub const SECTIONS: [Section; 9] = [
     Section { name: "signals", holds: Holds::Entries(&SIGNAL, Short::None) },
     Section { name: "fusion", holds: Holds::Entries(&FUSION, Short::None) },
     Section { name: "needs", holds: Holds::Entries(&NEED, Short::List) },
+    Section { name: "platform", holds: Holds::Entries(&PLATFORM, Short::None) },
+    Section { name: "contracts", holds: Holds::Entries(&CONTRACT, Short::None) },
     Section { name: "utility", holds: Holds::Mapping(&UTILITY) },
 ];
 
@@ -170,7 +176,7 @@ pub const FUSION: [Key; 14] = [
         "what is estimated",
         "{ speed: { spread: 2 } }",
     ),
-    formed("controls", Form::Texts, "names in formulas, each with a signal", "{ acceleration: /imu }"),
+    formed("controls", Form::Words, "names in formulas, each with a signal", "{ acceleration: /imu }"),
     formed("inputs", Form::Entries(&FUSION_INPUT, Short::Text), "what is measured", "{ /gps: position }"),
     formed("outputs", Form::Entries(&FUSION_OUTPUT, Short::Text), "new signals", "{ fused/speed: speed }"),
     span("period"),
@@ -235,6 +241,53 @@ pub const NEED: [Key; 11] = [
         "`engine` or `process`",
         "process",
     ),
+];
+
+const RUNS_ON: Key = text("runs_on", "a platform", "computer");
+const GIVES: Key = formed(
+    "gives",
+    Form::Statements(&GIVEN),
+    "what is guaranteed, the best first",
+    "{ near: { error: at most 0.1 m, level: SIL 2, when: fresh } }",
+);
+const ASKS: Key = formed(
+    "asks",
+    Form::Statements(&ASKED),
+    "what is demanded of others",
+    "{ time: { of: platform, time: at least 2 ms, level: SIL 2 } }",
+);
+const EVIDENCE: Key =
+    formed("evidence", Form::Words, "what is observed at run time", "{ fresh: age at most 300 ms }");
+
+/// The keys of something that others run on.
+pub const PLATFORM: [Key; 4] = [RUNS_ON, GIVES, ASKS, EVIDENCE];
+
+/// The keys of a contract.
+pub const CONTRACT: [Key; 5] = [
+    RUNS_ON,
+    GIVES,
+    ASKS,
+    EVIDENCE,
+    formed(
+        "policy",
+        Form::Choice(|| Policy::NAMES.map(|(name, _)| name).into()),
+        "`stop`, `degrade` or `warn`",
+        "stop",
+    ),
+];
+
+/// The keys of a guarantee, beside its bounds.
+pub const GIVEN: [Key; 4] = [
+    text("of", "a variable", "speed"),
+    text("level", "a level of a scale", "SIL 2"),
+    text("when", "a condition", "fresh and (lidar or 2 of (a, b, c))"),
+    formed("redundant", Form::Names, "two of what is asked", "[sonar, camera]"),
+];
+
+/// The keys of a demand, beside its bounds.
+pub const ASKED: [Key; 2] = [
+    text("of", "a variable, a signal, a platform, `platform`, `consumers` or `shsa`", "platform"),
+    text("level", "a level of a scale", "SIL 2"),
 ];
 
 /// The keys of a utility of the model's own.

@@ -26,8 +26,41 @@ impl<'r, 'n> Known<'r, 'n> {
         Known { reader, fields, keys }
     }
 
+    /// Of a node that may have other keys, too: these with their texts.
+    pub(crate) fn beside_words(
+        reader: &'r mut Reader,
+        node: &'n Node,
+        keys: &'static [Key],
+        what: &str,
+        example: &str,
+    ) -> (Self, PropertyDrafts) {
+        let entries = reader.entries(node, what, example);
+        let others = entries.iter().filter(|(name, _)| keys.iter().all(|key| key.name != name.text));
+        let word = |(name, node): &(Text, Node)| {
+            let example = format_args!("{}: at most 0.5 m", name.text).to_string();
+            Some((name.clone(), reader.text(node, "a bound in words", example)?))
+        };
+        let words = others.filter_map(word).collect();
+        let fields = Fields::of(entries);
+        (Known { reader, fields, keys }, words)
+    }
+
+    /// Whether a key may stand here.
+    pub(crate) fn is_known(&self, key: &str) -> bool {
+        self.keys.iter().any(|known| known.name == key)
+    }
+
+    /// Names with a text each.
+    pub(crate) fn words(&mut self, key: &str) -> PropertyDrafts {
+        let example = "fresh: age at most 300 ms";
+        let read = |reader: &mut Reader, (name, node): &(Text, Node)| {
+            Some((name.clone(), reader.text(node, "words", example)?))
+        };
+        self.entries(key, read).into_iter().flatten().collect()
+    }
+
     pub(crate) fn get(&self, key: &str) -> Option<&'n Node> {
-        debug_assert!(self.keys.iter().any(|known| known.name == key), "`{key}` is in no table");
+        debug_assert!(self.is_known(key), "`{key}` is in no table");
         self.fields.get(key)
     }
 
@@ -80,7 +113,7 @@ impl<'r, 'n> Known<'r, 'n> {
     fn read<T>(
         &mut self,
         key: &str,
-        how: impl FnOnce(&mut Reader, &Node, &'static Key) -> Option<T>,
+        how: impl FnOnce(&mut Reader, &'n Node, &'static Key) -> Option<T>,
     ) -> Option<T> {
         let node = self.get(key)?;
         let known = self.keys.iter().find(|known| known.name == key)?;

@@ -17,7 +17,7 @@ use super::tree::{self, Node, Value};
 use super::{MAX_YAML_BYTES, shape};
 
 /// The sections of a model whose entries a change may remove.
-const SECTIONS: [(&str, Section); 7] = [
+const SECTIONS: [(&str, Section); 9] = [
     ("variables", Section::Variables),
     ("constants", Section::Constants),
     ("functions", Section::Functions),
@@ -25,6 +25,8 @@ const SECTIONS: [(&str, Section); 7] = [
     ("signals", Section::Signals),
     ("fusion", Section::Fusions),
     ("needs", Section::Needs),
+    ("platform", Section::Platform),
+    ("contracts", Section::Contracts),
 ];
 
 /// Of these, whose elements have properties.
@@ -259,7 +261,18 @@ fn properties(reader: &mut Reader, node: &Node, moved: &impl Fn(&Text) -> Text) 
 
 /// Everything that a draft holds, as something to add or replace.
 fn edits_of(draft: Draft) -> Vec<Edit> {
-    let Draft { variables, constants, functions, relations, signals, fusions, needs, utility } = draft;
+    let Draft {
+        variables,
+        constants,
+        functions,
+        relations,
+        signals,
+        fusions,
+        needs,
+        platform,
+        contracts,
+        utility,
+    } = draft;
     let variables = variables.into_iter().map(Edit::Variable);
     let constants = constants.into_iter().map(|(name, bounds)| Edit::Constant(name, bounds));
     let functions = functions.into_iter().map(|(head, body)| Edit::Function(head, body));
@@ -283,6 +296,8 @@ fn edits_of(draft: Draft) -> Vec<Edit> {
         .chain(signals)
         .chain(fusions)
         .chain(needs)
+        .chain(platform.into_iter().map(Edit::Platform))
+        .chain(contracts.into_iter().map(Edit::Contract))
         .chain(utility)
         .collect()
 }

@@ -22,6 +22,11 @@ pub(crate) struct Fields<'n> {
 }
 
 impl<'n> Fields<'n> {
+    /// Of a mapping whose keys are checked elsewhere.
+    pub(crate) fn of(entries: &'n [(Text, Node)]) -> Self {
+        Fields { entries }
+    }
+
     /// The value of a key; `None` when it is absent or null.
     pub(crate) fn get(&self, key: &str) -> Option<&'n Node> {
         let found = self.entries.iter().find(|(name, _)| name.text == key);

@@ -52,6 +52,13 @@ fn of_keys(keys: &[Key]) -> Value {
     json!({ "type": ["object", "null"], "properties": properties, "additionalProperties": false })
 }
 
+/// Keys, and bounds under other names.
+fn of_statement(keys: &[Key]) -> Value {
+    let mut schema = of_keys(keys);
+    schema["additionalProperties"] = word();
+    schema
+}
+
 fn of_key(key: &Key) -> Value {
     let mut schema = of_form(key.form);
     schema["description"] = json!(format!("{}: `{}: {}`", key.what, key.name, key.example));
@@ -70,7 +77,10 @@ fn of_form(form: Form) -> Value {
         Form::Pair => pair(),
         Form::Names => json!({ "anyOf": [{ "type": ["string", "null"] }, names()] }),
         Form::Numbers => numbers(),
-        Form::Texts => named(word()),
+        Form::Words => json!({ "type": ["object", "null"], "additionalProperties": { "type": "string" } }),
+        Form::Statements(keys) => {
+            json!({ "type": ["object", "null"], "additionalProperties": of_statement(keys) })
+        }
         Form::Entries(keys, short) => of_entries(keys, short),
         Form::Shares => json!({ "anyOf": [{ "type": "string" }, names(), numbers()] }),
     }

@@ -1,13 +1,16 @@
 //! The shape of a model file: which keys there are and what they hold.
 
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, Draft, FusionDraft, NeedDraft, RelationDraft, Severity, SignalDraft, Source, Text,
-    UtilityDraft, VariableDraft,
+    BodyDraft, Bounds, ContractDraft, DemandDraft, Draft, FusionDraft, GuaranteeDraft, NeedDraft,
+    RelationDraft, Severity, SignalDraft, Source, Text, UtilityDraft, VariableDraft,
 };
+use shsa_message::source;
 
 use super::fusion;
 use super::json::{Entry, Json};
-use super::keys::{NEED, RELATION, SECTIONS, SIGNAL, UTILITY, VARIABLE};
+use super::keys::{
+    ASKED, CONTRACT, GIVEN, Key, NEED, PLATFORM, RELATION, SECTIONS, SIGNAL, UTILITY, VARIABLE,
+};
 use super::known::Known;
 use super::problem;
 use super::reader::{Fields, Reader};
@@ -112,6 +115,24 @@ impl Source for Model<'_, '_, '_> {
         });
     }
 
+    fn platform(&mut self) -> Vec<ContractDraft> {
+        let mut found = Vec::new();
+        let example = "computer: { gives: { time: { time: at least 5 ms } } }";
+        self.section("platform", example, &mut |reader, entry| {
+            found.push(contract(reader, entry, &PLATFORM))
+        });
+        found
+    }
+
+    fn contracts(&mut self) -> Vec<ContractDraft> {
+        let mut found = Vec::new();
+        let example = "/scan: { gives: { near: { error: at most 0.1 m, level: SIL 2 } } }";
+        self.section("contracts", example, &mut |reader, entry| {
+            found.push(contract(reader, entry, &CONTRACT))
+        });
+        found
+    }
+
     fn utility(&mut self) -> Option<UtilityDraft> {
         let node = self.fields.get("utility")?;
         utility(self.reader, node)
@@ -213,10 +234,12 @@ fn body(keys: &mut Known, name: &Text) -> Option<BodyDraft> {
 fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
     let example = "/scan: { variable: distances, rate: 10 Hz }";
     let mut keys = Known::of(reader, node, &SIGNAL, "a signal's keys", example);
+    let source = keys.text("source");
     SignalDraft {
         name: name.clone(),
         variable: keys.text("variable"),
-        source: keys.text("source"),
+        source_parts: source::parts(&name.text, source.as_ref().map(|source| source.text.as_str())),
+        source,
         unit: keys.text("unit"),
         scale: keys.text("scale"),
         offset: keys.text("offset"),
@@ -286,4 +309,36 @@ fn need(reader: &mut Reader, variable: &Text, node: &Node) -> NeedDraft {
         hysteresis: keys.text("hysteresis"),
         isolation: keys.text("isolation"),
     }
+}
+
+fn contract(reader: &mut Reader, (name, node): &(Text, Node), keys: &'static [Key]) -> ContractDraft {
+    let example = "/scan: { gives: { near: { error: at most 0.1 m, level: SIL 2 } } }";
+    let mut keys = Known::of(reader, node, keys, "what is given, asked and observed", example);
+    ContractDraft {
+        name: name.clone(),
+        runs_on: keys.text("runs_on"),
+        policy: if keys.is_known("policy") { keys.text("policy") } else { None },
+        gives: keys.entries("gives", given),
+        asks: keys.entries("asks", asked),
+        evidence: keys.words("evidence"),
+    }
+}
+
+fn given(reader: &mut Reader, (name, node): &(Text, Node)) -> GuaranteeDraft {
+    let (mut keys, properties) =
+        Known::beside_words(reader, node, &GIVEN, "a guarantee", "near: { error: at most 0.1 m }");
+    GuaranteeDraft {
+        name: name.clone(),
+        of: keys.text("of"),
+        level: keys.text("level"),
+        when: keys.text("when"),
+        redundant: keys.names("redundant"),
+        properties,
+    }
+}
+
+fn asked(reader: &mut Reader, (name, node): &(Text, Node)) -> DemandDraft {
+    let (mut keys, properties) =
+        Known::beside_words(reader, node, &ASKED, "a demand", "time: { of: platform, time: at least 2 ms }");
+    DemandDraft { name: name.clone(), of: keys.text("of"), level: keys.text("level"), properties }
 }

@@ -1,8 +1,8 @@
 //! Drafts as text: YAML for people, JSON for programs; both load to the same draft again.
 
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, CAUSE_PRIOR, Draft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text,
-    UtilityDraft, VariableDraft,
+    BodyDraft, Bounds, CAUSE_PRIOR, ContractDraft, DemandDraft, Draft, GuaranteeDraft, NeedDraft,
+    PropertyDrafts, RelationDraft, SignalDraft, Text, UtilityDraft, VariableDraft,
 };
 use std::fmt::Write;
 
@@ -87,6 +87,8 @@ fn sections(draft: &Draft) -> Vec<(&'static str, Tree)> {
         ("signals", map(&draft.signals, |signal| (&signal.name, of_signal(signal)))),
         ("fusion", map(&draft.fusions, |fusion| (&fusion.name, fusion::written(fusion)))),
         ("needs", of_needs(&draft.needs)),
+        ("platform", map(&draft.platform, |contract| (&contract.name, of_contract(contract)))),
+        ("contracts", map(&draft.contracts, |contract| (&contract.name, of_contract(contract)))),
     ];
     let filled =
         sections.into_iter().filter(|(_, value)| !matches!(value, Tree::Map(entries) if entries.is_empty()));
@@ -205,6 +207,38 @@ fn of_need(need: &NeedDraft) -> Tree {
         ("hysteresis", need.hysteresis.as_ref().map(text)),
         ("isolation", need.isolation.as_ref().map(text)),
     ])
+}
+
+fn of_contract(contract: &ContractDraft) -> Tree {
+    let named = |entries: Vec<(String, Tree)>| (!entries.is_empty()).then_some(Tree::Map(entries));
+    keys([
+        ("runs_on", contract.runs_on.as_ref().map(text)),
+        ("evidence", properties(&contract.evidence)),
+        ("asks", named(contract.asks.iter().map(|it| (it.name.text.clone(), of_demand(it))).collect())),
+        ("gives", named(contract.gives.iter().map(|it| (it.name.text.clone(), of_guarantee(it))).collect())),
+        ("policy", contract.policy.as_ref().map(text)),
+    ])
+}
+
+fn of_guarantee(given: &GuaranteeDraft) -> Tree {
+    let fixed = [
+        ("of", given.of.as_ref().map(text)),
+        ("level", given.level.as_ref().map(text)),
+        ("when", given.when.as_ref().map(text)),
+        ("redundant", given.redundant.as_deref().map(list)),
+    ];
+    with_bounds(&given.properties, keys(fixed))
+}
+
+fn of_demand(asked: &DemandDraft) -> Tree {
+    let fixed = [("of", asked.of.as_ref().map(text)), ("level", asked.level.as_ref().map(text))];
+    with_bounds(&asked.properties, keys(fixed))
+}
+
+/// Bounds first, then the keys.
+fn with_bounds(bounds: &PropertyDrafts, fixed: Tree) -> Tree {
+    let Tree::Map(fixed) = fixed else { return fixed };
+    Tree::Map(bounds.iter().map(|(name, bound)| (name.text.clone(), text(bound))).chain(fixed).collect())
 }
 
 fn of_utility(utility: &UtilityDraft) -> Tree {

@@ -1,7 +1,8 @@
 //! The formats of recordings: one table of what they are called, how their files end and begin, and whether they can be read here.
 
+use super::can::{asc, blf, candump};
 use super::extraction::Naming;
-use super::{mcap, rosbag, sqlite};
+use super::{dataflash, influx, mcap, mdf, nmea, rosbag, signalk, sqlite, ulog};
 use std::path::Path;
 
 /// How recordings are written.
@@ -13,6 +14,26 @@ pub enum Format {
     Rosbag2,
     /// Bags of ROS 1, version 2.0.
     Bag,
+    /// Logs of PX4.
+    Ulog,
+    /// Logs of ArduPilot.
+    DataFlash,
+    /// Logs of ArduPilot as text.
+    DataFlashText,
+    /// Frames of a CAN bus, by tools of Vector.
+    Blf,
+    /// The same as text.
+    Asc,
+    /// Frames of a CAN bus, by `candump`.
+    Candump,
+    /// ASAM MDF 4.
+    Mdf,
+    /// NMEA 0183.
+    Nmea,
+    /// Deltas of Signal K.
+    SignalK,
+    /// InfluxDB line protocol.
+    Influx,
     /// Observations, one a line.
     JsonLines,
     /// Tables of text.
@@ -68,6 +89,87 @@ pub const FORMATS: &[Row] = &[
         is: |head| head.starts_with(rosbag::MAGIC),
     },
     Row {
+        format: Format::Ulog,
+        name: "ULog",
+        endings: &["ulg"],
+        feature: None,
+        is_on: true,
+        naming: Naming::Topic,
+        is: |head| head.starts_with(ulog::MAGIC),
+    },
+    Row {
+        format: Format::DataFlash,
+        name: "DataFlash log",
+        endings: &["bin"],
+        feature: None,
+        is_on: true,
+        naming: Naming::Topic,
+        is: |head| head.starts_with(&dataflash::binary::MAGIC),
+    },
+    Row {
+        format: Format::Blf,
+        name: "CAN frames, BLF",
+        endings: &["blf"],
+        feature: None,
+        is_on: true,
+        naming: Naming::Topic,
+        is: |head| head.starts_with(blf::MAGIC),
+    },
+    Row {
+        format: Format::Mdf,
+        name: "MDF 4",
+        endings: &["mf4", "mdf"],
+        feature: None,
+        is_on: true,
+        naming: Naming::Topic,
+        is: |head| mdf::MAGICS.iter().any(|magic| head.starts_with(magic)),
+    },
+    Row {
+        format: Format::Nmea,
+        name: "NMEA 0183",
+        endings: &["nmea", "log"],
+        feature: None,
+        is_on: true,
+        naming: Naming::Topic,
+        is: nmea::is_log,
+    },
+    Row {
+        format: Format::DataFlashText,
+        name: "DataFlash log as text",
+        endings: &["log"],
+        feature: None,
+        is_on: true,
+        naming: Naming::Topic,
+        is: dataflash::text::is_log,
+    },
+    Row {
+        format: Format::Asc,
+        name: "CAN frames, ASC",
+        endings: &["asc"],
+        feature: None,
+        is_on: true,
+        naming: Naming::Topic,
+        is: asc::is_log,
+    },
+    Row {
+        format: Format::Candump,
+        name: "CAN frames, candump",
+        endings: &["log"],
+        feature: None,
+        is_on: true,
+        naming: Naming::Topic,
+        is: candump::is_log,
+    },
+    Row {
+        format: Format::Influx,
+        name: "InfluxDB line protocol",
+        endings: &["lp"],
+        feature: None,
+        is_on: true,
+        naming: Naming::Topic,
+        is: influx::is_log,
+    },
+    Row {
         format: Format::JsonLines,
         name: "JSON lines",
         endings: &["jsonl", "ndjson", "json"],
@@ -75,6 +177,15 @@ pub const FORMATS: &[Row] = &[
         is_on: true,
         naming: Naming::Signal,
         is: |_| false,
+    },
+    Row {
+        format: Format::SignalK,
+        name: "Signal K deltas",
+        endings: &["jsonl", "log"],
+        feature: None,
+        is_on: true,
+        naming: Naming::Topic,
+        is: signalk::is_log,
     },
     Row {
         format: Format::Csv,

@@ -26,19 +26,26 @@ mod ros2;
 mod mcap;
 mod sqlite;
 mod rosbag2;
+mod window;
+mod record;
+mod ulog;
+mod dataflash;
+mod can;
+mod nmea;
+mod signalk;
+mod influx;
+mod mdf;
 mod session;
 mod stamp;
 mod stamps;
 mod stream;
 
-use std::fmt;
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
+use std::{fmt, io::Cursor};
 
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
-use shsa_message::source::Source;
-use shsa_message::stamp::Zone;
+use shsa_message::{source::Source, stamp::Zone};
 
 pub use cut::{Cuts, Stretch};
 pub use error::RecordingError;
@@ -322,6 +329,16 @@ fn read_with(
         Format::Bag => rosbag::read(input, listener),
         Format::Mcap => mcap::read(input, options, listener),
         Format::Rosbag2 => rosbag2::read(input, options, listener),
+        Format::Ulog => ulog::read(input, listener),
+        Format::DataFlash => dataflash::binary::read(input, listener),
+        Format::DataFlashText => dataflash::text::read(input, listener),
+        Format::Blf => can::blf::read(input, options, listener),
+        Format::Asc => can::asc::read(input, options, listener),
+        Format::Candump => can::candump::read(input, options, listener),
+        Format::Nmea => nmea::read(input, listener),
+        Format::SignalK => signalk::read(input, listener),
+        Format::Influx => influx::read(input, listener),
+        Format::Mdf => mdf::read(input, options, listener),
         Format::JsonLines => jsonl::read(input, listener),
         Format::Csv => table::read(input, options, listener),
     }
@@ -380,4 +397,4 @@ fn mean_rate(count: usize, first: Time, last: Time) -> Option<f64> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -371,7 +371,8 @@ fn varint(bytes: &[u8], at: usize) -> Option<(i64, usize)> {
 }
 
 /// The checksum of a log, going on from the one before.
-fn checksum(bytes: &[u8], is_big: bool, (mut one, mut two): (u32, u32)) -> (u32, u32) {
+fn checksum(bytes: &[u8], is_big: bool, before: (u32, u32)) -> (u32, u32) {
+    let (mut one, mut two) = before;
     for pair in bytes.chunks_exact(8) {
         let (first, second) = pair.split_at(4);
         let word = |bytes: &[u8]| {

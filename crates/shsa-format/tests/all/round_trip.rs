@@ -1,13 +1,17 @@
 //! What is written loads to the same again: drafts as YAML and JSON, formulas by way of Prolog.
 
+mod contracts;
+
+use contracts::contract;
 use proptest::prelude::*;
 use shsa_core::expression::Symbol;
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, Draft, Id, KnowledgeBase, NeedDraft, RelationDraft, SignalDraft, Text, UtilityDraft,
-    VariableDraft, VariableId,
+    BodyDraft, Bounds, ContractDraft, Draft, Id, KnowledgeBase, NeedDraft, RelationDraft, SignalDraft,
+    SourceParts, Text, UtilityDraft, VariableDraft, VariableId,
 };
 use shsa_format::model::thesis::prolog;
 use shsa_format::model::{load, read, write};
+use shsa_message::source::parts;
 use std::fs;
 use std::path::PathBuf;
 
@@ -209,6 +213,7 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
                 name,
                 variable,
                 source,
+                source_parts: SourceParts::default(),
                 unit,
                 scale,
                 offset,
@@ -275,23 +280,25 @@ fn utility() -> impl Strategy<Value = Option<UtilityDraft>> {
     some(prop_oneof![text().prop_map(UtilityDraft::Named), own])
 }
 
+/// Some, each with a name of its own.
+fn named<T: std::fmt::Debug + Clone>(
+    of: impl Strategy<Value = T>,
+    name: fn(&mut T, Text),
+) -> impl Strategy<Value = Vec<T>> {
+    let many = prop::collection::vec(of, 4);
+    (names(4), many).prop_map(move |(names, items)| {
+        names
+            .into_iter()
+            .zip(items)
+            .map(|(text, mut item)| {
+                name(&mut item, text);
+                item
+            })
+            .collect()
+    })
+}
+
 fn draft() -> impl Strategy<Value = Draft> {
-    fn named<T: std::fmt::Debug + Clone>(
-        of: impl Strategy<Value = T>,
-        name: fn(&mut T, Text),
-    ) -> impl Strategy<Value = Vec<T>> {
-        let many = prop::collection::vec(of, 4);
-        (names(4), many).prop_map(move |(names, items)| {
-            names
-                .into_iter()
-                .zip(items)
-                .map(|(text, mut item)| {
-                    name(&mut item, text);
-                    item
-                })
-                .collect()
-        })
-    }
     let pairs = named((Just(Text::default()), bounds()), |(name, _), text| *name = text);
     let functions = named((Just(Text::default()), text()), |(name, _), text| *name = text);
     let parts = (
@@ -299,11 +306,16 @@ fn draft() -> impl Strategy<Value = Draft> {
         pairs,
         functions,
         named(relation(), |relation, text| relation.name = text),
-        named(signal(), |signal, text| signal.name = text),
+        named(signal(), |signal, text| {
+            let source = signal.source.as_ref().map(|source| source.text.as_str());
+            signal.source_parts = parts(&text.text, source);
+            signal.name = text;
+        }),
         named(need(), |need, text| need.variable = text),
+        named(contract(), |contract, text| contract.name = text),
         utility(),
     );
-    parts.prop_map(|(variables, constants, functions, relations, signals, needs, utility)| Draft {
+    parts.prop_map(|(variables, constants, functions, relations, signals, needs, contracts, utility)| Draft {
         variables,
         constants,
         functions,
@@ -311,6 +323,8 @@ fn draft() -> impl Strategy<Value = Draft> {
         signals,
         fusions: Vec::new(),
         needs,
+        platform: contracts.iter().cloned().map(|it| ContractDraft { policy: None, ..it }).collect(),
+        contracts,
         utility,
     })
 }

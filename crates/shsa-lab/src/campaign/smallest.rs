@@ -21,8 +21,11 @@ use shsa_format::fault::Fault;
 use shsa_format::recording::Sample;
 use std::num::NonZeroUsize;
 
-/// Amounts are searched for up to this many times where the search begins.
+/// Amounts are searched for up to this many times where the search begins,
 const MOST_TIMES: f64 = 256.0;
+
+/// and up to this many times how much the values vary: where the error stands at a relation, a signal's own says little.
+const MOST_RANGES: f64 = 8.0;
 
 /// What is not seen of an amount is looked for down to this part of where the search begins.
 const LEAST_PART: f64 = 1.0 / 1024.0;
@@ -257,13 +260,17 @@ impl<'a> Search<'a> {
         let all = onsets.iter().flat_map(|&onset| seeds.clone().map(move |seed| (onset, seed)));
         let tries = all.flat_map(|(onset, seed)| sides.iter().map(move |&side| Try { onset, side, seed }));
         let value = if size.error > 0.0 { size.error } else { SHARE_OF_RANGE * size.range };
+        let most = (MOST_TIMES * value).max(MOST_RANGES * size.range);
         let (start, most) = match kind {
-            Kind::Delay => (size.time.seconds(), 0.5 * spec.duration.seconds()),
-            Kind::Drift => (value / spec.duration.seconds(), f64::INFINITY),
-            Kind::Scale => (value / size.median, f64::INFINITY),
-            _ => (value, f64::INFINITY),
+            Kind::Delay => {
+                let start = size.time.seconds();
+                (start, (MOST_TIMES * start).min(0.5 * spec.duration.seconds()))
+            }
+            Kind::Drift => (value / spec.duration.seconds(), most / spec.duration.seconds()),
+            Kind::Scale => (value / size.median, most / size.median),
+            _ => (value, most),
         };
-        let is_possible = start > 0.0 && start.is_finite();
+        let is_possible = start > 0.0 && start.is_finite() && most.is_finite();
         is_possible.then(|| Search {
             baselines,
             signal,
@@ -273,7 +280,7 @@ impl<'a> Search<'a> {
             own,
             tries: tries.collect(),
             start,
-            most: most.min(MOST_TIMES * start),
+            most,
         })
     }
 

@@ -108,12 +108,14 @@ fn joined(whole: &Draft, part: &Draft) -> Result<(Draft, BTreeSet<Entry>), Strin
     let known = entries(whole);
     let is_new = |section: Section, name: &str| !known.contains(&(section, name.to_owned()));
     let mut next = whole.clone();
-    let Draft { variables, constants, functions, relations, signals, .. } = part.clone();
+    let Draft { variables, constants, functions, relations, signals, platform, contracts, .. } = part.clone();
     next.variables.extend(variables.into_iter().filter(|it| is_new(Section::Variables, &it.name.text)));
     next.constants.extend(constants.into_iter().filter(|it| is_new(Section::Constants, &it.0.text)));
     next.functions.extend(functions.into_iter().filter(|it| is_new(Section::Functions, head(&it.0.text))));
     next.relations.extend(relations.into_iter().filter(|it| is_new(Section::Relations, &it.name.text)));
     next.signals.extend(signals.into_iter().filter(|it| is_new(Section::Signals, &it.name.text)));
+    next.platform.extend(platform.into_iter().filter(|it| is_new(Section::Platform, &it.name.text)));
+    next.contracts.extend(contracts.into_iter().filter(|it| is_new(Section::Contracts, &it.name.text)));
     let brought = entries(&next).difference(&known).cloned().collect();
     match Model::new(next.clone()) {
         Ok(_) => Ok((next, brought)),
@@ -131,7 +133,10 @@ pub(super) fn entries(draft: &Draft) -> BTreeSet<Entry> {
     let functions = draft.functions.iter().map(|it| (Section::Functions, head(&it.0.text)));
     let relations = draft.relations.iter().map(|it| (Section::Relations, it.name.text.as_str()));
     let signals = draft.signals.iter().map(|it| (Section::Signals, it.name.text.as_str()));
+    let platform = draft.platform.iter().map(|it| (Section::Platform, it.name.text.as_str()));
+    let contracts = draft.contracts.iter().map(|it| (Section::Contracts, it.name.text.as_str()));
     let all = variables.chain(constants).chain(functions).chain(relations).chain(signals);
+    let all = all.chain(platform).chain(contracts);
     all.map(|(section, name)| (section, name.to_owned())).collect()
 }
 

@@ -6,8 +6,9 @@ use crate::wiring::{Note, Situation, Takeover};
 use serde_json::{Value, json};
 use shsa_bridge::Clock;
 use shsa_bridge::{Bridge, BridgeError, Quality};
+use shsa_core::assurance::{self, Lacking};
 use shsa_core::diagnosis::Verdict;
-use shsa_core::engine::{self, EventKind, NeedStatus, Order, Publication, Subject};
+use shsa_core::engine::{self, EventKind, NeedAssurance, NeedStatus, Order, Publication, Subject};
 use shsa_core::knowledge::{NeedId, SignalId};
 use shsa_core::monitor::Symptom;
 use shsa_core::time::Time;
@@ -232,11 +233,12 @@ impl Healer {
     /// The state of all needs and signals.
     pub(in super::super) fn state(&self, now: Time, clock: &Clock) -> Value {
         let needs = self.outlets().map(|(id, outlet)| {
-            let NeedStatus { published, longest_gap, .. } = self.engine.need_status(id);
+            let NeedStatus { published, longest_gap, assurance, .. } = self.engine.need_status(id);
             let mut status = self.status(id, now, clock);
             if let Some(status) = status.as_object_mut() {
                 status.insert("published".to_owned(), json!(published));
                 status.insert("longest_gap_s".to_owned(), json!(longest_gap.seconds()));
+                status.extend(assurance.map(|it| ("assurance".to_owned(), self.assurance(&it))));
                 status.insert("execution_us".to_owned(), self.executions[id].json());
                 let workers = self.workers.as_ref().and_then(|workers| workers.state(id));
                 status.extend(workers.map(|state| ("isolation".to_owned(), state)));
@@ -246,6 +248,21 @@ impl Healer {
         let signals = self.engine.knowledge().signals().enumerate();
         let signals = signals.map(|(id, signal)| (signal.name.clone(), self.signal(id)));
         json!({ "needs": Value::Object(needs.collect()), "signals": Value::Object(signals.collect()) })
+    }
+
+    /// What a need's contract says of how it is served.
+    fn assurance(&self, assurance: &NeedAssurance) -> Value {
+        let scales = self.engine.knowledge().contracts().scales();
+        let level = assurance.admitted.and_then(|admitted| admitted.level);
+        let name = |it: &Lacking| format!("{}: {}", it.subject, it.name);
+        let set = |set: &Vec<Lacking>| set.iter().map(name).collect::<Vec<String>>();
+        json!({
+            "admitted": assurance.admitted.map(|admitted| admitted.ground.name()),
+            "level": level.map(|level| scales.written(level)),
+            "verdict": assurance.verdict.map(assurance::Verdict::name),
+            "lacking": assurance.lacking.iter().map(set).collect::<Vec<_>>(),
+            "overridden": assurance.overridden.is_some(),
+        })
     }
 
     /// The words of a need's status topic.

@@ -53,7 +53,7 @@ pub(super) fn drawings(
             tracks.iter_mut().for_each(|tracks| tracks.look(&run.engine));
             Ok(())
         });
-    tracks.iter().map(|tracks| timeline(explanation, tracks)).collect()
+    tracks.iter_mut().map(|tracks| timeline(explanation, tracks)).collect()
 }
 
 /// The variable in which most speaks against the signal, then the others in which something does.
@@ -69,7 +69,7 @@ pub(super) fn variables(evidence: &Evidence, knowledge: &KnowledgeBase) -> Vec<V
     [first].into_iter().chain(others.into_iter().map(|(variable, _)| variable)).take(MOST_DRAWN).collect()
 }
 
-fn timeline(explanation: &Explanation<'_>, tracks: &Tracks) -> Timeline {
+fn timeline(explanation: &Explanation<'_>, tracks: &mut Tracks) -> Timeline {
     let (words, signal) = (explanation.words, &explanation.inquiry.signal);
     let variable = &words.knowledge.variables()[tracks.variable];
     let unit = variable.unit.as_ref().map_or(String::new(), |unit| format!(" ({unit})"));
@@ -77,6 +77,10 @@ fn timeline(explanation: &Explanation<'_>, tracks: &Tracks) -> Timeline {
     let stretches = tracks.stretches();
     let end = explanation.inquiry.run.last.min(tracks.to);
     let mut notes = vec![NOTE.to_owned()];
+    if let (true, Some(turn)) = (tracks.bring_beside(variable), variable.wraps) {
+        let turn = shsa_format::words::difference(words.knowledge, tracks.variable, turn);
+        notes.push(format!("after {turn} values are the same again: bands go on beyond it"));
+    }
     if tracks.left_out > 0 {
         let more = shsa_format::text::counted(tracks.left_out, "more way");
         notes.push(format!("{more} of knowing {} not drawn", variable.name));

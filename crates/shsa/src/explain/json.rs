@@ -8,6 +8,7 @@ use shsa_core::engine::{Comparison, Event, Rival, Side};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, SignalSet};
 use shsa_core::monitor::Symptom;
+use shsa_core::reason::Range;
 use shsa_core::time::Time;
 use shsa_format::drive::Run;
 use shsa_format::event;
@@ -93,13 +94,12 @@ fn comparison(words: Words<'_>, comparison: &Comparison, at: Time) -> Value {
 
 /// A way with what it said when the two last disagreed, else last.
 fn side(words: Words<'_>, comparison: &Comparison, side: &Side, value: Option<Interval>) -> Value {
-    let unit = words.knowledge.variables()[comparison.variable].unit.as_ref();
-    let shown = |value: f64| unit.map_or(value, |unit| unit.from_si(value));
+    let value = value.map(|value| Range::of(words.knowledge, comparison.variable, value));
     json!({
         "way": words.way(side),
         "rests_on": names(words, &side.rests_on),
-        "lo": value.map(|value| shown(value.lo())),
-        "hi": value.map(|value| shown(value.hi())),
+        "lo": value.as_ref().map(|value| value.lo),
+        "hi": value.as_ref().map(|value| value.hi),
     })
 }
 

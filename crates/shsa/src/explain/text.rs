@@ -55,7 +55,7 @@ pub(super) fn subject<'k>(known: &'k KnowledgeBase, event: &Event) -> &'k str {
 fn paint_kind(kind: EventKind) -> String {
     let colour = match kind {
         EventKind::Failed | EventKind::Unhealable | EventKind::Refused => Paint::Red,
-        EventKind::Suspected | EventKind::Silent => Paint::Yellow,
+        EventKind::Suspected | EventKind::Silent | EventKind::Overridden => Paint::Yellow,
         EventKind::Substituted | EventKind::Restored => Paint::Green,
     };
     paint(colour, kind.name())

@@ -1,8 +1,10 @@
 //! What the ways of knowing a variable said over time, and when they disagreed: recorded while an engine runs.
 
 use shsa_core::alignment::Sample;
+use shsa_core::circle;
 use shsa_core::engine::{Engine, Evidence, Side};
-use shsa_core::knowledge::{KnowledgeBase, SignalId, VariableId};
+use shsa_core::interval::Interval;
+use shsa_core::knowledge::{KnowledgeBase, SignalId, Variable, VariableId};
 use shsa_core::monitor::WayIndex;
 use shsa_core::substitution::Way;
 use shsa_core::time::{Span, Time, Validity};
@@ -91,6 +93,27 @@ impl Tracks {
         }
     }
 
+    /// Brings the tracks of a variable that wraps beside each other: the first one begins within one turn, each other one as near
+    /// to it as can be, and all go on from there without a jump. Whether one of them leaves that turn.
+    pub(super) fn bring_beside(&mut self, variable: &Variable) -> bool {
+        let Some(turn) = variable.wraps else { return false };
+        let [known, others @ ..] = self.tracks.as_mut_slice() else { return false };
+        known.go_on_from(turn, |first| variable.brought_back(first.value));
+        for track in others {
+            track.go_on_from(turn, |first| {
+                let beside = known.samples.iter().find(|sample| sample.validity.to >= first.validity.to);
+                let beside = beside.or(known.samples.last()).map(|sample| sample.value);
+                beside.map_or_else(
+                    || variable.brought_back(first.value),
+                    |it| circle::nearest(first.value, it, turn),
+                )
+            });
+        }
+        let begins = variable.turn_begins();
+        let is_outside = |value: Interval| value.lo() < begins || value.hi() > begins + turn;
+        self.tracks.iter().flat_map(|track| &track.samples).any(|sample| is_outside(sample.value))
+    }
+
     /// The stretches of time in which a comparison disagreed, ascending.
     pub(super) fn stretches(&self) -> Vec<Validity> {
         let mut all = self.disagreements.clone();
@@ -127,6 +150,15 @@ impl Track {
                 let newest = engine.monitor().ports().find(*signal).and_then(|port| port.newest());
                 self.samples.extend(newest.filter(|sample| is_new(sample)));
             }
+        }
+    }
+
+    /// Shifts what it says by whole turns: the first sample to where `begin` puts it, each other one beside the one before.
+    fn go_on_from(&mut self, turn: f64, begin: impl FnOnce(&Sample) -> Interval) {
+        let Some(mut before) = self.samples.first().map(begin) else { return };
+        for sample in &mut self.samples {
+            sample.value = circle::nearest(sample.value, before, turn);
+            before = sample.value;
         }
     }
 

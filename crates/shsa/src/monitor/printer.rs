@@ -4,7 +4,9 @@ use super::method::Step;
 use super::{Arguments, Mode};
 use crate::show::{self, Paint};
 use serde_json::{Value, json};
+use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
+use shsa_core::reason::Range;
 use shsa_core::substitution::Way;
 use shsa_core::time::Time;
 use shsa_format::text::counted;
@@ -94,9 +96,10 @@ impl<'a> Printer<'a> {
         Ok(())
     }
 
-    fn shown(&self, value: f64) -> Option<f64> {
-        let unit = self.knowledge.variables()[self.variable].unit.as_ref();
-        finite(unit.map_or(value, |unit| unit.from_si(value)))
+    /// The bounds of a value in the variable's unit.
+    fn shown(&self, value: Interval) -> [Option<f64>; 2] {
+        let Range { lo, hi, .. } = Range::of(self.knowledge, self.variable, value);
+        [finite(lo), finite(hi)]
     }
 
     pub(super) fn step(&mut self, step: &Step) -> anyhow::Result<()> {
@@ -125,7 +128,7 @@ impl<'a> Printer<'a> {
             .map(|output| {
                 json!({
                     "substitution": output.way,
-                    "value": [self.shown(output.value.lo()), self.shown(output.value.hi())],
+                    "value": self.shown(output.value),
                     "time": output.validity.map(|validity| [validity.from.0, validity.to.0]),
                 })
             })

@@ -244,7 +244,7 @@ fn read_recordings(
 pub(crate) fn only(recording: &mut Recording, number: Option<NonZeroUsize>) -> anyhow::Result<()> {
     let count = recording.sessions.len();
     if count == 0 {
-        bail!("nothing is left of the recording");
+        bail!("nothing is left of the recording: --from, --until and --skip leave no observation");
     }
     let Some(number) = number else { return Ok(()) };
     let session = recording.sessions.get(number.get() - 1).cloned();

@@ -2,6 +2,7 @@
 
 use super::report::Part;
 use serde_json::{Value, json};
+use shsa_core::assurance::{Admitted, Ground};
 use shsa_core::engine::{Publication, PublishedValue};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::KnowledgeBase;
@@ -43,11 +44,18 @@ fn value_json(knowledge: &KnowledgeBase, publication: &Publication) -> Value {
         PublishedValue::Scalar(value) => interval(value),
         PublishedValue::Vector(elements) => elements.iter().map(interval).collect(),
     };
-    json!({
+    let mut told = json!({
         "signal": need.signal,
         "time_ns": publication.validity.to.0,
         "received_ns": publication.time.0,
         "value": value,
         "quality": publication.quality.name(),
-    })
+    });
+    let Admitted { ground, level } = publication.admitted;
+    if let (true, Some(told)) = (ground != Ground::Undemanded, told.as_object_mut()) {
+        told.insert("admitted".to_owned(), json!(ground.name()));
+        let level = level.map(|level| knowledge.contracts().scales().written(level));
+        told.insert("level".to_owned(), json!(level));
+    }
+    told
 }

@@ -139,3 +139,16 @@ fn what_is_no_model_is_told() {
         assert_eq!(answer["diagnostics"].as_array().unwrap().len(), 1);
     }
 }
+
+#[test]
+fn a_need_that_nothing_meets_is_told_beforehand() {
+    let needs = "needs:\n  v:\n    - { signal: /all, max_age: 1 s }\n    - { signal: /fast, min_rate: 20 Hz }\n    - { signal: /safe, integrity: B }\n";
+    let model = "shsa: 1\nvariables: { v: { unit: m } }\nsignals:\n  a: { variable: v, rate: 10 Hz, value_error: 0.2 }\n";
+    let folder = Folder::with(&[("model.yaml", format!("{model}{needs}").as_bytes())]);
+    let told = folder.ends("check model.yaml", 0).stdout;
+    assert!(
+        told.contains("nothing meets what the need /fast demands: signals of v come 10 times a second"),
+        "{told}"
+    );
+    assert!(told.contains("the need /safe demands") && !told.contains("/all"), "{told}");
+}

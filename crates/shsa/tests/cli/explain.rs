@@ -326,3 +326,43 @@ fn wrong_questions_are_told() {
     folder.refuses("explain none.yaml run.csv /level", &["none.yaml"]);
     folder.refuses("explain tank.yaml run.csv /level --window long", &["'long' has no unit of time"]);
 }
+
+/// Three compasses of a vehicle that turns through north; one of them lies by 40 degrees from the 30th second on.
+fn compasses() -> Folder {
+    let folder = Folder::new();
+    let compass =
+        |name: &str| format!("  {name}: {{ variable: heading, unit: deg, rate: 2 Hz, value_error: 2 }}\n");
+    let signals: String = ["a", "b", "c"].into_iter().map(compass).collect();
+    folder.write(
+        "north.yaml",
+        format!(
+            "shsa: 1\nvariables:\n  heading: {{ unit: deg, wraps: 360 deg, max_rate: 100 deg/s }}\nsignals:\n{signals}"
+        ),
+    );
+    let line = |step: u32| {
+        let heading = 330.0 + f64::from(step) * 0.5;
+        let lie = if step >= 60 { 40.0 } else { 0.0 };
+        let said = [heading, heading + 1.0, heading + lie].map(|value: f64| value.rem_euclid(360.0));
+        format!("{:.1},{},{},{}\n", f64::from(step) * 0.5, said[0], said[1], said[2])
+    };
+    folder.write("run.csv", format!("time,a,b,c\n{}", (0..120).map(line).collect::<String>()));
+    folder
+}
+
+#[test]
+fn what_wraps_is_told_in_one_turn_and_drawn_without_a_jump() {
+    let folder = compasses();
+    let object = folder.json("explain north.yaml run.csv c", 0);
+    let against = object["against"].as_array().unwrap();
+    assert!(!against.is_empty(), "{object}");
+    for comparison in against {
+        for (_, lo, hi) in [side(&comparison["own"]), side(&comparison["other"])] {
+            assert!((-2.0..=362.0).contains(&lo) && hi - lo < 40.0, "{comparison}");
+        }
+    }
+    folder.ends("explain north.yaml run.csv c --window 60s --svg north.svg", 0);
+    let drawn = folder.read("north.svg");
+    assert!(drawn.contains("after 360.0 deg values are the same again"), "{drawn}");
+    // All bands lie between 328 and 430 degrees; a jump back would reach down to 0.
+    assert!(drawn.contains(">420<") && !drawn.contains(">100<"), "{drawn}");
+}

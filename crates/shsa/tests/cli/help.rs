@@ -2,10 +2,11 @@
 
 use crate::folder::Folder;
 
-const COMMANDS: [&str; 21] = [
+const COMMANDS: [&str; 22] = [
     "check",
     "plan",
     "analyze",
+    "assure",
     "monitor",
     "replay",
     "run",

@@ -5,6 +5,7 @@ mod folder;
 mod tank;
 
 mod analyze;
+mod assure;
 mod calibrate;
 mod campaign;
 mod check;

@@ -36,6 +36,20 @@ fn fields_of_models() {
         .map(|name| format!("analyze PROJECT/models/{name}.yaml"));
     let analyses = models.iter().map(String::as_str).chain(["analyze tank.yaml"]).collect::<Vec<_>>();
     check("analyze", &of(&analyses));
+    folder.write("none.yaml", "computer: { spare: 1 % }\n");
+    let certificate = "guarantees: [{ id: G, dimensions: [{ Binary: { type: T } }] }]\nevidence: []\n\
+        demands: [{ id: D, dimensions: [{ Binary: { type: T } }] }]\ngates: []\ntree_propagations: []\n\
+        required_services: [{ id: R, functional_service_type: S, demands: [D] }]\n\
+        provided_services: [{ id: P, functional_service_type: S, guarantees: [G] }]\n";
+    folder.write("certificate.yaml", certificate);
+    check(
+        "assure",
+        &of(&[
+            "assure PROJECT/models/stop.yaml",
+            "assure PROJECT/models/stop.yaml --with none.yaml",
+            "assure certificate.yaml",
+        ]),
+    );
 }
 
 #[test]

@@ -129,3 +129,31 @@ fn its_journal_replays_to_the_same_decisions() {
     };
     assert_eq!(because(&report["events"]), because(&told));
 }
+
+/// Two needs of the same distance, the second of which only the lidar is exact enough for: without the lidar one goes on by the
+/// sonar, and the other is told to be without a source.
+#[test]
+fn several_needs_of_one_variable_have_each_their_own_source() {
+    let run = settled(&[]);
+    let needs = "{ signal: /display/dmin, max_age: 300 ms, max_width: 0.5 m }, \
+                 { signal: /brake/dmin, max_age: 300 ms, max_width: 0.1 m }";
+    let order = format!(r#"{{"order": "change", "text": "needs: {{ v_dmin: [{needs}] }}"}}"#);
+    let (status, answer) = run.order(Some(TOKEN), &order);
+    assert_eq!(status, 200, "{answer}");
+    let served =
+        |state: &Value, need: &str, source: &str| state["models"]["rover"]["needs"][need]["source"] == source;
+    run.until("both are served by the lidar", |state| {
+        ["/display/dmin", "/brake/dmin"].iter().all(|need| served(state, need, "/lidar/scan by nearest"))
+    });
+    run.order(Some(TOKEN), r#"{"order": "forbid", "signal": "/lidar/scan"}"#);
+    let unhealable = run.decision("unhealable");
+    assert_eq!(unhealable["need"], "/brake/dmin", "{unhealable}");
+    run.until("each has its own", |state| {
+        served(state, "/display/dmin", "/sonar/ranges by nearest")
+            && state["models"]["rover"]["needs"]["/brake/dmin"]["source"].is_null()
+    });
+    run.order(Some(TOKEN), r#"{"order": "allow", "signal": "/lidar/scan"}"#);
+    run.until("both are back", |state| {
+        ["/display/dmin", "/brake/dmin"].iter().all(|need| served(state, need, "/lidar/scan by nearest"))
+    });
+}

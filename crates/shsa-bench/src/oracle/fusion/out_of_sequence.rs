@@ -41,7 +41,7 @@ pub(super) fn compare(case: &OutOfSequence, compared: &mut Compared) -> anyhow::
         unknown_after: Span::MAX,
     };
     let sensors = case.model.measurements.len();
-    let mut fusion = Fusion::new(Box::new(case.model.extended()?), Time(0), (sensors, 0), options)?;
+    let mut fusion = Fusion::new(Box::new(case.model.extended()?), Time(0), sensors, 0, options)?;
     for (place, arrival) in case.arrivals.iter().enumerate() {
         let label = format!("{} arrival {place}", case.label);
         let sensor = case.model.sensor(&arrival.sensor)?;

@@ -9,19 +9,27 @@ use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 use core::cell::OnceCell;
 
+/// All pairs in conflict, and what is known and thought about them: the same for each part.
+#[derive(Clone, Copy)]
+pub(super) struct Conflicts<'p> {
+    pub(super) beliefs: &'p Beliefs,
+    /// What the pairs say, and what speaks for those whom they may accuse.
+    pub(super) comparisons: &'p [Comparison],
+    pub(super) pairs: &'p [&'p Residual],
+    /// The parts when all that is undecided is taken for conflicts.
+    pub(super) rivals: &'p [Part],
+    /// Whether some of that only just agrees.
+    pub(super) only_just: bool,
+}
+
 /// A part of the conflicts, and what follows from it.
 pub(super) struct Case<'p> {
-    beliefs: &'p Beliefs,
-    comparisons: &'p [Comparison],
-    /// All pairs in conflict, of other parts as well.
-    pub(super) conflicts: &'p [&'p Residual],
+    pub(super) conflicts: Conflicts<'p>,
     part: &'p Part,
     /// The signals and relations of each candidate, best first.
     candidates: Vec<BTreeSet<Component>>,
     /// The same with all that is undecided taken for conflicts.
     rivals: Vec<BTreeSet<Component>>,
-    /// Whether some of that only just agrees.
-    pub(super) only_just: bool,
     /// What is in all of these.
     pub(super) certain: BTreeSet<Component>,
     /// In the order of the part's components; looked for only where something is decided.
@@ -29,12 +37,8 @@ pub(super) struct Case<'p> {
 }
 
 impl<'p> Case<'p> {
-    pub(super) fn new(
-        beliefs: &'p Beliefs,
-        (comparisons, conflicts): (&'p [Comparison], &'p [&'p Residual]),
-        part: &'p Part,
-        (rivals, only_just): (&[Part], bool),
-    ) -> Case<'p> {
+    pub(super) fn new(conflicts: Conflicts<'p>, part: &'p Part) -> Case<'p> {
+        let Conflicts { beliefs, rivals, .. } = conflicts;
         let accused = |part: &Part| -> Vec<BTreeSet<Component>> {
             part.candidates.iter().map(|candidate| beliefs.accused(&candidate.components)).collect()
         };
@@ -45,7 +49,7 @@ impl<'p> Case<'p> {
         let mut certain = candidates.first().cloned().unwrap_or_default();
         certain.retain(|component| candidates.iter().chain(&rivals).all(|set| set.contains(component)));
         let probabilities = OnceCell::new();
-        Case { beliefs, comparisons, conflicts, part, candidates, rivals, only_just, certain, probabilities }
+        Case { conflicts, part, candidates, rivals, certain, probabilities }
     }
 
     /// Everything that is in a candidate.
@@ -55,7 +59,7 @@ impl<'p> Case<'p> {
 
     /// What is in a candidate that may stay one, however the undecided turns out.
     pub(super) fn likely(&self) -> BTreeSet<Component> {
-        if self.only_just {
+        if self.conflicts.only_just {
             // What only just agrees is no evidence against anybody.
             return BTreeSet::new();
         }
@@ -66,7 +70,8 @@ impl<'p> Case<'p> {
     pub(super) fn blame(&self, component: Component) -> Blame {
         let cause = self.cause_of(component);
         let blamed = cause.map_or(component, Component::Cause);
-        let find = || probabilities(self.comparisons, self.part, |component| self.beliefs.of(component));
+        let Conflicts { beliefs, comparisons, .. } = self.conflicts;
+        let find = || probabilities(comparisons, self.part, |component| beliefs.of(component));
         let known =
             self.probabilities.get_or_init(find).iter().flat_map(|all| self.part.components.iter().zip(all));
         let known: Vec<(Component, f64)> = known.map(|(component, share)| (*component, *share)).collect();
@@ -87,7 +92,7 @@ impl<'p> Case<'p> {
             return None;
         }
         candidate.components.iter().find_map(|other| match other {
-            Component::Cause(cause) if self.beliefs.shares(signal, *cause) => Some(*cause),
+            Component::Cause(cause) if self.conflicts.beliefs.shares(signal, *cause) => Some(*cause),
             _ => None,
         })
     }

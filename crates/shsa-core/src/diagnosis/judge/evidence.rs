@@ -1,6 +1,6 @@
 //! What the pairs of a monitor say, as comparisons of components.
 
-use super::{Component, Judge, JudgeOptions, Testimony};
+use super::{Component, ComponentState, Judge, JudgeOptions, Testimony, said};
 use crate::diagnosis::candidates::Comparison;
 use crate::knowledge::{CauseId, IdVec, KnowledgeBase, PRIOR, RelationId, SignalId, SignalSet};
 use crate::monitor::{Residual, ResidualState, WatchedWay, WayIndex};
@@ -227,6 +227,48 @@ impl Judge {
         })
     }
 
+    /// Whether something else that was accused alone is in a pair.
+    pub(super) fn is_claimed(
+        &self,
+        evidence: &impl Testimony,
+        pair: &Residual,
+        component: Component,
+    ) -> bool {
+        let mut alone = self.standings.iter().filter(|(other, it)| it.alone && **other != component);
+        alone.any(|(other, _)| rests_on(evidence, pair, *other))
+    }
+
+    /// Whether one way of a pair is computed from the signal, the other from nothing that the signal comes from, and nothing
+    /// that has failed is in it. About a relation, each pair that rests on it does.
+    pub(super) fn bears_witness(
+        &self,
+        evidence: &impl Testimony,
+        pair: &Residual,
+        component: Component,
+    ) -> bool {
+        if self.is_explained(evidence, pair, Some(component)) {
+            return false;
+        }
+        let Component::Signal(signal) = component else { return rests_on(evidence, pair, component) };
+        let (Some(one), Some(other)) = (evidence.way(pair.way), evidence.way(pair.other)) else {
+            return false;
+        };
+        let origins = &self.origins[signal];
+        let beside =
+            |own: &WatchedWay, other: &WatchedWay| own.is_sized_by(signal) && !other.rests_on.meets(origins);
+        beside(one, other) || beside(other, one)
+    }
+
+    /// Whether a signal that is suspect or failed, and usually moves, still says exactly what it said when it was accused.
+    #[must_use]
+    pub fn stands_still(&self, component: Component, evidence: &impl Testimony, now: Time) -> bool {
+        let ComponentState { said: before, accused, .. } = self.state_of(component);
+        let is_still = |signal| evidence.frozen(signal).is_still_since(accused.unwrap_or(Time::MAX), now);
+        before.is_some()
+            && before == said(evidence, component)
+            && matches!(component, Component::Signal(signal) if is_still(signal))
+    }
+
     /// Whether something else than `except` that has failed, or is forbidden, is in the pair.
     pub(super) fn is_explained(
         &self,
@@ -241,15 +283,40 @@ impl Judge {
 /// Whether one of the ways of a pair rests on a signal or a relation.
 #[must_use]
 pub fn rests_on(evidence: &impl Testimony, pair: &Residual, component: Component) -> bool {
-    let relies = |index: WayIndex, relation: RelationId| {
-        let way = evidence.way(index).map(|way| way.computation.way());
-        way.is_some_and(|way| way.substitution.steps.iter().any(|step| step.relation == relation))
-    };
     match component {
         Component::Signal(signal) => pair.signals.contains(signal),
-        Component::Relation(relation) => relies(pair.way, relation) || relies(pair.other, relation),
+        _ => relies(evidence, pair.way, component) || relies(evidence, pair.other, component),
+    }
+}
+
+/// Whether a way rests on a signal or a relation.
+fn relies(evidence: &impl Testimony, way: WayIndex, component: Component) -> bool {
+    let Some(way) = evidence.way(way) else { return false };
+    match component {
+        Component::Signal(signal) => way.rests_on.contains(signal),
+        Component::Relation(relation) => {
+            way.computation.way().substitution.steps.iter().any(|step| step.relation == relation)
+        }
         Component::Cause(_) => false,
     }
+}
+
+/// Whether it may tell several of the accused apart how a pair turns out: it speaks about some of them, and not about all.
+/// An agreement says nothing about what both ways rest on, which may do the same to both.
+pub(super) fn tells_apart(
+    evidence: &impl Testimony,
+    now: Time,
+    pair: &Residual,
+    accused: &BTreeSet<Component>,
+) -> bool {
+    let agrees = pair.relationship(now) == ResidualState::Agree;
+    let is_about = |component: &&Component| {
+        let (one, other) =
+            (relies(evidence, pair.way, **component), relies(evidence, pair.other, **component));
+        if agrees { one != other } else { one || other }
+    };
+    let about = accused.iter().filter(is_about).count();
+    accused.len() < 2 || (about > 0 && about < accused.len())
 }
 
 /// What the conflicts about some of the accused have in common.

@@ -13,16 +13,11 @@
 //! now and then.
 
 use super::evidence::{rests_on, rests_on_any};
-use super::{Component, ComponentState, Decision, Judge, MOST_RELAPSES, Proof, Testimony, Verdict, said};
+use super::{Component, ComponentState, Decision, Ground, Proof, Review, Testimony, Verdict};
 use crate::knowledge::SignalId;
-use crate::monitor::{Residual, ResidualState, WatchedWay, WayIndex};
-use crate::time::{Span, Time};
+use crate::monitor::{Residual, ResidualState};
 use alloc::collections::BTreeSet;
-use alloc::vec::Vec;
 use core::ops::Bound;
-
-/// A comparison, by its slower and its faster way.
-pub(super) type Ground = (WayIndex, WayIndex);
 
 /// How many comparisons that have spoken against one thing are remembered.
 pub(super) const MOST_GROUNDS: usize = 64;
@@ -49,58 +44,52 @@ struct Grounds {
     witnessed: bool,
 }
 
-impl Judge {
+impl<T: Testimony> Review<'_, T> {
     /// Looks whether anything that is accused is trusted again.
-    pub(super) fn clear(&mut self, evidence: &impl Testimony, now: Time, decisions: &mut Vec<Decision>) {
+    pub(super) fn clear(&mut self) {
         let culprit = |decision: &Decision| match decision {
             Decision::Failed(blame) => Some(blame.component),
             _ => None,
         };
-        let mut culprits = core::mem::take(&mut self.failed_by_detector);
-        culprits.extend(decisions.iter().filter_map(culprit));
-        let mut next = self.standings.keys().next().copied();
+        let mut culprits = core::mem::take(&mut self.judge.failed_by_detector);
+        culprits.extend(self.decisions.iter().filter_map(culprit));
+        let mut next = self.judge.standings.keys().next().copied();
         while let Some(component) = next {
             let after = (Bound::Excluded(component), Bound::Unbounded);
-            next = self.standings.range(after).next().map(|(component, _)| *component);
-            if self.accusation(component).is_none() {
+            next = self.judge.standings.range(after).next().map(|(component, _)| *component);
+            if self.judge.accusation(component).is_none() {
                 continue;
             }
-            let decision = match self.weigh(evidence, component, now) {
-                Weighed::Against(ground) => self.hear_against(evidence, component, ground, now),
-                Weighed::Silent => self.hear_nothing(component, now),
-                Weighed::For(proof) => self.hear_for((evidence, now), component, proof, &culprits),
-                Weighed::Groundless => Some(self.acquit(component, now)),
+            let decision = match self.weigh(component) {
+                Weighed::Against(ground) => self.hear_against(component, ground),
+                Weighed::Silent => self.hear_nothing(component),
+                Weighed::For(proof) => self.hear_for(component, proof, &culprits),
+                Weighed::Groundless => Some(self.acquit(component)),
             };
-            decisions.extend(decision);
+            self.decisions.extend(decision);
         }
     }
 
-    fn hear_against(
-        &mut self,
-        evidence: &impl Testimony,
-        component: Component,
-        ground: Option<Ground>,
-        now: Time,
-    ) -> Option<Decision> {
-        self.await_staleness(evidence, component, now);
-        let state_of = self.standings.get_mut(&component)?;
+    fn hear_against(&mut self, component: Component, ground: Option<Ground>) -> Option<Decision> {
+        self.await_staleness(component);
+        let state_of = self.judge.standings.get_mut(&component)?;
         (state_of.clean_since, state_of.quiet_since) = (None, None);
         let ground = ground?;
         // While it is where it could not be, that is no news.
-        state_of.contradicted |= state_of.failed_by_detector && is_home(evidence, component);
+        state_of.contradicted |= state_of.failed_by_detector && is_home(self.evidence, component);
         let was_unproven = core::mem::take(&mut state_of.unproven);
-        let grounds = self.grounds.entry(component).or_default();
+        let grounds = self.judge.grounds.entry(component).or_default();
         if grounds.len() < MOST_GROUNDS {
             grounds.insert(ground);
         }
         was_unproven.then_some(Decision::Contradicted(component))
     }
 
-    fn hear_nothing(&mut self, component: Component, now: Time) -> Option<Decision> {
-        let is_contradicted = self.grounds.get(&component).is_some_and(|grounds| !grounds.is_empty());
-        let state_of = self.standings.get_mut(&component)?;
+    fn hear_nothing(&mut self, component: Component) -> Option<Decision> {
+        let is_contradicted = self.judge.grounds.get(&component).is_some_and(|grounds| !grounds.is_empty());
+        let state_of = self.judge.standings.get_mut(&component)?;
         state_of.clean_since = None;
-        let since = *state_of.quiet_since.get_or_insert(now);
+        let since = *state_of.quiet_since.get_or_insert(self.now);
         let may_serve = match state_of.verdict {
             Some(Verdict::Failed) => state_of.failed_by_detector && !is_contradicted,
             _ => true,
@@ -108,38 +97,38 @@ impl Judge {
         if state_of.unproven || !may_serve {
             return None;
         }
-        let probation = self.probation(self.state_of(component).relapses);
-        if now < since + probation {
-            self.look_again(since + probation);
+        let probation = self.judge.probation(self.judge.state_of(component).relapses);
+        if self.now < since + probation {
+            self.judge.look_again(since + probation);
             return None;
         }
-        self.standings.get_mut(&component)?.unproven = true;
+        self.judge.standings.get_mut(&component)?.unproven = true;
         Some(Decision::Unproven(component, probation))
     }
 
     fn hear_for(
         &mut self,
-        (evidence, now): (&impl Testimony, Time),
         component: Component,
         proof: Proof,
         culprits: &BTreeSet<Component>,
     ) -> Option<Decision> {
-        let before = self.state_of(component);
-        let since = before.clean_since.unwrap_or(now);
+        let evidence = self.evidence;
+        let before = self.judge.state_of(component);
+        let since = before.clean_since.unwrap_or(self.now);
         // Only a culprit that it was compared with explains why it was suspected.
         let compared =
             |pair: &Residual| rests_on(evidence, pair, component) && rests_on_any(evidence, pair, culprits);
         let explained = before.verdict == Some(Verdict::Suspect) && evidence.pairs().iter().any(compared);
-        let probation = self.probation(before.relapses);
-        if !explained && now < since + probation {
-            if let Some(state_of) = self.standings.get_mut(&component) {
+        let probation = self.judge.probation(before.relapses);
+        if !explained && self.now < since + probation {
+            if let Some(state_of) = self.judge.standings.get_mut(&component) {
                 state_of.clean_since = Some(since);
                 state_of.quiet_since.get_or_insert(since);
             }
-            self.look_again(since + probation);
+            self.judge.look_again(since + probation);
             return None;
         }
-        Some(match (component, self.acquit(component, now)) {
+        Some(match (component, self.acquit(component)) {
             (Component::Signal(signal), _) if before.failed_by_detector => {
                 Decision::Recovered(signal, probation, proof)
             }
@@ -148,35 +137,35 @@ impl Judge {
     }
 
     /// It is trusted again.
-    fn acquit(&mut self, component: Component, now: Time) -> Decision {
-        let relapses = self.state_of(component).relapses;
-        self.put(component, ComponentState { cleared: Some(now), relapses, ..ComponentState::default() });
+    fn acquit(&mut self, component: Component) -> Decision {
+        let relapses = self.judge.state_of(component).relapses;
+        self.judge.put(
+            component,
+            ComponentState { cleared: Some(self.now), relapses, ..ComponentState::default() },
+        );
         Decision::Cleared(component)
     }
 
-    pub(super) fn probation(&self, relapses: u32) -> Span {
-        self.options.probation.times(1 << relapses.min(MOST_RELAPSES))
-    }
-
     /// What speaks about something that is accused. O(its comparisons).
-    fn weigh(&self, evidence: &impl Testimony, component: Component, now: Time) -> Weighed {
+    fn weigh(&self, component: Component) -> Weighed {
+        let Review { evidence, now, .. } = *self;
         if !is_sound(evidence, component) {
             return Weighed::Against(None);
         }
-        let grounds = match self.count(evidence, component, now) {
+        let grounds = match self.count(component) {
             Ok(grounds) => grounds,
             Err(against) => return Weighed::Against(against),
         };
-        let state_of = self.state_of(component);
+        let state_of = self.judge.state_of(component);
         if !state_of.failed_by_detector && self.is_groundless(component, &grounds) {
             return Weighed::Groundless;
         }
-        if self.stands_still(component, evidence, now) {
+        if self.judge.stands_still(component, evidence, now) {
             return Weighed::Against(None);
         }
         let is_met = grounds.agree > 0 || (grounds.witnessed && grounds.silent == 0);
         let has_returned =
-            || state_of.failed_by_detector && !state_of.contradicted && is_home(evidence, component);
+            || state_of.failed_by_detector && !state_of.contradicted && is_home(self.evidence, component);
         match () {
             () if is_met => Weighed::For(Proof::Witness),
             () if has_returned() => Weighed::For(Proof::Return),
@@ -185,13 +174,9 @@ impl Judge {
     }
 
     /// What the comparisons say that are about something; a comparison that disagrees, or may, is the error.
-    fn count(
-        &self,
-        evidence: &impl Testimony,
-        component: Component,
-        now: Time,
-    ) -> Result<Grounds, Option<Ground>> {
-        let known = self.grounds.get(&component);
+    fn count(&self, component: Component) -> Result<Grounds, Option<Ground>> {
+        let Review { evidence, now, .. } = *self;
+        let known = self.judge.grounds.get(&component);
         let mut found = Grounds::default();
         let mut undecided = false;
         for pair in pairs_of(evidence, component) {
@@ -200,14 +185,16 @@ impl Judge {
             if !is_ground && !is_about(evidence, pair, component) {
                 continue;
             }
-            if self.is_explained(evidence, pair, Some(component)) {
+            if self.judge.is_explained(evidence, pair, Some(component)) {
                 found.explained += usize::from(is_ground);
                 continue;
             }
             match pair.relationship(now) {
                 ResidualState::Unknown => found.silent += usize::from(is_ground),
                 ResidualState::Agree if is_ground => found.agree += 1,
-                ResidualState::Agree => found.witnessed |= self.bears_witness(evidence, pair, component),
+                ResidualState::Agree => {
+                    found.witnessed |= self.judge.bears_witness(evidence, pair, component)
+                }
                 ResidualState::Undecided => undecided = true,
                 ResidualState::Conflict => return Err(Some(ground)),
             }
@@ -218,13 +205,14 @@ impl Judge {
     /// Whether nothing is left of what has spoken against something: what else has failed explains it; or it was blamed for
     /// what it shares with others, and none of these is accused any more.
     fn is_groundless(&self, component: Component, grounds: &Grounds) -> bool {
-        let known = self.grounds.get(&component).map_or(0, BTreeSet::len);
-        match (known, self.state_of(component).cause) {
+        let known = self.judge.grounds.get(&component).map_or(0, BTreeSet::len);
+        match (known, self.judge.state_of(component).cause) {
             (0, Some(cause)) => {
-                let others = self.priors.sharing(cause).iter().map(|signal| Component::Signal(*signal));
+                let others = self.judge.priors.sharing(cause).iter().map(|signal| Component::Signal(*signal));
                 let stands = |other: Component| {
-                    self.accuses(other)
-                        && (self.state_of(other).failed_by_detector || self.grounds.contains_key(&other))
+                    self.judge.accuses(other)
+                        && (self.judge.state_of(other).failed_by_detector
+                            || self.judge.grounds.contains_key(&other))
                 };
                 !others.filter(|other| *other != component).any(stands)
             }
@@ -233,42 +221,12 @@ impl Judge {
         }
     }
 
-    /// Whether a signal that is suspect or failed, and usually moves, still says exactly what it said when it was accused.
-    #[must_use]
-    pub fn stands_still(&self, component: Component, evidence: &impl Testimony, now: Time) -> bool {
-        let ComponentState { said: before, accused, .. } = self.state_of(component);
-        let is_still = |signal| evidence.frozen(signal).is_still_since(accused.unwrap_or(Time::MAX), now);
-        before.is_some()
-            && before == said(evidence, component)
-            && matches!(component, Component::Signal(signal) if is_still(signal))
-    }
-
-    /// Whether one way of a pair is computed from the signal, the other from nothing that the signal comes from, and nothing
-    /// that has failed is in it. About a relation, each pair that rests on it does.
-    pub(super) fn bears_witness(
-        &self,
-        evidence: &impl Testimony,
-        pair: &Residual,
-        component: Component,
-    ) -> bool {
-        if self.is_explained(evidence, pair, Some(component)) {
-            return false;
-        }
-        let Component::Signal(signal) = component else { return rests_on(evidence, pair, component) };
-        let (Some(one), Some(other)) = (evidence.way(pair.way), evidence.way(pair.other)) else {
-            return false;
-        };
-        let origins = &self.origins[signal];
-        let beside =
-            |own: &WatchedWay, other: &WatchedWay| own.is_sized_by(signal) && !other.rests_on.meets(origins);
-        beside(one, other) || beside(other, one)
-    }
-
     /// Looks again when the first comparison with something that is accused is stale.
-    fn await_staleness(&mut self, evidence: &impl Testimony, component: Component, now: Time) {
+    fn await_staleness(&mut self, component: Component) {
+        let Review { evidence, now, .. } = *self;
         let stale = pairs_of(evidence, component).filter_map(|pair| pair.window.stale_at());
         let stale = stale.filter(|at| *at > now).min();
-        stale.into_iter().for_each(|at| self.look_again(at));
+        stale.into_iter().for_each(|at| self.judge.look_again(at));
     }
 }
 

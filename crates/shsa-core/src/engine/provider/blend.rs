@@ -45,15 +45,17 @@ impl Blend {
     /// the new one, unless it were too wide then.
     pub(super) fn apply(
         &mut self,
-        (sample, server): (Sample, Server),
+        sample: Sample,
+        server: Server,
         last: Option<Sample>,
-        (settings, wraps): (&Settings, Option<f64>),
+        settings: &Settings,
         now: Time,
     ) -> Sample {
         let span = settings.switching.blend;
         if self.server.replace(server) != Some(server) {
-            let beside =
-                |value: Interval| wraps.map_or(value, |turn| circle::nearest(value, sample.value, turn));
+            let beside = |value: Interval| {
+                settings.wraps.map_or(value, |turn| circle::nearest(value, sample.value, turn))
+            };
             let from = last.map(|last| beside(last.value).midpoint() - sample.value.midpoint());
             self.offset = from.filter(|_| span > Span::ZERO).map(|amount| (amount, now));
         }

@@ -20,10 +20,10 @@ impl Provider {
     /// Looks again for what may serve the need.
     pub(super) fn find_sources(&mut self, situation: &Situation<'_>) {
         let Situation { knowledge, graph, ready_sources, monitor, now, .. } = situation;
-        let lost = self.sources.find(self.settings.need, situation);
+        let lost = self.sources.find(self.settings.need, situation, &mut self.contracts);
         let is_left = self.state.way().is_some_and(|way| self.sources.contain(way));
         if self.forced.is_none() && !is_left {
-            self.refusals.note((knowledge, graph, ready_sources), self.settings.need, lost);
+            self.refusals.note(knowledge, graph, ready_sources, self.settings.need, lost);
         }
         self.sources.rank(knowledge, monitor, Some(*now));
     }
@@ -39,7 +39,8 @@ impl Provider {
         let Situation { knowledge, monitor, .. } = *situation;
         let spoken = |way: &&Way| way.inputs().all(|signal| monitor.timeouts().has_spoken(signal));
         let heard = self.sources.ways().find(spoken).cloned();
-        let service = heard.and_then(|way| Service::start(knowledge, way, monitor.ports(), None));
+        let assured = heard.and_then(|way| self.contracts.admit(way));
+        let service = assured.and_then(|way| Service::start(knowledge, way, monitor.ports(), None));
         match service {
             Some(_) => {
                 self.take_over(knowledge, service);
@@ -54,8 +55,11 @@ impl Provider {
     /// than what was published last goes out at once.
     fn replace_by_best(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> bool {
         let best = self.fittest(monitor, now, None).or_else(|| self.sources.ways().next()).cloned();
-        let since = self.last.map(|(_, sample)| sample.validity.to);
-        let service = best.and_then(|way| Service::start(knowledge, way, monitor.ports(), since));
+        // What was not admitted until now, though it was known, is owed.
+        let never = self.contracts.is_demanding().then_some(Time::MIN);
+        let since = self.last.map(|(_, sample)| sample.validity.to).or(never);
+        let assured = best.and_then(|way| self.contracts.admit(way));
+        let service = assured.and_then(|way| Service::start(knowledge, way, monitor.ports(), since));
         self.take_over(knowledge, service);
         self.state.serving().is_some()
     }
@@ -66,13 +70,15 @@ impl Provider {
         way: Option<Way>,
         ports: &IdVec<SignalId, Port>,
     ) -> bool {
-        let service = way.and_then(|way| Service::start(knowledge, way, ports, None));
+        let assured = way.and_then(|way| self.contracts.admit(way));
+        let service = assured.and_then(|way| Service::start(knowledge, way, ports, None));
         self.take_over(knowledge, service);
         self.state.serving().is_some()
     }
 
     pub(super) fn take_over(&mut self, knowledge: &KnowledgeBase, service: Option<Service>) {
         self.state.take_over(knowledge, service);
+        self.contracts.run(self.state.way());
         self.sources.is_unrivalled = false;
         self.delegate.retire();
     }
@@ -87,12 +93,17 @@ impl Provider {
             return self.stay_forced(situation);
         }
         if let Some(serving) = self.state.serving_mut().filter(|_| !was_outdone) {
-            serving.better_by = if is_ordered { Better::Ordered } else { Better::Trusted };
+            serving.better_by = match situation.is_about_contracts {
+                _ if is_ordered => Better::Ordered,
+                true => Better::Admitted,
+                false => Better::Trusted,
+            };
         }
         if self.state.way().is_some_and(|way| self.sources.contain(way)) {
             return None;
         }
         let lost = self.source_name(knowledge);
+        let refused = self.why_not_admitted(knowledge);
         let by_order = |order: &Reason, source| {
             Reasons::from(order.clone()).then(Joint::Namely, Reason::Left { source })
         };
@@ -100,7 +111,10 @@ impl Provider {
         if !self.replace_by_best(knowledge, monitor, now) {
             let because = lost.map(|source| match order {
                 Some(order) => by_order(order, source).then(Joint::And, Reason::NothingElseTrusted),
-                None => Reason::LostAlone { source }.into(),
+                None => match refused {
+                    Some(refused) => refused.then(Joint::And, Reason::NothingElseTrusted),
+                    None => Reason::LostAlone { source }.into(),
+                },
             });
             return self.do_without(situation, because);
         }
@@ -108,7 +122,10 @@ impl Provider {
         // Where nothing was lost, the need was not served: the first value tells that it is again.
         let why = match order {
             Some(order) => by_order(order, lost?),
-            None => Reason::NotTrusted { source: lost? }.into(),
+            None => {
+                let untrusted = lost.map(|source| Reason::NotTrusted { source }.into());
+                refused.or(untrusted)?
+            }
         };
         let because = why.then(Joint::Next, self.alternatives(knowledge));
         Some(self.event(knowledge, EventKind::Substituted, because, now))
@@ -165,6 +182,7 @@ impl Provider {
             Better::Changed => Reason::ModelHasBetter,
             Better::Ordered => Reason::BetterAllowed,
             Better::Trusted => Reason::BetterTrusted,
+            Better::Admitted => Reason::BetterAdmitted,
         };
         let because = Reasons::from(why).then(Joint::Next, Reason::Before { source: left });
         Some(self.event(knowledge, EventKind::Restored, because, now))
@@ -206,7 +224,7 @@ impl Provider {
         let current = self.state.way()?.clone();
         self.refusals.remember(&self.settings, monitor, &current, now);
         let owed = self.last.map(|(_, sample)| sample.validity.to);
-        let service = Service::start(knowledge, next, monitor.ports(), owed)?;
+        let service = Service::start(knowledge, self.contracts.admit(next)?, monitor.ports(), owed)?;
         self.take_over(knowledge, Some(service));
         self.switched = Some(now);
         let amount = |amount: f64| Amount::of(knowledge, self.settings.variable, amount);
@@ -257,6 +275,10 @@ impl Provider {
             let because = only.then(Joint::And, by_another);
             return self.tell_unserved(knowledge, Some(because), now);
         }
+        if let Err(refused) = self.admit_forced(situation) {
+            self.take_over(knowledge, None);
+            return self.tell_unserved(knowledge, Some(only.then(Joint::And, refused)), now);
+        }
         if self.state.way() != Some(&way) {
             let left = self.source_name(knowledge);
             self.start(knowledge, Some(way), monitor.ports());
@@ -295,10 +317,10 @@ impl Provider {
         let Some(ways) = self.candidates(situation) else {
             return self.tell_unserved(knowledge, because, now);
         };
-        let there = (knowledge, monitor.ports());
+        let ports = monitor.ports();
         let unsure = match before {
-            Some(before) => before.goes_on(there, ways, because),
-            None => self.unsure(there, ways, because, now),
+            Some(before) => before.goes_on(knowledge, ports, &self.contracts, ways, because),
+            None => self.unsure(knowledge, ports, ways, because, now),
         };
         self.state.go_on_unsure(unsure);
         None
@@ -309,6 +331,8 @@ impl Provider {
         let Situation { knowledge, graph, ready_sources, .. } = *situation;
         let least = match self.settings.when_unsure {
             WhenUnsure::Withhold => return None,
+            // No certificate is about a value that nobody observes now.
+            WhenUnsure::Last if self.contracts.is_demanding() => return None,
             WhenUnsure::Last => 1,
             WhenUnsure::Hull => 2,
         };
@@ -316,7 +340,9 @@ impl Provider {
             return None;
         }
         let sources = ready_sources.sources(knowledge, graph, self.settings.need, &situation.doubted);
-        Some(independent(knowledge, &sources)).filter(|ways| ways.len() >= least)
+        let mut ways = independent(knowledge, &sources);
+        ways.retain(|way| self.contracts.admit(way).is_some());
+        Some(ways).filter(|ways| ways.len() >= least)
     }
 
     /// The source is contradicted, and nothing can stand in for it: before anybody is suspect, what may be right goes on when the
@@ -332,7 +358,7 @@ impl Provider {
         if !self.sources.is_alone {
             let source = self.source_name(knowledge);
             let because = source.map(|source| Reason::Contradicted { source }.into());
-            let unsure = self.unsure((knowledge, ports), ways, because, now);
+            let unsure = self.unsure(knowledge, ports, ways, because, now);
             self.state.go_on_unsure(unsure);
         }
     }
@@ -340,7 +366,8 @@ impl Provider {
     /// These ways may be right from now on.
     fn unsure(
         &self,
-        there: (&KnowledgeBase, &IdVec<SignalId, Port>),
+        knowledge: &KnowledgeBase,
+        ports: &IdVec<SignalId, Port>,
         ways: Vec<Way>,
         because: Option<Reasons>,
         now: Time,
@@ -349,6 +376,7 @@ impl Provider {
         // So it was before a change of the model, too.
         let is_told = self.told.is_uncertain();
         let last = self.last.map(|(_, sample)| sample);
-        Unsure::new(there, kind, ways, because, now).following(last, is_told)
+        let unsure = Unsure::new(knowledge, ports, &self.contracts, kind, ways, because, now);
+        unsure.following(last, is_told)
     }
 }

@@ -4,6 +4,7 @@
 use super::super::message::{Output, PublishedValue};
 use super::settings::Given;
 use crate::alignment::{Port, Sample};
+use crate::assurance::Assessments;
 use crate::computation::Computed;
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, Shape, SignalId};
 use crate::service::Service;
@@ -71,19 +72,21 @@ impl Delegate {
         self.is_ready = era == self.era && is_offered;
     }
 
-    /// Nobody is there any more: computes the source here from now on, as if it had always been so.
+    /// Nobody is there any more: computes the source here from now on, as if it had always been so, where contracts still admit
+    /// it.
     pub(super) fn end(
         &mut self,
         service: &mut Service,
         knowledge: &KnowledgeBase,
+        contracts: &Assessments,
         ports: &IdVec<SignalId, Port>,
     ) {
         if !core::mem::take(&mut self.is_ready) {
             return;
         }
-        let way = service.way().clone();
         let undone = self.open.pop_back().map(|(_, moment)| moment);
         self.open.clear();
+        let Some(way) = contracts.admit(service.way().clone()) else { return };
         let anew = match undone {
             Some(moment) => Service::start_at(knowledge, way, ports, moment),
             None => Service::start(knowledge, way, ports, None),
@@ -98,13 +101,15 @@ impl Delegate {
         &mut self,
         service: &mut Service,
         need: NeedId,
-        (ports, last): (&IdVec<SignalId, Port>, Option<Sample>),
+        ports: &IdVec<SignalId, Port>,
+        last: Option<Sample>,
         outputs: &mut VecDeque<Output>,
     ) -> Option<Given> {
         if !self.is_ready {
-            let computed = service.compute(ports, last).map(owned)?;
+            let computed = service.compute(ports, last)?;
             self.has_given = false;
-            return Some(computed);
+            let (value, validity) = computed;
+            return Some((owned(value), validity));
         }
         if let Some(task) = service.task(ports, last) {
             let number = self.hand_out(task.moment);
@@ -137,10 +142,9 @@ fn is_of(validity: Validity, moment: Validity) -> bool {
     validity.from <= validity.to && validity.to == moment.to
 }
 
-fn owned((computed, validity): (Computed<'_>, Validity)) -> Given {
-    let value = match computed {
+fn owned(computed: Computed<'_>) -> PublishedValue {
+    match computed {
         Computed::Scalar(value) => PublishedValue::Scalar(value),
         Computed::Vector(elements) => PublishedValue::Vector(elements.to_vec()),
-    };
-    (value, validity)
+    }
 }

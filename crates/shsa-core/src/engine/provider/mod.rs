@@ -13,6 +13,7 @@ mod situation;
 mod proven;
 mod sources;
 mod refusal;
+mod contract;
 mod delegate;
 mod episode;
 mod unsure;
@@ -20,6 +21,7 @@ mod state;
 mod choose;
 mod provide;
 
+pub use contract::NeedAssurance;
 pub use delegate::Delegation;
 pub(super) use situation::{Resumption, Situation, Succession};
 
@@ -27,6 +29,7 @@ use super::message::{Event, EventKind, Report};
 use super::ready_sources::ReadySources;
 use super::ways::Lost;
 use crate::alignment::{Port, Sample};
+use crate::assurance::{Assessments, Assurance};
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use crate::monitor::{Monitor, WayIndex};
 use crate::observation::Observation;
@@ -60,6 +63,8 @@ pub struct NeedStatus {
     pub widest: f64,
     /// When the last one was.
     pub last: Option<Time>,
+    /// What its contract says of that; `None` where it demands nothing.
+    pub assurance: Option<NeedAssurance>,
 }
 
 /// Who gives a value of a need.
@@ -82,6 +87,8 @@ enum Better {
     Changed,
     /// The operator has given it back.
     Ordered,
+    /// Contracts admit it again.
+    Admitted,
 }
 
 /// The only source that may serve a need, by order.
@@ -98,6 +105,8 @@ pub(super) struct Provider {
     settings: Settings,
     /// What may serve it.
     sources: Sources,
+    /// What contracts say of these.
+    contracts: Assessments,
     /// What was refused, and what was left because its values fell short.
     refusals: Refusals,
     /// What serves it.
@@ -119,6 +128,7 @@ pub(super) struct Provider {
 impl Provider {
     pub(super) fn new(
         knowledge: &KnowledgeBase,
+        assurance: Option<&Assurance>,
         graph: &Graph,
         ready_sources: &ReadySources,
         monitor: &Monitor,
@@ -128,6 +138,7 @@ impl Provider {
         let mut provider = Provider {
             settings: Settings::new(knowledge, id),
             sources: Sources::new(knowledge, graph, ready_sources, id, prefers_proven),
+            contracts: Assessments::new(knowledge, assurance, id),
             refusals: Refusals::default(),
             state: State::Unserved,
             forced: None,
@@ -139,10 +150,15 @@ impl Provider {
             told: Told::NOTHING,
             statistics: Statistics::default(),
         };
-        provider.refusals.note((knowledge, graph, ready_sources), id, &Lost::default());
+        provider.refusals.note(knowledge, graph, ready_sources, id, &Lost::default());
         provider.sources.rank(knowledge, monitor, None);
+        if provider.contracts.is_demanding() {
+            provider.begin_under_contract(knowledge, assurance);
+        }
         provider.start_best(knowledge, monitor.ports());
-        provider.sources.preferred = provider.state.way().cloned();
+        if !provider.contracts.is_demanding() {
+            provider.sources.preferred = provider.state.way().cloned();
+        }
         provider
     }
 
@@ -155,6 +171,7 @@ impl Provider {
             longest_gap,
             widest,
             last: self.last.map(|(time, _)| time),
+            assurance: self.assurance(),
         }
     }
 
@@ -166,7 +183,7 @@ impl Provider {
         let overdue = overdue.map(|last| last + self.settings.max_age + Span(1));
         let held = || self.held_until().filter(|until| *until > now && self.better().is_some());
         let own = self.state.deadline(&self.settings, &self.told, served, held, now);
-        overdue.into_iter().chain(own).min()
+        overdue.into_iter().chain(own).chain(self.contracts.deadline()).min()
     }
 
     pub(super) fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {
@@ -253,7 +270,7 @@ impl Provider {
             }
             Report::Gone => {
                 if let Some(serving) = self.state.serving_mut() {
-                    self.delegate.end(&mut serving.service, knowledge, ports);
+                    self.delegate.end(&mut serving.service, knowledge, &self.contracts, ports);
                 }
             }
         }
@@ -272,6 +289,7 @@ impl Provider {
             Server::StandIn(way) => change.inheritance.way(way).map(Server::StandIn),
         });
         self.sources.inherit(&old.sources);
+        self.inherit_contract(&old, change);
         self.find_sources(&change.situation);
         let preferred = old.sources.preferred.as_ref().and_then(|way| way.succeeded(change.lineage));
         let way = old.state.way().and_then(|way| way.succeeded(change.lineage));
@@ -309,7 +327,9 @@ impl Provider {
     /// Goes on with the same source, without a gap in what its program remembers where it still computes the same.
     fn go_on(&mut self, way: Way, old: &mut Service, change: &Succession<'_>) {
         let Situation { knowledge, monitor, .. } = change.situation;
-        let Some(mut service) = Service::start(knowledge, way, monitor.ports(), None) else { return };
+        let assured = self.contracts.admit(way);
+        let service = assured.and_then(|way| Service::start(knowledge, way, monitor.ports(), None));
+        let Some(mut service) = service else { return };
         if !service.inherit(old, change.lineage) {
             // Its values may differ from now on: that is a switch, as for the blending.
             self.blend.leave();
@@ -347,6 +367,10 @@ impl Provider {
             return None;
         }
         let is_served = self.start_best(knowledge, monitor.ports());
+        if !is_served && self.may_be_admitted_yet() {
+            // After a restart nothing is known of the evidence yet: that is no news.
+            return None;
+        }
         let left = Reasons::from(Reason::ServedBefore { source: before.source?.into() });
         if !is_served {
             return self.do_without(situation, Some(left.then(Joint::And, Reason::NothingElseTrusted)));

@@ -6,12 +6,13 @@ use super::settings::Given;
 use super::told::News;
 use super::{Provider, Server, State};
 use crate::alignment::Sample;
+use crate::assurance::Admitted;
 use crate::diagnosis::Judge;
 use crate::interval::Interval;
 use crate::knowledge::KnowledgeBase;
 use crate::monitor::{Monitor, WatchedWay, WayIndex};
 use crate::reason::{Joint, Reason, Reasons, ServedBy};
-use crate::time::{Time, Validity};
+use crate::time::Time;
 use alloc::collections::VecDeque;
 
 /// Tells an event where there is one. Most often there is none, and a list that is extended by nothing costs more.
@@ -36,6 +37,9 @@ impl Provider {
         if self.refusals.is_open() {
             let because = self.refusals.tell(knowledge);
             tell(outputs, Some(self.event(knowledge, EventKind::Refused, because, now)));
+        }
+        if self.contracts.is_demanding() {
+            tell(outputs, self.tell_not_admitted(knowledge, now));
         }
         self.refusals.follow(&self.settings, monitor, now);
         if !self.sources.is_unrivalled {
@@ -64,18 +68,21 @@ impl Provider {
                 fault
             }
             Some((vector, validity)) if !is_unfit => {
-                return self.publish(knowledge, vector, validity, now, outputs);
+                let Some(admitted) = self.admitted() else { return };
+                return self.publish(knowledge, (vector, validity), admitted, now, outputs);
             }
             Some(_) => None,
             None => self.is_late(now).then_some(Fault::Late),
         };
         if let Some(fault) = fault
-            && let Some((sample, way)) =
-                self.stand_in(knowledge, monitor, trusts, (now, fault == Fault::Late))
+            && let Some((sample, way)) = self.stand_in(knowledge, monitor, trusts, now, fault == Fault::Late)
         {
             self.state.end_unsure();
             tell(outputs, self.note_stand_in(knowledge, monitor, way, fault, now));
-            return self.publish_sample(knowledge, (sample, Server::StandIn(way)), now, outputs);
+            if let Some(admitted) = self.admitted_stand_in(monitor, way) {
+                self.publish_sample(knowledge, sample, Server::StandIn(way), admitted, now, outputs);
+            }
+            return;
         }
         if let Some(sample) = doubted {
             return self.publish_own(knowledge, monitor, sample, now, outputs);
@@ -118,7 +125,7 @@ impl Provider {
     fn computed(&mut self, monitor: &Monitor, outputs: &mut VecDeque<Output>) -> Option<Given> {
         let last = self.last.map(|(_, sample)| sample);
         let serving = self.state.serving_mut()?;
-        self.delegate.next(&mut serving.service, self.settings.need, (monitor.ports(), last), outputs)
+        self.delegate.next(&mut serving.service, self.settings.need, monitor.ports(), last, outputs)
     }
 
     /// What is wrong with a value of the source, and whether it may go out all the same where nothing better is there.
@@ -152,7 +159,8 @@ impl Provider {
         knowledge: &KnowledgeBase,
         monitor: &Monitor,
         trusts: impl Fn(&WatchedWay) -> bool + Copy,
-        (now, is_late): (Time, bool),
+        now: Time,
+        is_late: bool,
     ) -> Option<(Sample, WayIndex)> {
         if self.forced.is_some() {
             return None;
@@ -242,27 +250,30 @@ impl Provider {
             tell(outputs, self.note_own(knowledge, monitor, now));
         }
         let server = Server::Active { since: self.switched };
-        self.publish_sample(knowledge, (sample, server), now, outputs);
+        if let Some(admitted) = self.admitted() {
+            self.publish_sample(knowledge, sample, server, admitted, now, outputs);
+        }
     }
 
     fn publish_sample(
         &mut self,
         knowledge: &KnowledgeBase,
-        given: (Sample, Server),
+        sample: Sample,
+        server: Server,
+        admitted: Admitted,
         now: Time,
         outputs: &mut VecDeque<Output>,
     ) {
-        let wraps = knowledge.variables()[self.settings.variable].wraps;
         let last = self.last.map(|(_, last)| last);
-        let Sample { value, validity } = self.blend.apply(given, last, (&self.settings, wraps), now);
-        self.publish(knowledge, PublishedValue::Scalar(value), validity, now, outputs);
+        let Sample { value, validity } = self.blend.apply(sample, server, last, &self.settings, now);
+        self.publish(knowledge, (PublishedValue::Scalar(value), validity), admitted, now, outputs);
     }
 
     fn publish(
         &mut self,
         knowledge: &KnowledgeBase,
-        value: PublishedValue,
-        validity: Validity,
+        (value, validity): Given,
+        admitted: Admitted,
         now: Time,
         outputs: &mut VecDeque<Output>,
     ) {
@@ -286,6 +297,7 @@ impl Provider {
             validity,
             value,
             quality: self.quality(stands_in, now),
+            admitted,
             delegated: self.delegate.has_given() && !stands_in,
         }));
     }
@@ -330,13 +342,14 @@ impl Provider {
         now: Time,
         outputs: &mut VecDeque<Output>,
     ) {
-        let there = (knowledge, monitor.ports());
         let unsure = self.state.unsure_mut();
-        if let Some(sample) = unsure.and_then(|unsure| unsure.value(there, &self.settings, now)) {
+        let sample = unsure.and_then(|unsure| unsure.value(knowledge, monitor.ports(), &self.settings, now));
+        let admitted = self.state.unsure().and_then(|unsure| unsure.admitted(&self.contracts));
+        if let (Some(Sample { value, validity }), Some(admitted)) = (sample, admitted) {
             self.blend.stop();
             tell(outputs, self.tell_uncertain(knowledge, now));
-            let Sample { value, validity } = sample;
-            return self.publish(knowledge, PublishedValue::Scalar(value), validity, now, outputs);
+            let given = (PublishedValue::Scalar(value), validity);
+            return self.publish(knowledge, given, admitted, now, outputs);
         }
         tell(outputs, self.tell_nothing_certain(knowledge, now));
         tell(outputs, self.check_age(knowledge, now));
@@ -377,6 +390,7 @@ impl Provider {
                 .then(Joint::Namely, unfit(Reason::GivesUnfit)),
             None => {
                 let why = self.state.unsure().map(|unsure| unsure.why_not(knowledge, &self.settings).into());
+                let why = why.or_else(|| self.why_none_admitted());
                 let why = why.unwrap_or_else(|| unfit(Reason::AllUnfit));
                 Reasons::from(Reason::NoValue { age }).then(Joint::Namely, why)
             }

@@ -67,7 +67,9 @@ impl Refusals {
     /// Notes what would serve a need rather than what may, if it demanded less.
     pub(super) fn note(
         &mut self,
-        (knowledge, graph, ready_sources): (&KnowledgeBase, &Graph, &ReadySources),
+        knowledge: &KnowledgeBase,
+        graph: &Graph,
+        ready_sources: &ReadySources,
         need: NeedId,
         lost: &Lost,
     ) {

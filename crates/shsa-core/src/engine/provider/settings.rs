@@ -14,6 +14,8 @@ pub(super) struct Settings {
     pub(super) need: NeedId,
     pub(super) variable: VariableId,
     pub(super) is_vector: bool,
+    /// See [`Variable::wraps`](crate::knowledge::Variable::wraps).
+    pub(super) wraps: Option<f64>,
     pub(super) switching: Switching,
     pub(super) max_age: Span,
     pub(super) max_width: f64,
@@ -23,10 +25,12 @@ pub(super) struct Settings {
 impl Settings {
     pub(super) fn new(knowledge: &KnowledgeBase, id: NeedId) -> Settings {
         let need = &knowledge.needs()[id];
+        let variable = &knowledge.variables()[need.variable];
         Settings {
             need: id,
             variable: need.variable,
-            is_vector: knowledge.variables()[need.variable].shape == Shape::Vector,
+            is_vector: variable.shape == Shape::Vector,
+            wraps: variable.wraps,
             switching: need.switching,
             max_age: need.max_age,
             max_width: need.max_width.unwrap_or(f64::INFINITY),

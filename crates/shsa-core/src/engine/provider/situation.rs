@@ -1,16 +1,19 @@
 //! What needs choose their sources by: at a moment, over a change of the model, and after a restart.
 
+use super::super::instruments::{Attested, Instruments};
 use super::super::ready_sources::ReadySources;
-use super::super::ways::Lost;
+use super::super::ways::{Lost, MOST, Source};
 use crate::alignment::Sample;
+use crate::assurance::{Assessments, Assurance, Ground, Search, Trust};
 use crate::diagnosis::Judge;
-use crate::knowledge::{KnowledgeBase, Lineage, SignalId};
+use crate::knowledge::{KnowledgeBase, Lineage, NeedId, SignalId, Watched};
 use crate::monitor::{Inheritance, Monitor};
 use crate::plan::Graph;
 use crate::reason::Reason;
 use crate::substitution::Way;
 use crate::time::Time;
 use alloc::string::String;
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 /// What a need's sources are chosen by.
@@ -26,8 +29,89 @@ pub(in super::super) struct Situation<'a> {
     /// What may not be used even where it is not known what is right: what has failed, is forbidden or absent.
     pub(in super::super) doubted: Lost,
     pub(in super::super) now: Time,
+    /// What composes contracts, and what somebody has told of evidence that is not measured; where there are contracts.
+    pub(in super::super) contracts: Option<(&'a Assurance, &'a Attested)>,
+    /// Whether evidence of contracts has brought it about.
+    pub(in super::super) is_about_contracts: bool,
     /// The order that has brought it about; `None` when the trust in something has changed.
     pub(in super::super) order: Option<Reason>,
+}
+
+impl Situation<'_> {
+    /// What can serve a need without what is lost, whatever contracts say, best first.
+    pub(super) fn sources(&self, need: NeedId, lost: &Lost) -> Arc<[Source]> {
+        self.ready_sources.sources(self.knowledge, self.graph, need, lost)
+    }
+
+    /// What can serve a need that demands something, for each of the losses: the best that contracts admit now.
+    ///
+    /// Where there may be more than is ready and some of that is refused, it is searched for with the contracts inside.
+    pub(super) fn assess(&self, need: NeedId, contracts: &mut Assessments) -> [Arc<[Source]>; 3] {
+        let Situation { knowledge, now, .. } = *self;
+        let instruments = self.instruments();
+        let read = |contract, watched: &Watched, way: &Way| instruments.read(contract, watched, way);
+        let mut lists = self.lost.each_ref().map(|lost| self.sources(need, lost));
+        let doubted = self.sources(need, &self.doubted);
+        self.consider(contracts, &lists, &doubted);
+        contracts.forget();
+        contracts.settle(knowledge, &read, now);
+        let is_met = |contracts: &Assessments, source: &Source| {
+            contracts.admit(&source.way).is_some_and(|assured| assured.admitted().ground == Ground::Met)
+        };
+        let preferred: Vec<Way> = match lists.first() {
+            Some(first) => first.iter().map(|it| it.way.clone()).collect(),
+            None => Vec::new(),
+        };
+        let mut is_searched = false;
+        for (list, lost) in lists.iter_mut().zip(&self.lost) {
+            let is_full = list.len() >= MOST && !list.iter().all(|source| is_met(contracts, source));
+            if let Some((assurance, _)) = self.contracts.filter(|_| is_full) {
+                let search = Search::new(knowledge, assurance, need, &read, &lost.signals);
+                let found = self.ready_sources.admitted(knowledge, self.graph, need, lost, &search);
+                if !found.is_empty() {
+                    (*list, is_searched) = (found, true);
+                }
+            }
+        }
+        if is_searched {
+            self.consider(contracts, &lists, &doubted);
+            contracts.settle(knowledge, &read, now);
+        }
+        contracts.prefer(&preferred);
+        lists.map(|list| {
+            let is_admitted = |source: &&Source| contracts.admit(&source.way).is_some();
+            list.iter().filter(is_admitted).cloned().collect()
+        })
+    }
+
+    fn consider(&self, contracts: &mut Assessments, lists: &[Arc<[Source]>; 3], doubted: &[Source]) {
+        let trusts = [Trust::Trusted, Trust::Returning, Trust::Unproven];
+        let trusted = lists.iter().zip(trusts);
+        let of = |(list, trust): (&[Source], Trust)| {
+            contracts.consider(self.knowledge, self.assurance(), list.iter().map(|it| (&it.way, trust)));
+        };
+        trusted.map(|(list, trust)| (&**list, trust)).chain([(doubted, Trust::Doubted)]).for_each(of);
+    }
+
+    /// Asks about one more way, which may serve by order only.
+    pub(super) fn assess_one(&self, contracts: &mut Assessments, way: &Way) {
+        let instruments = self.instruments();
+        let read = |contract, watched: &Watched, way: &Way| instruments.read(contract, watched, way);
+        contracts.consider(self.knowledge, self.assurance(), core::iter::once((way, Trust::Doubted)));
+        contracts.run(Some(way));
+        contracts.settle(self.knowledge, &read, self.now);
+    }
+
+    /// What composes contracts, where there are any.
+    pub(in super::super) fn assurance(&self) -> Option<&Assurance> {
+        self.contracts.map(|(assurance, _)| assurance)
+    }
+
+    /// What evidence is read by.
+    pub(in super::super) fn instruments(&self) -> Instruments<'_> {
+        let Situation { knowledge, monitor, judge, now, .. } = *self;
+        Instruments { knowledge, monitor, judge, attested: self.contracts.map(|(_, attested)| attested), now }
+    }
 }
 
 /// A change of the knowledge base, as the needs see it.

@@ -6,6 +6,7 @@ use super::super::ready_sources::ReadySources;
 use super::super::ways::{Lost, Source};
 use super::proven::{Ranked, Standing};
 use super::situation::Situation;
+use crate::assurance::Assessments;
 use crate::knowledge::{KnowledgeBase, NeedId, VariableId};
 use crate::monitor::Monitor;
 use crate::plan::Graph;
@@ -74,11 +75,20 @@ impl Sources {
     }
 
     /// Looks again for what may serve a need; gives what was taken for lost. Ranks nothing.
-    pub(super) fn find<'s>(&mut self, need: NeedId, situation: &'s Situation<'_>) -> &'s Lost {
-        let Situation { knowledge, graph, ready_sources, .. } = situation;
+    pub(super) fn find<'s>(
+        &mut self,
+        need: NeedId,
+        situation: &'s Situation<'_>,
+        contracts: &mut Assessments,
+    ) -> &'s Lost {
         let [proven, returning, unproven] = &situation.lost;
-        let find = |lost| ready_sources.sources(knowledge, graph, need, lost);
-        let mut tried = [proven, returning, unproven].into_iter().map(|lost| (lost, find(lost)));
+        let admitted = contracts.is_demanding().then(|| situation.assess(need, contracts));
+        let find = |at: usize, lost| match &admitted {
+            Some(lists) => lists.get(at).cloned().unwrap_or_default(),
+            None => situation.sources(need, lost),
+        };
+        let tried = [proven, returning, unproven].into_iter().enumerate();
+        let mut tried = tried.map(|(at, lost)| (lost, find(at, lost)));
         let found = tried.find(|(_, sources)| !sources.is_empty());
         let (lost, sources) = found.unwrap_or_else(|| (returning, Arc::default()));
         // What serves only for want of anything that is trusted.
@@ -89,6 +99,19 @@ impl Sources {
         self.is_alone = false;
         self.is_unrivalled = false;
         lost
+    }
+
+    /// Keeps only some of them.
+    pub(super) fn keep(&mut self, is_kept: impl Fn(&Way) -> bool) {
+        let kept: Vec<usize> = (0..self.found.len())
+            .filter(|&at| self.found.get(at).is_some_and(|source| is_kept(&source.way)))
+            .collect();
+        self.ranked.retain_mut(|ranked| {
+            let place = kept.binary_search(&ranked.at);
+            ranked.at = place.unwrap_or(ranked.at);
+            place.is_ok()
+        });
+        self.found = kept.iter().filter_map(|&at| self.found.get(at)).cloned().collect();
     }
 
     /// Whether all of them have just spoken again after a silence, and those that could confirm them may not have yet.

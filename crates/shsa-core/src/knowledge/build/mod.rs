@@ -14,6 +14,7 @@ mod fusions;
 mod causes;
 mod needs;
 mod utility;
+mod contracts;
 #[cfg(test)]
 mod tests;
 
@@ -56,5 +57,6 @@ pub fn build_from(source: &mut dyn Source) -> (KnowledgeBase, Vec<Diagnostic>) {
     needs::check_providable(&mut problems, &needed, &knowledge, &undecided);
     variables::check_used(&mut problems, &declared, &knowledge, &mentioned);
     let utility = utility::build(&mut problems, source, &knowledge);
-    (knowledge.with_utility(utility), problems.sorted())
+    let contracts = contracts::build(&mut problems, source, &knowledge);
+    (knowledge.with_utility(utility).with_contracts(contracts), problems.sorted())
 }

@@ -63,7 +63,7 @@ fn check_published(
         if let Some(id) = index.find(&signal.name, name) {
             own[id] = true;
         }
-        if let Some(id) = index.find(topic(signal), name) {
+        if let Some(id) = index.find(signal.topic(), name) {
             read[id] = Some(&signal.name);
         }
     }
@@ -82,11 +82,6 @@ fn check_published(
             problems.error(at, message, help);
         }
     }
-}
-
-/// Where a signal is found, without the field.
-fn topic(signal: &Signal) -> &str {
-    signal.source.split_once('#').map_or(signal.source.as_str(), |(topic, _)| topic)
 }
 
 /// Reports the needs that no signal, constant or chain of relations provides even when everything is healthy.

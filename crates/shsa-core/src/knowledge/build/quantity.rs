@@ -12,9 +12,6 @@ use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::{String, ToString};
 
-/// Of a frequency.
-const FREQUENCY: Dimension = Dimension::of([0, 0, -1, 0, 0, 0, 0, 0]);
-
 /// What a number stands for: a temperature of 20 degC is 293.15 K, a difference of 20 degC is 20 K.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -79,6 +76,13 @@ pub(super) fn quantity(problems: &mut Problems, text: &Text, unit: Option<&Unit>
     finite(problems, text, in_si(read.value, unit, kind))
 }
 
+/// Reads a finite number or quantity into SI, with the dimension that it has.
+pub(super) fn dimensioned(problems: &mut Problems, text: &Text, kind: Kind) -> Option<(f64, Dimension)> {
+    let read = read(problems, text)?;
+    let dimension = read.unit.as_ref().map_or(Dimension::PLAIN, |unit| unit.dimension);
+    Some((finite(problems, text, in_si(read.value, read.unit.as_ref(), kind))?, dimension))
+}
+
 /// Reads how much two values differ into SI; a plain number counts in `unit`.
 pub(super) fn difference(problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<f64> {
     quantity(problems, text, unit, Kind::Difference)
@@ -139,7 +143,7 @@ pub(super) fn span(problems: &mut Problems, text: &Text) -> Option<Span> {
 pub(super) fn frequency(problems: &mut Problems, text: &Text) -> Option<f64> {
     let read = read(problems, text)?;
     let hertz = match &read.unit {
-        Some(unit) if unit.dimension == FREQUENCY => unit.to_si(read.value),
+        Some(unit) if unit.dimension == Dimension::FREQUENCY => unit.to_si(read.value),
         _ => 0.0,
     };
     // The period must be a span of at least a nanosecond and at most a century.

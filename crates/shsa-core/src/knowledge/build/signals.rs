@@ -122,6 +122,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
         name: draft.name.text.clone(),
         variable: variable.unwrap_or_else(|| crate::knowledge::Id::from_index(0)),
         source: draft.source.as_ref().unwrap_or(&draft.name).text.clone(),
+        source_parts: draft.source_parts.clone(),
         scaling,
         rate_hz,
         value_error: error

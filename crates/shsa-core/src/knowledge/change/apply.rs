@@ -2,8 +2,8 @@
 
 use super::{Edit, Section, error, function_name, put_property};
 use crate::knowledge::draft::{
-    Bounds, Diagnostic, Draft, FusionDraft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text,
-    UtilityDraft, VariableDraft,
+    Bounds, ContractDraft, Diagnostic, Draft, FusionDraft, NeedDraft, PropertyDrafts, RelationDraft,
+    SignalDraft, Text, UtilityDraft, VariableDraft,
 };
 use crate::unit::nearest;
 use alloc::collections::BTreeMap;
@@ -59,6 +59,11 @@ impl Draft {
         );
         work.section(Section::Fusions, &mut self.fusions, changes.fusions, |it| &it.name.text, |_| None);
         work.needs(&mut self.needs, changes.needs);
+        fn name(it: &ContractDraft) -> &str {
+            &it.name.text
+        }
+        work.section(Section::Platform, &mut self.platform, changes.platform, name, |_| None);
+        work.section(Section::Contracts, &mut self.contracts, changes.contracts, name, |_| None);
         if let Some(utility) = changes.utility {
             self.utility = utility.cloned();
         }
@@ -86,6 +91,8 @@ struct Changes<'e> {
     signals: Named<'e, SignalDraft>,
     fusions: Named<'e, FusionDraft>,
     needs: Named<'e, Vec<NeedDraft>>,
+    platform: Named<'e, ContractDraft>,
+    contracts: Named<'e, ContractDraft>,
     utility: Option<Option<&'e UtilityDraft>>,
 }
 
@@ -107,6 +114,8 @@ impl<'e> Changes<'e> {
                 let first = drafts.first().map(|draft| (&draft.variable, Change::Put(drafts.clone())));
                 self.needs.extend(first);
             }
+            Edit::Platform(draft) => self.platform.push((&draft.name, Change::Put(draft.clone()))),
+            Edit::Contract(draft) => self.contracts.push((&draft.name, Change::Put(draft.clone()))),
             Edit::Utility(utility) => self.utility = Some(utility.as_ref()),
             Edit::Remove(section, name) => self.remove(*section, name),
             Edit::Property { section, element, name, value } => {
@@ -125,6 +134,8 @@ impl<'e> Changes<'e> {
             Section::Signals => self.signals.push((name, Change::Remove)),
             Section::Fusions => self.fusions.push((name, Change::Remove)),
             Section::Needs => self.needs.push((name, Change::Remove)),
+            Section::Platform => self.platform.push((name, Change::Remove)),
+            Section::Contracts => self.contracts.push((name, Change::Remove)),
         }
     }
 
@@ -137,6 +148,8 @@ impl<'e> Changes<'e> {
             Section::Signals => self.signals.push((element, Change::Property(name, value))),
             Section::Fusions => self.fusions.push((element, Change::Property(name, value))),
             Section::Needs => self.needs.push((element, Change::Property(name, value))),
+            Section::Platform => self.platform.push((element, Change::Property(name, value))),
+            Section::Contracts => self.contracts.push((element, Change::Property(name, value))),
         }
     }
 }

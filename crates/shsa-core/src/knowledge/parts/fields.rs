@@ -2,8 +2,8 @@
 
 use crate::expression::parse_quantity;
 use crate::knowledge::draft::{
-    BodyDraft, Bounds, FusionDraft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text,
-    UtilityDraft, VariableDraft,
+    BodyDraft, Bounds, ContractDraft, DemandDraft, FusionDraft, GuaranteeDraft, NeedDraft, PropertyDrafts,
+    RelationDraft, SignalDraft, Text, UtilityDraft, VariableDraft,
 };
 use crate::unit::Unit;
 use alloc::format;
@@ -177,6 +177,32 @@ pub(super) fn need_fields(draft: &NeedDraft) -> Fields {
         ("isolation", words(draft.isolation.as_ref())),
     ]
     .into()
+}
+
+pub(super) fn contract_fields(draft: &ContractDraft) -> Fields {
+    [
+        ("runs_on", words(draft.runs_on.as_ref())),
+        ("policy", words(draft.policy.as_ref())),
+        ("gives", draft.gives.iter().map(guarantee).collect()),
+        ("asks", draft.asks.iter().map(demand).collect()),
+        ("evidence", terms(&draft.evidence)),
+    ]
+    .into()
+}
+
+fn guarantee(draft: &GuaranteeDraft) -> String {
+    let [of, level, when] = [&draft.of, &draft.level, &draft.when].map(|text| words(text.as_ref()));
+    let redundant = list(draft.redundant.iter().flatten());
+    format!("{}: {of} {level} {when} {redundant} {}; ", draft.name.text, terms(&draft.properties))
+}
+
+fn demand(draft: &DemandDraft) -> String {
+    let [of, level] = [&draft.of, &draft.level].map(|text| words(text.as_ref()));
+    format!("{}: {of} {level} {}; ", draft.name.text, terms(&draft.properties))
+}
+
+fn terms(terms: &PropertyDrafts) -> String {
+    terms.iter().map(|(name, bound)| format!("{}: {}; ", name.text, bound.text)).collect()
 }
 
 /// All that a fusion says, in its order.

@@ -1,6 +1,7 @@
 //! The published steps: observations are buffered over a few periods and combined in every way.
 
 use super::score::{ThesisMonitor, ThesisOptions, ThesisOutput, ThesisStep};
+use crate::circle;
 use crate::computation::{Computation, Item};
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, SignalId};
@@ -25,6 +26,8 @@ pub struct ThesisRun {
     options: ThesisOptions,
     computations: Vec<Computation>,
     buffers: IdVec<SignalId, Vec<Buffered>>,
+    /// The last value of each signal whose variable wraps: the next one goes on from it.
+    unwrapped: IdVec<SignalId, Option<Interval>>,
     monitor: ThesisMonitor,
     steps: usize,
 }
@@ -38,9 +41,12 @@ impl ThesisRun {
             .filter(|way| !way.substitution.continues_itself(knowledge))
             .filter_map(|way| Computation::new(knowledge, way, Computation::slowest_input))
             .collect();
-        let monitor = ThesisMonitor::new(computations.len(), options);
-        let buffers = IdVec::filled(knowledge.signals().len(), |_| Vec::new());
-        ThesisRun { options, computations, buffers, monitor, steps: 0 }
+        let variable = computations.first().map(|it| it.way().substitution.sink);
+        let turn = variable.and_then(|variable| knowledge.variables()[variable].wraps);
+        let monitor = ThesisMonitor::new(computations.len(), turn, options);
+        let count = knowledge.signals().len();
+        let (buffers, unwrapped) = (IdVec::filled(count, |_| Vec::new()), IdVec::filled(count, |_| None));
+        ThesisRun { options, computations, buffers, unwrapped, monitor, steps: 0 }
     }
 
     /// The ways, in the order of their numbers.
@@ -51,11 +57,16 @@ impl ThesisRun {
     /// Takes an observation in for the next step; it is used for as many steps as the buffer holds.
     pub fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {
         let signal = &knowledge.signals()[observation.signal];
-        let values = match &observation.value {
+        let mut values: Vec<Interval> = match &observation.value {
             &RawValue::Number(number) => Vec::from([signal.enclose(number)]),
             &RawValue::Interval { lo, hi } => Vec::from([signal.enclose_bounds(lo, hi)]),
             RawValue::Vector(elements) => elements.iter().map(|&element| signal.enclose(element)).collect(),
         };
+        if let (Some(turn), [value]) = (signal.limits.turn, values.as_mut_slice()) {
+            let before = &mut self.unwrapped[observation.signal];
+            *value = before.map_or(*value, |before| circle::nearest(*value, before, turn));
+            *before = (!value.is_empty()).then_some(*value).or(*before);
+        }
         let item = Item { validity: signal.validity(observation.stamp), values };
         self.buffers[observation.signal].push(Buffered { step: self.steps, item });
     }

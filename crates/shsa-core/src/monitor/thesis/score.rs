@@ -6,8 +6,10 @@
 //! "A Self-Healing Framework for Building Resilient Cyber-Physical Systems", and the thesis, chapter 5.
 //!
 //! Kept exactly, but for what is wrong in the public program: a tie names nobody, and an output without a value
-//! never agrees with anything (its own error is infinite, and no other substitution is blamed for it).
+//! never agrees with anything (its own error is infinite, and no other substitution is blamed for it). What wraps, of which the
+//! publications do not speak, is compared the shorter way round.
 
+use crate::circle;
 use crate::interval::Interval;
 use crate::time::{Time, Validity};
 use alloc::vec::Vec;
@@ -59,18 +61,19 @@ pub struct ThesisStep {
 #[derive(Clone, Debug)]
 pub struct ThesisMonitor {
     filters: Vec<Filter>,
+    turn: Option<f64>,
 }
 
 impl ThesisMonitor {
-    /// For so many substitutions.
+    /// For so many substitutions of a variable that is the same again after a `turn`, in SI; `None` of what does not wrap.
     #[must_use]
-    pub fn new(substitutions: usize, options: ThesisOptions) -> ThesisMonitor {
-        ThesisMonitor { filters: (0..substitutions).map(|_| Filter::new(options)).collect() }
+    pub fn new(substitutions: usize, turn: Option<f64>, options: ThesisOptions) -> ThesisMonitor {
+        ThesisMonitor { filters: (0..substitutions).map(|_| Filter::new(options)).collect(), turn }
     }
 
     /// Compares the outputs of one step. Complexity: O(o^2) for o outputs.
     pub fn step(&mut self, time: Time, outputs: Vec<ThesisOutput>) -> ThesisStep {
-        let sums = summed_errors(&outputs, self.filters.len());
+        let sums = summed_errors(&outputs, self.filters.len(), self.turn);
         let errors: Vec<f64> =
             self.filters.iter_mut().zip(sums).map(|(filter, sum)| filter.pass(sum)).collect();
         let failed = sole_highest(&errors);
@@ -78,7 +81,7 @@ impl ThesisMonitor {
     }
 }
 
-fn summed_errors(outputs: &[ThesisOutput], substitutions: usize) -> Vec<f64> {
+fn summed_errors(outputs: &[ThesisOutput], substitutions: usize, turn: Option<f64>) -> Vec<f64> {
     let mut sums = Vec::new();
     sums.resize(substitutions, 0.0);
     let mut add = |to: usize, error: f64| {
@@ -92,7 +95,8 @@ fn summed_errors(outputs: &[ThesisOutput], substitutions: usize) -> Vec<f64> {
             continue;
         }
         for other in outputs.iter().skip(at + 1).filter(|other| comparable(one, other)) {
-            let error = one.value.distance(other.value);
+            let beside = turn.map_or(other.value, |turn| circle::nearest(other.value, one.value, turn));
+            let error = one.value.distance(beside);
             add(one.substitution, error);
             add(other.substitution, error);
         }
@@ -180,7 +184,7 @@ mod tests {
 
     #[test]
     fn the_highest_error_has_failed() {
-        let mut monitor = ThesisMonitor::new(3, ThesisOptions::default());
+        let mut monitor = ThesisMonitor::new(3, None, ThesisOptions::default());
         let values = [Interval::new(9.0, 11.0), Interval::new(9.8, 10.2), Interval::new(11.5, 12.5)];
         let step = monitor.step(Time(0), outputs(&values));
         assert_eq!(step.failed, Some(2));
@@ -188,15 +192,22 @@ mod tests {
     }
 
     #[test]
+    fn what_wraps_is_compared_the_shorter_way_round() {
+        let mut monitor = ThesisMonitor::new(3, Some(360.0), ThesisOptions::default());
+        let values = [359.0, 1.0, 11.0].map(Interval::point);
+        assert_eq!(monitor.step(Time(0), outputs(&values)).errors, [14.0, 12.0, 22.0]);
+    }
+
+    #[test]
     fn a_tie_names_nobody() {
-        let mut monitor = ThesisMonitor::new(2, ThesisOptions::default());
+        let mut monitor = ThesisMonitor::new(2, None, ThesisOptions::default());
         let step = monitor.step(Time(0), outputs(&[Interval::point(1.0), Interval::point(2.0)]));
         assert_eq!((step.errors, step.failed), (vec![1.0, 1.0], None));
     }
 
     #[test]
     fn not_a_number_agrees_with_nothing() {
-        let mut monitor = ThesisMonitor::new(3, ThesisOptions::default());
+        let mut monitor = ThesisMonitor::new(3, None, ThesisOptions::default());
         let values = [Interval::point(1.0), Interval::point(f64::NAN), Interval::point(1.0)];
         let step = monitor.step(Time(0), outputs(&values));
         assert_eq!((step.errors, step.failed), (vec![0.0, f64::INFINITY, 0.0], Some(1)));
@@ -205,7 +216,7 @@ mod tests {
     #[test]
     fn filters_average_then_take_the_median() {
         let options = ThesisOptions { average: 2, median: 3, ..ThesisOptions::default() };
-        let mut monitor = ThesisMonitor::new(2, options);
+        let mut monitor = ThesisMonitor::new(2, None, options);
         let mut second = |other: f64| {
             let step = monitor.step(Time(0), outputs(&[Interval::point(0.0), Interval::point(other)]));
             step.errors[1]

@@ -81,7 +81,8 @@ impl Drift {
     /// `scatter` is how the differences scatter, as a multiple of that noise.
     pub(super) fn accumulate_beyond(
         &mut self,
-        (difference, share): (f64, f64),
+        difference: f64,
+        share: f64,
         per_deviation: f64,
         scatter: f64,
     ) {

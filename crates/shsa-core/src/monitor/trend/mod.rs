@@ -180,7 +180,7 @@ impl Trend {
         match self.noise {
             Noise::Known(_) => {
                 let (per_deviation, scatter) = (self.per_deviation, self.scatter.variance);
-                self.drift.accumulate_beyond((difference, share), per_deviation, scatter);
+                self.drift.accumulate_beyond(difference, share, per_deviation, scatter);
             }
             Noise::Unknown | Noise::Declared(_) => self.drift.accumulate(share, shares, gain),
         }

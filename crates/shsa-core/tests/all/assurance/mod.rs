@@ -3,17 +3,19 @@
 //!
 //! Some hundreds of random systems run with each test. `SHSA_SEEDS=0..10000` runs others, and more.
 
+mod drawn;
+mod composition;
 mod definition;
 
 use crate::plan_support::Random;
 use definition::{Plain, PlainDemand, PlainGuarantee, PlainTree, Says, collect, ordered, smallest, with};
 use shsa_core::assurance::{
-    Certificates, Content, Demand, DemandId, Evaluation, Evidence, EvidenceId, Guarantee, GuaranteeId,
-    Inclusion, Leaf, Level, Property, Quantifier, Scales, Service, ServiceId, ServiceKind, Sets, Statement,
-    System, Tree, Verdict,
+    Certificates, Demand, DemandId, Evaluation, Evidence, EvidenceId, Guarantee, GuaranteeId, Leaf,
+    Quantifier, Service, ServiceId, ServiceKind, Sets, System, Tree, Verdict,
 };
 use shsa_core::interval::{Interval, Truth};
 use shsa_core::knowledge::Id;
+use shsa_core::statement::{Content, Inclusion, Level, Property, Scales, Statement};
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::Dimension;
 use std::collections::BTreeSet;
@@ -296,16 +298,20 @@ fn check_seed(seed: u64) {
     compare(&plain, &system, &evaluation, &truth);
 }
 
-#[test]
-fn every_answer_is_that_of_the_definition() {
-    let seeds = match std::env::var("SHSA_SEEDS") {
+/// Those that are run.
+fn seeds() -> std::ops::Range<u64> {
+    match std::env::var("SHSA_SEEDS") {
         Ok(text) => {
             let (first, last) = text.split_once("..").expect("SHSA_SEEDS=0..100");
             first.parse().unwrap()..last.parse().unwrap()
         }
         Err(_) => 0..300,
-    };
-    seeds.for_each(check_seed);
+    }
+}
+
+#[test]
+fn every_answer_is_that_of_the_definition() {
+    seeds().for_each(check_seed);
 }
 
 #[test]

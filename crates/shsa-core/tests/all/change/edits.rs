@@ -79,6 +79,7 @@ impl Lists {
             // None is ever added here.
             Section::Fusions => false,
             Section::Needs => take(&mut self.needs, name),
+            Section::Platform | Section::Contracts => false,
         }
     }
 
@@ -93,7 +94,7 @@ impl Lists {
             signals: self.signals.iter().map(|(_, draft)| draft.clone()).collect(),
             fusions: Vec::new(),
             needs: self.needs.iter().map(|(_, draft)| draft.clone()).collect(),
-            utility: None,
+            ..Draft::default()
         }
     }
 }

@@ -126,10 +126,10 @@ impl<'a> Heights<'a> {
             // First from one side to give a shape, then from both to even it out.
             let both = round >= ROUNDS / 2;
             for column in 0..last {
-                self.settle(column, (true, both));
+                self.settle(column, true, both);
             }
             for column in (0..last).rev() {
-                self.settle(column, (both, true));
+                self.settle(column, both, true);
             }
         }
         self.straighten();
@@ -174,7 +174,7 @@ impl<'a> Heights<'a> {
 
     /// Moves a column's members to the places nearest to where they are pulled, in the sense of least squares, that
     /// keep their order and distances: isotonic regression by pooling adjacent violators.
-    fn settle(&mut self, column: usize, (of_left, of_right): (bool, bool)) {
+    fn settle(&mut self, column: usize, of_left: bool, of_right: bool) {
         let Some(column) = self.columns.columns.get(column) else { return };
         let mut pools: Vec<Pool> = Vec::new();
         let (mut offset, mut offsets) = (0.0, Vec::new());

@@ -26,7 +26,7 @@ impl Acyclic {
         let mut graph = Acyclic { before: vec![Vec::new(); count], after: vec![Vec::new(); count] };
         let mut seen = vec![0; count];
         for (at, edge) in edges.iter().enumerate() {
-            let turned = graph.reaches(edge.to, edge.from, (at + 1, &mut seen));
+            let turned = graph.reaches(edge.to, edge.from, at + 1, &mut seen);
             let (from, to) = if turned { (edge.to, edge.from) } else { (edge.from, edge.to) };
             graph.after[from].push(to);
             graph.before[to].push(from);
@@ -35,7 +35,7 @@ impl Acyclic {
     }
 
     /// Whether there is a way; `seen` holds the number of the last search that came by.
-    fn reaches(&self, from: usize, to: usize, (search, seen): (usize, &mut [usize])) -> bool {
+    fn reaches(&self, from: usize, to: usize, search: usize, seen: &mut [usize]) -> bool {
         let mut open = vec![from];
         while let Some(node) = open.pop() {
             if node == to {

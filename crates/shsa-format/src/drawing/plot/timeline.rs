@@ -254,13 +254,13 @@ impl<'a> View<'a> {
         let (Some(band), Some(slices)) = (self.timeline.bands.get(at), self.slices.get(at)) else { return };
         sheet.put(format_args!("<g class=\"shsa-{}\">", self.colour(at)));
         for piece in pieces(slices) {
-            self.piece(sheet, piece, (fill(band), dashes(at, band.is_accused)));
+            self.piece(sheet, piece, fill(band), dashes(at, band.is_accused));
         }
         let name = escaped(&band.name);
         sheet.put(format_args!("<title>{name}</title></g>"));
     }
 
-    fn piece(&self, sheet: &mut Sheet, piece: &[Slice], (fill, dashes): (&str, &str)) {
+    fn piece(&self, sheet: &mut Sheet, piece: &[Slice], fill: &str, dashes: &str) {
         let place = |at: f64, value: f64| format!("{} {}", px(self.x_at(at)), px(self.y_at(value)));
         if let [only] = piece {
             let (x, high, low) = (px(self.x_at(only.at)), px(self.y_at(only.high)), px(self.y_at(only.low)));

@@ -1,7 +1,7 @@
 //! A knowledge base as SVG: what is known on the left, what follows from it on the right.
 
 mod block;
-mod route;
+pub(super) mod route;
 mod legend;
 
 use super::graph::{Direction, Graph, Link, Marks};
@@ -11,7 +11,7 @@ use block::Block;
 use shsa_core::knowledge::KnowledgeBase;
 
 /// The room around the whole.
-const MARGIN: f64 = 16.0;
+pub(super) const MARGIN: f64 = 16.0;
 /// Drawings of more than this nobody reads, and they take long to make.
 const MOST_NODES: usize = 2_000;
 const MOST_LINKS: usize = 8_000;
@@ -112,7 +112,7 @@ fn edge(graph: &Graph<'_>, link: &Link) -> Edge {
 }
 
 /// The layout with a margin to the left and above.
-fn moved(mut layout: Layout) -> Layout {
+pub(super) fn moved(mut layout: Layout) -> Layout {
     for centre in &mut layout.centres {
         *centre = (centre.0 + MARGIN, centre.1 + MARGIN);
     }

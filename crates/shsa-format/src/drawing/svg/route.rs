@@ -88,7 +88,7 @@ fn head_of(used: bool) -> (&'static str, f64) {
 }
 
 /// Along the columns that it passes straight, between them in a curve.
-fn path(route: &Route, from: (f64, f64), to: (f64, f64)) -> String {
+pub(in crate::drawing) fn path(route: &Route, from: (f64, f64), to: (f64, f64)) -> String {
     let mut path = format!("M{} {}", px(from.0), px(from.1));
     let (mut x, mut y) = (route.exit_x.max(from.0), from.1);
     if x > from.0 {

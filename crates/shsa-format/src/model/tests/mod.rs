@@ -1,5 +1,6 @@
 //! Models in, knowledge bases and reports out.
 
+mod contracts;
 mod fusion;
 mod hostile;
 mod json;
@@ -61,6 +62,10 @@ needs:
           probation: 1 min, blend: 10 ms, hysteresis: 5 %, isolation: process }
   speed:
   curve_radius: {}
+platform:
+  host: { evidence: { spare: value of s1 at least 20 % }, gives: { time: { time: at least 5 ms, level: SIL 2, when: spare } } }
+contracts:
+  curve_radius: { runs_on: host, policy: warn, asks: { time: { of: platform, time: at least 2 ms, level: SIL 2 } } }
 utility: norm
 "#;
 

@@ -3,6 +3,7 @@
 use shsa_core::knowledge::{
     BodyDraft, Bounds, Draft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text, VariableDraft,
 };
+use shsa_message::source;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Taken;
@@ -151,7 +152,9 @@ impl Maker<'_> {
             }
             let own = taken.unique(&name.text);
             let source = (own != name.text).then(|| name.clone());
+            let found = source.as_ref().map(|source: &Text| source.text.as_str());
             signals.push(SignalDraft {
+                source_parts: source::parts(&own, found),
                 name: Text { text: own, place: name.place },
                 variable: Some(self.text(variable)),
                 source,

@@ -2,12 +2,14 @@
 
 mod bag_writer;
 mod bags;
+pub(super) mod independent;
 mod lines;
 mod mutated;
 mod real;
 mod samples;
 mod sessions;
 mod tables;
+pub(super) mod told;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,7 +19,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use super::*;
 
 /// A folder of its own for one test, removed at its end.
-struct Folder(PathBuf);
+pub(super) struct Folder(pub(super) PathBuf);
 
 impl Folder {
     fn new() -> Folder {
@@ -28,7 +30,7 @@ impl Folder {
         Folder(folder)
     }
 
-    fn with(files: &[(&str, &[u8])]) -> Folder {
+    pub(super) fn with(files: &[(&str, &[u8])]) -> Folder {
         let folder = Folder::new();
         for (name, bytes) in files {
             fs::write(folder.0.join(name), bytes).unwrap();

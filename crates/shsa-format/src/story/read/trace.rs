@@ -16,7 +16,8 @@ use shsa_core::unit::Unit;
 
 const TRACE: [&str; 7] = ["duration", "seed", "truth", "signals", "faults", "rows", "orders"];
 
-const ORDER: [&str; 7] = ["at", "order", "signal", "relation", "cause", "need", "source"];
+const ORDER: [&str; 10] =
+    ["at", "order", "signal", "relation", "cause", "need", "source", "lasts", "because", "evidence"];
 
 const SOURCE: [&str; 9] = ["value", "rate", "from", "to", "jitter", "delay", "latency", "noise", "echo"];
 
@@ -173,8 +174,9 @@ impl Writer<'_, '_> {
         };
         let (signal, relation, cause) = (text("signal"), text("relation"), text("cause"));
         let (need, source) = (text("need"), text("source"));
+        let (lasts, because, evidence) = (text("lasts"), text("because"), text("evidence"));
         let order = self.reader.text(name?, "an order", "order: forbid")?.text;
-        let form = OrderForm { order, signal, relation, cause, need, source };
+        let form = OrderForm { order, signal, relation, cause, need, source, lasts, because, evidence };
         match form.order() {
             Ok(order) => Some((at?, order)),
             Err(error) => {

@@ -4,8 +4,8 @@ use super::bases::{Dice, layered, model, read, substitution};
 use super::keep;
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{
-    Id, IdVec, KnowledgeBase, Need, Properties, Relation, RelationId, Shape, Signal, Switching, ValueError,
-    Variable, VariableId, WhenUnsure,
+    Id, IdVec, KnowledgeBase, Need, Properties, Relation, RelationId, Shape, Signal, Switching, Variable,
+    VariableId, WhenUnsure,
 };
 use shsa_core::substitution::Substitution;
 use shsa_core::time::Span;
@@ -146,21 +146,9 @@ fn hostile() -> KnowledgeBase {
         };
         let variable = variables.push(variable);
         signals.push(Signal {
-            name: name.clone(),
-            variable,
             source: name.clone(),
-            unit: None,
-            scaling: None,
             rate_hz: Some(f64::INFINITY),
-            value_error: ValueError::default(),
-            time_error: (Span::ZERO, Span::ZERO),
-            delay: Span::ZERO,
-            mean_over: Span::ZERO,
-            noise: None,
-            timeout: None,
-            limits: Default::default(),
-            derived_from: Vec::new(),
-            properties: Properties::new(),
+            ..Signal::new(name.clone(), variable)
         });
         relations.push(Relation {
             name: name.clone(),

@@ -2,8 +2,10 @@
 
 use super::document::{Document, code};
 use shsa_core::diagnosis::JudgeOptions;
-use shsa_core::knowledge::{CAUSE_PRIOR, Fact, Figure, PROPERTIES, Switching};
-use shsa_format::model::keys::{FUSION_INPUT, FUSION_OUTPUT, FUSION_STATE, Form, Holds, Key, SECTIONS};
+use shsa_core::knowledge::{CAUSE_PRIOR, Fact, Figure, Measure, PROPERTIES, Switching};
+use shsa_format::model::keys::{
+    ASKED, FUSION_INPUT, FUSION_OUTPUT, FUSION_STATE, Form, GIVEN, Holds, Key, SECTIONS,
+};
 use shsa_format::model::{load, read, write};
 
 fn page() -> Document {
@@ -42,7 +44,7 @@ fn every_choice_is_described() {
             checked += 1;
         }
     }
-    assert_eq!(checked, 7);
+    assert_eq!(checked, 8);
 }
 
 /// The keys of what is nested in a section, and the head of their table.
@@ -137,4 +139,24 @@ fn usual_values_are_those_of_the_code() {
     let judge = JudgeOptions::default();
     says(&without("Properties", "property", "prior"), &judge.prior.to_string());
     says(&without("Properties", "property", "prior"), &judge.relation_prior.to_string());
+}
+
+/// The keys of statements, and the words of evidence.
+#[test]
+fn every_word_of_contracts_is_described() {
+    let section = page().section("`contracts`");
+    let cells = |head: &str, column: usize| -> Vec<String> {
+        let rows = section.rows(head);
+        rows.iter().flat_map(|row| code(&row[column])).collect()
+    };
+    for (column, keys) in [(0, &GIVEN[..]), (1, &ASKED[..])] {
+        let told = cells("in `gives`", column);
+        let told: Vec<&str> = told.iter().filter_map(|cell| cell.split(':').next()).collect();
+        let mut expected: Vec<&str> = keys.iter().map(|key| key.name).collect();
+        let mut told: Vec<&str> = told.into_iter().collect();
+        (told.sort_unstable(), expected.sort_unstable());
+        assert_eq!(told, expected);
+    }
+    let measures = Measure::NAMES.iter().map(|(name, _)| *name).chain(["told"]);
+    section.names_exactly("measure", measures);
 }

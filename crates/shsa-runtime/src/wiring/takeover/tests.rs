@@ -106,6 +106,7 @@ impl Bench {
             validity,
             value: PublishedValue::Scalar(Interval::point(5.0)),
             quality: shsa_core::engine::Quality::Substitute,
+            admitted: Default::default(),
             delegated: false,
         };
         let provenance = Provenance { quality: Quality::Substitute, source: "radar".into() };

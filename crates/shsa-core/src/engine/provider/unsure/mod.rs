@@ -6,6 +6,7 @@
 use super::super::ways::Source;
 use super::settings::Settings;
 use crate::alignment::{Port, Sample};
+use crate::assurance::{Admitted, Assessments};
 use crate::circle;
 use crate::computation::Computed;
 use crate::interval::{Interval, holding, tolerant};
@@ -56,13 +57,15 @@ struct Candidate {
 impl Unsure {
     /// What may be right from now on: these ways, where they are enough for what the need demands.
     pub(super) fn new(
-        (knowledge, ports): (&KnowledgeBase, &IdVec<SignalId, Port>),
+        knowledge: &KnowledgeBase,
+        ports: &IdVec<SignalId, Port>,
+        contracts: &Assessments,
         kind: WhenUnsure,
         ways: Vec<Way>,
         because: Option<Reasons>,
         since: Time,
     ) -> Unsure {
-        let candidates = candidates(knowledge, ports, ways);
+        let candidates = candidates(knowledge, ports, contracts, ways);
         Unsure {
             kind,
             faults: 1,
@@ -86,7 +89,9 @@ impl Unsure {
     /// Goes on with these ways, which are others than before or the same.
     pub(super) fn goes_on(
         self,
-        (knowledge, ports): (&KnowledgeBase, &IdVec<SignalId, Port>),
+        knowledge: &KnowledgeBase,
+        ports: &IdVec<SignalId, Port>,
+        contracts: &Assessments,
         ways: Vec<Way>,
         because: Option<Reasons>,
     ) -> Unsure {
@@ -94,7 +99,7 @@ impl Unsure {
             let reason = because.or_else(|| self.reason.clone());
             return Unsure { reason, ..self };
         }
-        let candidates = candidates(knowledge, ports, ways);
+        let candidates = candidates(knowledge, ports, contracts, ways);
         let mut present = self.present;
         present.reserve(candidates.len());
         Unsure { candidates, faults: 1, present, ..self }
@@ -117,6 +122,14 @@ impl Unsure {
         self.is_told
     }
 
+    /// On which ground a value may go out that rests on all of them: the weakest, at the lowest level.
+    pub(super) fn admitted(&self, contracts: &Assessments) -> Option<Admitted> {
+        let of = |it: &Candidate| contracts.admit(it.service.way()).map(|assured| assured.admitted());
+        let mut all = self.candidates.iter().map(of);
+        let first = all.next().unwrap_or(Some(Admitted::default()))?;
+        all.try_fold(first, |weakest, next| next.map(|next| weakest.weaker(next)))
+    }
+
     /// What goes out.
     pub(super) fn served_by(&self, knowledge: &KnowledgeBase) -> ServedBy {
         let name = |it: &Candidate| it.service.way().describe(knowledge);
@@ -133,12 +146,12 @@ impl Unsure {
     /// The uncertain value of this moment, where there is news and it is fit.
     pub(super) fn value(
         &mut self,
-        (knowledge, ports): (&KnowledgeBase, &IdVec<SignalId, Port>),
+        knowledge: &KnowledgeBase,
+        ports: &IdVec<SignalId, Port>,
         settings: &Settings,
         now: Time,
     ) -> Option<Sample> {
-        let Variable { max_rate, wraps, .. } = knowledge.variables()[settings.variable];
-        let max_rate = max_rate.unwrap_or(0.0);
+        let variable = &knowledge.variables()[settings.variable];
         let mut is_news = core::mem::take(&mut self.is_heard) && self.kind == WhenUnsure::Last;
         for candidate in &mut self.candidates {
             let given = candidate.service.compute(ports, None);
@@ -156,9 +169,9 @@ impl Unsure {
         let sample = match self.kind {
             WhenUnsure::Last => self.trusted.map(|last| {
                 let age = (now - last.validity.to).seconds().max(0.0);
-                Sample { value: last.value.widened(age * max_rate), ..last }
+                Sample { value: last.value.widened(age * variable.max_rate.unwrap_or(0.0)), ..last }
             }),
-            _ => self.together((max_rate, wraps), settings.max_age, now),
+            _ => self.together(variable, settings.max_age, now),
         }?;
         let is_fit = settings.is_fit(&sample, now);
         self.too_wide = (!is_fit).then(|| sample.value.width());
@@ -215,12 +228,8 @@ impl Unsure {
     /// What the candidates say together at the newest moment of any; `None` where too few speak.
     ///
     /// Complexity: O(n^2) for n candidates, no allocation.
-    fn together(
-        &mut self,
-        (max_rate, wraps): (f64, Option<f64>),
-        max_age: Span,
-        now: Time,
-    ) -> Option<Sample> {
+    fn together(&mut self, variable: &Variable, max_age: Span, now: Time) -> Option<Sample> {
+        let max_rate = variable.max_rate.unwrap_or(0.0);
         let fresh = |sample: &Sample| now - sample.validity.to <= max_age;
         let known = || self.candidates.iter().filter_map(|it| it.latest).filter(fresh);
         let moment = known().map(|sample| sample.validity).max_by_key(|validity| validity.to)?;
@@ -231,7 +240,7 @@ impl Unsure {
         self.present.clear();
         self.present.extend(known().map(brought));
         // What wraps is put together in one turn.
-        if let (Some(turn), Some(&first)) = (wraps, self.present.first()) {
+        if let (Some(turn), Some(&first)) = (variable.wraps, self.present.first()) {
             self.present.iter_mut().for_each(|it| *it = circle::nearest(*it, first, turn));
         }
         let at_least = |count: usize| tolerant(&self.present, self.present.len().saturating_sub(count));
@@ -243,11 +252,16 @@ impl Unsure {
     }
 }
 
-fn candidates(knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>, ways: Vec<Way>) -> Vec<Candidate> {
+fn candidates(
+    knowledge: &KnowledgeBase,
+    ports: &IdVec<SignalId, Port>,
+    contracts: &Assessments,
+    ways: Vec<Way>,
+) -> Vec<Candidate> {
     let candidate = |way: Way| {
         let rests_on = rests_on(knowledge, &way);
         // What it has said already counts.
-        let service = Service::start(knowledge, way, ports, Some(Time::MIN))?;
+        let service = Service::start(knowledge, contracts.admit(way)?, ports, Some(Time::MIN))?;
         Some(Candidate { service, rests_on, latest: None })
     };
     ways.into_iter().filter_map(candidate).collect()

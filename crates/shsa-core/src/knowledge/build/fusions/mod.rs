@@ -10,9 +10,8 @@ use crate::expression::Symbol;
 use crate::knowledge::draft::{FusionDraft, Source, Text};
 use crate::knowledge::{
     Fusion, FusionInput, FusionMethod, FusionPlaces, FusionPrediction, FusionState, IdVec, PRIOR, Properties,
-    ReadingLimits, Signal, SignalId, ValueError, VariableId,
+    ReadingLimits, Signal, SignalId, VariableId,
 };
-use crate::time::Span;
 use crate::unit::nearest;
 use alloc::collections::BTreeSet;
 use alloc::format;
@@ -87,7 +86,7 @@ fn fusion(
     });
     let outputs = outputs.collect();
     let predictions = match settings::has_witnesses(problems, draft) && !method.is_direct() {
-        true => predictions(draft, (&states, &inputs), &controls, names, signals),
+        true => predictions(draft, &states, &inputs, &controls, names, signals),
         false => Vec::new(),
     };
     let places = FusionPlaces {
@@ -136,27 +135,19 @@ fn computed(names: &Names, name: String, variable: VariableId, derived_from: Vec
     let properties = sound(Properties::new());
     Signal {
         source: name.clone(),
-        name,
-        variable,
         unit: known.unit.clone(),
-        scaling: None,
-        rate_hz: None,
-        value_error: ValueError::default(),
-        noise: None,
-        time_error: (Span::ZERO, Span::ZERO),
-        delay: Span::ZERO,
-        mean_over: Span::ZERO,
-        timeout: None,
         limits: ReadingLimits { turn: known.wraps, ..ReadingLimits::default() },
         derived_from,
         properties,
+        ..Signal::new(name, variable)
     }
 }
 
 /// For each input what the others say of it; and, to tell which of two is wrong, what those without either say of each.
 fn predictions(
     draft: &FusionDraft,
-    (states, inputs): (&[FusionState], &[FusionInput]),
+    states: &[FusionState],
+    inputs: &[FusionInput],
     controls: &[SignalId],
     names: &Names,
     signals: &mut IdVec<SignalId, Signal>,

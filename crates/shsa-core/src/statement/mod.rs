@@ -1,6 +1,9 @@
-//! Statements about a service, and when a guaranteed one meets a demanded one.
+//! Statements about a service, at a level of integrity, and when a guaranteed one meets a demanded one.
 
-use super::level::Level;
+mod level;
+
+pub use level::{Level, STANDARD_SCALES, Scale, ScaleId, Scales};
+
 use crate::interval::{Interval, Truth};
 use crate::unit::Dimension;
 use alloc::collections::BTreeSet;
@@ -164,7 +167,7 @@ impl Content {
 }
 
 /// Whether a measured quantity lies within a range: true when all of it does, false when none of it does.
-pub(super) fn truth(measured: Interval, range: Interval) -> Truth {
+pub(crate) fn truth(measured: Interval, range: Interval) -> Truth {
     if measured.is_empty() || range.is_empty() {
         Truth::Unknown
     } else if within(measured, range) {

@@ -1,14 +1,12 @@
 //! Integrity levels: ordered scales, each of its own. Nothing converts one into another.
 
-use crate::knowledge::{IdVec, id};
 use alloc::borrow::ToOwned;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-id! {
-    /// A scale of levels, in the order in which scales were added.
-    pub ScaleId
-}
+/// A scale of levels, in the order in which scales were added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ScaleId(u32);
 
 /// The scales of the standards: name, and levels, the lowest first.
 ///
@@ -50,14 +48,14 @@ pub struct Scale {
 /// All scales that certificates may use.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scales {
-    rows: IdVec<ScaleId, Scale>,
+    rows: Vec<Scale>,
 }
 
 impl Scales {
     /// None yet.
     #[must_use]
     pub const fn new() -> Scales {
-        Scales { rows: IdVec::new() }
+        Scales { rows: Vec::new() }
     }
 
     /// Those of [`STANDARD_SCALES`].
@@ -72,39 +70,55 @@ impl Scales {
 
     /// Adds a scale, its lowest level first.
     pub fn add(&mut self, name: &str, levels: Vec<String>) -> ScaleId {
-        self.rows.push(Scale { name: name.to_owned(), levels })
+        let id = ScaleId(u32::try_from(self.rows.len()).unwrap_or(u32::MAX));
+        self.rows.push(Scale { name: name.to_owned(), levels });
+        id
     }
 
     /// The scale of an id that may be of other scales.
     #[must_use]
     pub fn get(&self, scale: ScaleId) -> Option<&Scale> {
-        self.rows.find(scale)
+        self.rows.get(scale.0 as usize)
     }
 
     /// The scale of a name, without regard to case.
     #[must_use]
     pub fn named(&self, name: &str) -> Option<ScaleId> {
-        self.rows.enumerate().find(|(_, scale)| scale.name.eq_ignore_ascii_case(name)).map(|(id, _)| id)
+        self.iter().find(|(_, scale)| scale.name.eq_ignore_ascii_case(name)).map(|(id, _)| id)
     }
 
     /// A level by the names of its scale and itself.
     #[must_use]
     pub fn level(&self, scale: &str, level: &str) -> Option<Level> {
         let scale = self.named(scale)?;
-        let rank = self.rows[scale].levels.iter().position(|known| known == level)?;
+        let rank = self.get(scale)?.levels.iter().position(|known| known == level)?;
         Some(Level { scale, rank: u32::try_from(rank).ok()? })
     }
 
     /// The name of a level, without its scale's; empty for a level of other scales.
     #[must_use]
     pub fn level_name(&self, level: Level) -> &str {
-        let scale = self.rows.find(level.scale);
+        let scale = self.get(level.scale);
         scale.and_then(|scale| scale.levels.get(level.rank as usize)).map_or("", String::as_str)
+    }
+
+    /// How many levels are lower, of a level of the scale of this name.
+    #[must_use]
+    pub fn rank_on(&self, scale: &str, level: Level) -> Option<u32> {
+        self.get(level.scale).filter(|own| own.name == scale).map(|_| level.rank)
+    }
+
+    /// A level with its scale, as models write it: `SIL 2`; empty for a level of other scales.
+    #[must_use]
+    pub fn written(&self, level: Level) -> String {
+        let Some(scale) = self.get(level.scale) else { return String::new() };
+        let name = if scale.name == "agpl" { String::from("AgPL") } else { scale.name.to_uppercase() };
+        [&name, " ", self.level_name(level)].concat()
     }
 
     /// All scales, in order.
     pub fn iter(&self) -> impl Iterator<Item = (ScaleId, &Scale)> {
-        self.rows.enumerate()
+        (0..).map(ScaleId).zip(&self.rows)
     }
 }
 
@@ -123,6 +137,15 @@ mod tests {
         let scales = Scales::standard();
         let level = |(scale, level)| scales.level(scale, level).unwrap();
         assert_eq!(level(given).reaches(level(demanded)), expected);
+    }
+
+    #[test]
+    fn levels_are_written_with_their_scale() {
+        let scales = Scales::standard();
+        for text in ["SIL 2", "ASIL QM", "PL d", "AgPL c", "DAL A"] {
+            let (scale, level) = text.split_once(' ').unwrap();
+            assert_eq!(scales.written(scales.level(scale, level).unwrap()), text);
+        }
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! Gives an engine a fixed number of observations, so that the instructions for each can be counted from outside:
 //! `cargo xtask ratchet` runs it under valgrind. The counted part is [`drive`].
 
-#[path = "../tests/models/mod.rs"]
+#[path = "../../crates/shsa-core/tests/models/mod.rs"]
 mod models;
-#[path = "../tests/models/plant.rs"]
+#[path = "../../crates/shsa-core/tests/models/plant.rs"]
 mod plant;
 
 use models::{Sensor, System};

@@ -3,8 +3,9 @@
 //! This only checks a claim. No level follows from redundancy by itself: each of the two must suffice on its own, they must be
 //! compared, and they must be shown independent. The mean of two sources is no decomposition.
 
-use super::level::{Level, Scales};
-use crate::knowledge::{Cause, CauseId, KnowledgeBase, SignalId, SignalSet};
+use super::contract::{ContractId, Contracts, Subject};
+use super::{Cause, CauseId, KnowledgeBase, SignalId, SignalSet};
+use crate::statement::{Level, Scales};
 use alloc::vec::Vec;
 
 /// One level that is claimed for two parts.
@@ -32,8 +33,10 @@ pub struct Redundancy {
 pub enum Common {
     /// A signal.
     Signal(SignalId),
-    /// A common cause: a device, a supply, a clock, what they run on.
+    /// A common cause: a device, a supply, a clock.
     Cause(CauseId),
+    /// What both run on.
+    Platform(ContractId),
 }
 
 /// Why a claim does not stand.
@@ -107,6 +110,29 @@ pub fn in_common(knowledge: &KnowledgeBase, one: &SignalSet, other: &SignalSet) 
     let causes = knowledge.causes().enumerate();
     let causes = causes.filter(|(_, cause)| shares(cause, &one) && shares(cause, &other));
     signals.chain(causes.map(|(id, _)| Common::Cause(id))).collect()
+}
+
+/// What two sets of signals share, what their producers run on included.
+#[must_use]
+pub fn dependence(
+    knowledge: &KnowledgeBase,
+    contracts: &Contracts,
+    [one, other]: &[SignalSet; 2],
+) -> Vec<Common> {
+    let platforms = |set: &SignalSet| -> Vec<ContractId> {
+        let below = |signal| {
+            let first = contracts.of(Subject::Signal(signal)).and_then(|id| contracts.rows()[id].runs_on);
+            core::iter::successors(first, |&id| contracts.rows()[id].runs_on)
+        };
+        set.iter().flat_map(below).collect()
+    };
+    let others = platforms(other);
+    let mut same: Vec<ContractId> = platforms(one).into_iter().filter(|id| others.contains(id)).collect();
+    same.sort_unstable();
+    same.dedup();
+    let mut common = in_common(knowledge, one, other);
+    common.extend(same.into_iter().map(Common::Platform));
+    common
 }
 
 /// The signals and all from which they are derived; of those that are one measurement, one.

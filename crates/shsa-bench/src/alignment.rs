@@ -1,0 +1,205 @@
+//! `shsa-bench alignment`: what an input of a substitute is worth when it is computed, by its latest value and by extrapolation.
+//!
+//! Recorded signals are thinned out to longer periods; what lies between is the truth that each access is compared with (temporal
+//! alignment, D. Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, 1.6.3).
+
+use crate::table::{Errors, Table, write_document};
+use crate::{Outcome, tell};
+use serde_json::json;
+use shsa_core::observation::RawValue;
+use shsa_core::time::{Span, Time};
+use shsa_estimate::extrapolation::{Access, Extrapolation};
+use shsa_estimate::kinematic::Kinematic;
+use shsa_format::recording::{ReadOptions, Wanted, read};
+use std::io::{Write, stdout};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Arguments of `shsa-bench alignment`.
+#[derive(clap::Args)]
+#[command(after_help = "Example: shsa-bench alignment ../shared/data
+
+The folder holds the recordings that the project's models are about, each in a folder of its name; what is absent is left out.")]
+pub(crate) struct Arguments {
+    /// The folder of recordings.
+    folder: PathBuf,
+    /// Write alignment.md there.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print a JSON object for each signal and period instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// A recorded signal.
+struct Signal {
+    folder: &'static str,
+    source: &'static str,
+    name: &'static str,
+    unit: &'static str,
+}
+
+const fn signal(
+    folder: &'static str,
+    source: &'static str,
+    name: &'static str,
+    unit: &'static str,
+) -> Signal {
+    Signal { folder, source, name, unit }
+}
+
+const SIGNALS: [Signal; 9] = [
+    signal("comma2k19", "wheel_speed#wheel_1", "car, wheel", "m/s"),
+    signal("comma2k19", "gyro#gyro_z", "car, yaw rate", "rad/s"),
+    signal("comma2k19", "steering_angle#steering_angle", "car, steering", "deg"),
+    signal("husky", "/imu/data#angular_velocity.y", "husky, yaw rate", "rad/s"),
+    signal("husky", "/husky_velocity_controller/odom#twist.twist.linear.x", "husky, speed", "m/s"),
+    signal("husky", "/husky_velocity_controller/odom#pose.pose.position.x", "husky, position", "m"),
+    signal("turtlebot3", "/odom#twist.twist.linear.x", "turtlebot, speed", "m/s"),
+    signal("turtlebot3", "/odom#pose.pose.position.x", "turtlebot, position", "m"),
+    signal("battery", "discharge_1c#Voltage(V)", "cell, voltage", "V"),
+];
+
+/// Of how many samples one is kept.
+const THINNED: [usize; 4] = [2, 5, 10, 20];
+
+/// How often the time is taken.
+const TURNS: usize = 5;
+
+/// The accesses in the order of their columns; of the last the latest value counts for half a period.
+const ACCESSES: usize = 3;
+
+/// A signal at a period.
+struct Measured {
+    signal: &'static Signal,
+    period_s: f64,
+    order: usize,
+    errors: [Errors; ACCESSES],
+    /// Nanoseconds for each value asked for, with what was observed before it.
+    costs_ns: [f64; ACCESSES],
+}
+
+/// Measures all signals that are there.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let mut all = Vec::new();
+    for signal in &SIGNALS {
+        let path = arguments.folder.join(signal.folder);
+        let samples = if path.exists() { samples(&path, signal.source)? } else { Vec::new() };
+        if samples.len() < 100 {
+            tell(&format!("SKIPPED: {}: {} has {} values of it", signal.name, path.display(), samples.len()));
+            continue;
+        }
+        all.extend(THINNED.iter().filter_map(|thinned| measure(signal, &samples, *thinned)));
+    }
+    for measured in all.iter().filter(|_| arguments.json) {
+        writeln!(stdout().lock(), "{}", object(measured))?;
+    }
+    let table = table(&all);
+    if !arguments.json {
+        writeln!(stdout().lock(), "{table}")?;
+    }
+    if let Some(folder) = &arguments.out {
+        write_document(folder, "alignment", "Temporal alignment", INTRODUCTION, &[table])?;
+    }
+    Ok(if all.is_empty() { Outcome::No } else { Outcome::Done })
+}
+
+/// The values of a signal in the order of their stamps, one for each.
+fn samples(folder: &Path, source: &str) -> anyhow::Result<Vec<(Time, f64)>> {
+    let recording = read(&[folder.to_owned()], &[Wanted::new("signal", source)], &ReadOptions::default())?;
+    let numbers = recording.samples.iter().filter_map(|sample| match sample.value {
+        RawValue::Number(number) if number.is_finite() => Some((sample.time, number)),
+        _ => None,
+    });
+    let mut numbers: Vec<(Time, f64)> = numbers.collect();
+    numbers.sort_by_key(|(at, _)| *at);
+    numbers.dedup_by_key(|(at, _)| *at);
+    Ok(numbers)
+}
+
+/// Fits on the first half of what is left, judges by all values of the second half between what is left.
+fn measure(signal: &'static Signal, samples: &[(Time, f64)], thinned: usize) -> Option<Measured> {
+    let (first, second) = samples.split_at(samples.len() / 2);
+    let kept: Vec<(Time, f64)> = first.iter().copied().step_by(thinned).collect();
+    let model = Kinematic::fit(1..=2, &kept)?;
+    let (begin, end) = (second.first()?.0, second.last()?.0);
+    let period = Span((end - begin).0 * thinned as i64 / second.len().max(1) as i64);
+    let reach = samples.iter().map(|(_, value)| value.abs()).fold(1e-3, f64::max);
+    let mut errors = [Errors::default(); ACCESSES];
+    let mut costs_ns = [f64::INFINITY; ACCESSES];
+    let accesses = [Access::Port, Access::Estimate, Access::Both(Span(period.0 / 2))];
+    for ((access, errors), cost) in accesses.into_iter().zip(&mut errors).zip(&mut costs_ns) {
+        // The fastest of some turns: other work on the machine makes them slower only.
+        for _ in 0..TURNS {
+            let mut input = Extrapolation::new(model, reach, access, Span(100 * period.0)).ok()?;
+            *errors = Errors::default();
+            let (begun, mut asked) = (Instant::now(), 0.0);
+            for (place, (at, value)) in second.iter().enumerate() {
+                if place % thinned == 0 {
+                    input.observe(*at, *value);
+                } else if let Some(aligned) = input.at(*at) {
+                    errors.add(aligned.value - value, 1.0);
+                    asked += 1.0;
+                }
+            }
+            *cost = cost.min(begun.elapsed().as_nanos() as f64 / asked);
+        }
+    }
+    Some(Measured { signal, period_s: period.seconds(), order: model.order(), errors, costs_ns })
+}
+
+fn object(measured: &Measured) -> serde_json::Value {
+    json!({
+        "signal": measured.signal.name, "unit": measured.signal.unit, "period_s": measured.period_s, "order": measured.order,
+        "rms": measured.errors.map(|errors| errors.rms()), "greatest": measured.errors.map(|errors| errors.greatest()),
+        "ns": measured.costs_ns,
+    })
+}
+
+fn table(all: &[Measured]) -> Table {
+    let rows = all.iter().map(|measured| {
+        let [port, estimate, both] = measured.errors.map(|errors| errors.rms());
+        let [port_ns, estimate_ns, _] = measured.costs_ns;
+        vec![
+            format!("{} [{}]", measured.signal.name, measured.signal.unit),
+            format!("{:.3}", measured.period_s),
+            measured.order.to_string(),
+            format!("{port:.4}"),
+            format!("{estimate:.4}"),
+            format!("{both:.4}"),
+            format!("{:.2}", estimate / port),
+            format!("{port_ns:.0}"),
+            format!("{estimate_ns:.0}"),
+        ]
+    });
+    let head = [
+        "signal",
+        "period in s",
+        "order",
+        "port",
+        "estimate",
+        "both",
+        "estimate : port",
+        "port, ns",
+        "estimate, ns",
+    ];
+    Table {
+        title: "Error between samples, root of the mean square".to_owned(),
+        note: "The cost is that of one value asked for, with the samples taken in before it: the fastest of five turns, with other work \
+               on the machine."
+            .to_owned(),
+        head: head.map(str::to_owned).into(),
+        rows: rows.collect(),
+    }
+}
+
+const INTRODUCTION: &str = "\
+Written by `shsa-bench alignment ../shared/data --out docs`.
+
+The inputs of a substitute come at different rates. When it is computed, *port* takes the latest value of an input, *estimate* \
+what an estimator makes of all its values for that time, *both* the latest value while it is younger than half a period and then \
+the estimate.
+
+Each recorded signal is thinned out to a longer period. The estimator is a Kalman filter over a kinematic model of order 1 \
+(a random walk) or 2 (a nearly constant rate), fitted by maximum likelihood to what is left of the first half; the values of the \
+second half that were left out are the truth.";

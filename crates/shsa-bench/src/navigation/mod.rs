@@ -1,0 +1,110 @@
+//! `shsa-bench navigation`: position and speed of a rover from odometry, inertial sensors and position fixes at different rates, by
+//! all methods side by side.
+//!
+//! D. Ratasich, B. Frömel, O. Höftberger, R. Grosu, "Generic Sensor Fusion Package for ROS", IROS 2015
+//! (doi:10.1109/IROS.2015.7353387).
+
+mod simulated;
+mod methods;
+mod husky;
+
+use crate::table::{Table, write_document};
+use crate::{Outcome, tell};
+use methods::{Error, Method};
+use serde_json::json;
+use simulated::{DEVICES, SECONDS, Scenario};
+use std::io::{Write, stdout};
+use std::path::PathBuf;
+
+/// Arguments of `shsa-bench navigation`.
+#[derive(clap::Args)]
+#[command(after_help = "Example: shsa-bench navigation --runs 10")]
+pub(crate) struct Arguments {
+    /// Simulated runs of each scenario, with the seeds 1, 2, and so on.
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    runs: u64,
+    /// The recording test1.bag of robot_localization, for the rover whose wheels freeze.
+    #[arg(long, value_name = "FILE")]
+    husky: Option<PathBuf>,
+    /// Write navigation.md there.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print a JSON object for each method and scenario instead of tables.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The errors of all methods in all scenarios.
+type Results = Vec<(Scenario, Method, Error)>;
+
+/// Runs all methods over the same simulated sensors.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let mut results = Results::new();
+    for scenario in Scenario::ALL {
+        let runs: Vec<_> = (1..=arguments.runs).map(|seed| simulated::drive(scenario, seed)).collect();
+        for method in Method::ALL {
+            let mut error = Error::default();
+            for (truths, arrivals) in &runs {
+                methods::run(method, truths, arrivals, &mut error)?;
+            }
+            results.push((scenario, method, error));
+        }
+    }
+    for (scenario, method, error) in results.iter().filter(|_| arguments.json) {
+        writeln!(
+            stdout().lock(),
+            "{}",
+            json!({
+                "scenario": scenario.name(), "method": method.name(),
+                "position_mse_m2": error.position.mean_square(), "speed_mse_m2_s2": error.speed.mean_square(),
+                "position_greatest_m": error.position.greatest(),
+            })
+        )?;
+    }
+    let mut tables = vec![
+        table(&results, "Position: mean square error in m²", |error| error.position.mean_square()),
+        table(&results, "Speed: mean square error in (m/s)²", |error| error.speed.mean_square()),
+    ];
+    match &arguments.husky {
+        Some(file) => tables.push(husky::table(file)?),
+        None => tell("SKIPPED: the recorded rover: no --husky FILE"),
+    }
+    if !arguments.json {
+        tables.iter().try_for_each(|table| writeln!(stdout().lock(), "{table}"))?;
+    }
+    if let Some(folder) = &arguments.out {
+        write_document(folder, "navigation", "Navigation", &introduction(arguments), &tables)?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn table(results: &Results, title: &str, of: impl Fn(&Error) -> f64) -> Table {
+    let rows = Method::ALL.map(|method| {
+        let own = results.iter().filter(|(_, its, _)| *its == method);
+        let cells = own.map(|(.., error)| format!("{:.4}", of(error)));
+        std::iter::once(method.name().to_owned()).chain(cells).collect()
+    });
+    let head = std::iter::once("method").chain(Scenario::ALL.map(Scenario::name));
+    Table {
+        title: title.to_owned(),
+        note: "From 5 s on, twenty times a second.".to_owned(),
+        head: head.map(str::to_owned).collect(),
+        rows: rows.into(),
+    }
+}
+
+fn introduction(arguments: &Arguments) -> String {
+    let sensors: Vec<String> =
+        DEVICES.iter().map(|device| format!("{} ({})", device.name, device.deviation)).collect();
+    format!(
+        "Written by `shsa-bench navigation --runs {} --husky husky/test1.bag --out docs`.\n\n\
+         A simulated rover drives {SECONDS} s on a smooth way; its position is known. Sensors, with the standard deviation of \
+         their noise in SI units: {}; at 1 to 50 Hz, up to 0.2 s late. In *outliers* one value of twenty is ten deviations off; \
+         in *wheel 1 slips* that wheel is 1 m/s too fast for 30 s; in *no fixes* they are silent as long.\n\n\
+         *Dead reckoning* integrates wheel 1 and gyroscope. The next six know no model: of position they have the fixes, of \
+         speed the last value of each of its three sensors. The filters have one model for all of it, position, heading, \
+         speed and turn rate, and take each value in at its own time. The gate uses 99.99 % of healthy values.",
+        arguments.runs,
+        sensors.join(", "),
+    )
+}

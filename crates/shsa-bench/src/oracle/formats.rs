@@ -1,0 +1,285 @@
+//! Recordings beside what independent readers have read of them: every `expected.json` below a folder names files beside it, and of
+//! each the counts of its topics, and of some fields how many values there are, the first, the last and their mean.
+//!
+//! Files are read through the readers of the product. A field that several topics have (of several sources, say) is read of each
+//! and put together, as the other reader did.
+
+use super::Compared;
+use anyhow::Context;
+use serde_json::{Map, Value};
+use shsa_core::observation::RawValue;
+use shsa_format::recording::{ReadOptions, Sample, TopicInfo, Wanted, inventory, read};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// How far numbers may be apart, beside their size.
+const TOLERANCE: f64 = 1e-6;
+
+/// Keys that hold counts by topic.
+const COUNTS: [&str; 7] = ["topics", "datasets", "messages", "sentences", "paths", "by_source", "pgns"];
+
+/// Keys that hold the count of all messages.
+const TOTALS: [&str; 4] = ["messages", "points", "rows", "frames"];
+
+/// Keys of a time in nanoseconds, or of one in seconds, that is the reception here.
+const NANOSECONDS: [&str; 2] = ["received_ns", "time_ns"];
+const SECONDS: [&str; 2] = ["unix_s", "time_s"];
+
+/// Seconds below this count from another moment.
+const EPOCH_MIN_S: f64 = 1e9;
+
+/// Compares all files that the folder's `expected.json` names, and those below it.
+pub(super) fn compare(folder: &Path, compared: &mut Compared) -> anyhow::Result<()> {
+    let mut found = Vec::new();
+    find(folder, 0, &mut found)?;
+    anyhow::ensure!(!found.is_empty(), "{}: no expected.json in it or below", folder.display());
+    for path in found {
+        let text = fs::read_to_string(&path).with_context(|| format!("{} cannot be read", path.display()))?;
+        let files: Map<String, Value> = super::read(&path, &text)?;
+        let folder = path.parent().unwrap_or(folder);
+        for (name, expected) in &files {
+            File::new(folder, name, expected).compare(compared);
+        }
+    }
+    Ok(())
+}
+
+fn find(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> anyhow::Result<()> {
+    let entries = fs::read_dir(folder).with_context(|| format!("{} cannot be read", folder.display()))?;
+    let mut paths: Vec<PathBuf> =
+        entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>()?;
+    paths.sort();
+    found.extend(paths.iter().filter(|path| path.ends_with("expected.json")).cloned());
+    for below in paths.iter().filter(|path| path.is_dir() && depth < 3) {
+        find(below, depth + 1, found)?;
+    }
+    Ok(())
+}
+
+/// A recording and what is expected of it.
+struct File<'a> {
+    path: PathBuf,
+    expected: &'a Value,
+    options: ReadOptions,
+}
+
+/// A topic that has a field, as its source text begins and goes on behind the field.
+struct Place {
+    before: String,
+    field: String,
+    behind: String,
+}
+
+impl<'a> File<'a> {
+    fn new(folder: &Path, name: &str, expected: &'a Value) -> File<'a> {
+        let dbc = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "dbc");
+        let entries = fs::read_dir(folder).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path()));
+        let options = ReadOptions { dbc: entries.filter(dbc).collect(), ..ReadOptions::default() };
+        File { path: folder.join(name), expected, options }
+    }
+
+    fn compare(&self, compared: &mut Compared) {
+        let topics = match self.topics() {
+            Ok(topics) => topics,
+            Err(problem) => return compared.answer(vec![self.said(&format!("{problem:#}"))]),
+        };
+        for key in COUNTS {
+            for (name, count) in self.expected[key].as_object().into_iter().flatten() {
+                let found = count_of(&topics, name);
+                // What has no name here (groups of NMEA 2000, say) is in the count of all.
+                if found > 0 || key != "pgns" {
+                    self.number(compared, &format!("{key} {name}"), found as f64, count);
+                }
+            }
+        }
+        for key in TOTALS {
+            if self.expected[key].is_u64() {
+                let all: usize = topics.iter().map(|topic| topic.count).sum();
+                self.number(compared, key, all as f64, &self.expected[key]);
+            }
+        }
+        for (name, expected) in self.expected["fields"].as_object().into_iter().flatten() {
+            let differences = self.field(&topics, name, expected);
+            let differences = differences.unwrap_or_else(|problem| vec![format!("{problem:#}")]);
+            compared.answer(differences.into_iter().map(|it| self.said(&format!("{name}: {it}"))).collect());
+        }
+    }
+
+    fn said(&self, what: &str) -> String {
+        format!("{}: {what}", self.path.display())
+    }
+
+    /// The topics of the file, or of all files of the folder.
+    fn topics(&self) -> anyhow::Result<Vec<TopicInfo>> {
+        if !self.path.is_dir() {
+            return Ok(inventory(&self.path, &self.options)?.topics);
+        }
+        let mut topics = Vec::new();
+        for entry in fs::read_dir(&self.path)? {
+            // Folders hold what is no recording, too.
+            if let Ok(info) = inventory(&entry?.path(), &self.options) {
+                topics.extend(info.topics);
+            }
+        }
+        Ok(topics)
+    }
+
+    fn number(&self, compared: &mut Compared, what: &str, found: f64, expected: &Value) {
+        let is_equal = expected.as_f64().is_some_and(|expected| is_near(found, expected));
+        let difference = (!is_equal).then(|| self.said(&format!("{what}: {found} instead of {expected}")));
+        compared.answer(difference.into_iter().collect());
+    }
+
+    /// What differs in the values of a field.
+    fn field(&self, topics: &[TopicInfo], name: &str, expected: &Value) -> anyhow::Result<Vec<String>> {
+        let places = places(topics, name);
+        anyhow::ensure!(!places.is_empty(), "no topic has it");
+        if expected["first"]["value"].is_string() {
+            let samples =
+                topics.iter().flat_map(|topic| &topic.fields).filter_map(|field| field.sample.as_deref());
+            let text = expected["first"]["value"].as_str().unwrap_or_default();
+            let is_there = samples.into_iter().any(|sample| sample.contains(text));
+            return Ok(if is_there { Vec::new() } else { vec![format!("'{text}' is nowhere")] });
+        }
+        // Of one topic after the other: two that are one here may overlap, and would be two sessions.
+        let mut all = Vec::new();
+        for place in &places {
+            let at = if has_row_times(expected) { "@row*1s" } else { "" };
+            let source = format!("{}{}{}{at}", place.before, place.field, place.behind);
+            let recording = read(&[self.path.clone()], &[Wanted::new("/x", source)], &self.options)?;
+            all.push(recording.samples);
+        }
+        Ok(differences(&all, expected))
+    }
+}
+
+/// Whether the other reader counted rows as there is no time.
+fn has_row_times(expected: &Value) -> bool {
+    expected["first"].get("row").is_some()
+}
+
+fn is_near(found: f64, expected: f64) -> bool {
+    (found - expected).abs() <= TOLERANCE * expected.abs().max(1.0)
+}
+
+/// The messages of all topics that are called so.
+fn count_of(topics: &[TopicInfo], name: &str) -> usize {
+    let (name, source) =
+        name.split_once(" from ").map_or((name, None), |(path, source)| (path, Some(source)));
+    let source = source.map(|source| format!("[source={source}]"));
+    let is_meant = |topic: &&TopicInfo| {
+        let full = split_tags(&topic.source).0;
+        let maker = full.strip_prefix('P').unwrap_or(full);
+        let is_called = topic.name == name || full == name || maker == name;
+        is_called && source.as_ref().is_none_or(|source| topic.source.contains(source.as_str()))
+    };
+    topics.iter().filter(is_meant).map(|topic| topic.count).sum()
+}
+
+/// A topic's source text without its tags, and these.
+fn split_tags(source: &str) -> (&str, &str) {
+    let begin = source.char_indices().filter(|(_, letter)| *letter == '[').map(|(at, _)| at);
+    let is_tag =
+        |at: &usize| source.get(*at..).is_some_and(|rest| rest.split(']').next().unwrap_or("").contains('='));
+    source.split_at(begin.into_iter().find(is_tag).unwrap_or(source.len()))
+}
+
+/// The topics that have a field, by the name that the other reader gives it.
+fn places(topics: &[TopicInfo], name: &str) -> Vec<Place> {
+    let place = |topic: &TopicInfo, field: &str| {
+        let (full, tags) = split_tags(&topic.source);
+        let before = if field.is_empty() { full.to_owned() } else { format!("{full}#") };
+        Place { before, field: field.to_owned(), behind: tags.to_owned() }
+    };
+    let Some((asked, field)) = name.split_once('#') else { return places_of_path(topics, name, &place) };
+    let (bare, tags) = split_tags(asked);
+    let fits = |topic: &&TopicInfo| {
+        let (full, own) = split_tags(&topic.source);
+        let is_called = [bare, bare.trim_start_matches('/')].contains(&full.trim_start_matches('/'))
+            || topic.name == bare;
+        is_called && own.contains(tags)
+    };
+    let mut fitting: Vec<&TopicInfo> = topics.iter().filter(fits).collect();
+    // Other readers mean the first device where there are several.
+    let first = format!("{bare}[0]");
+    if fitting.iter().any(|topic| topic.source == first) {
+        fitting.retain(|topic| topic.source == first);
+    }
+    // A series that was told anew, with more fields, is one.
+    fitting.dedup_by(|one, other| one.source == other.source);
+    fitting.into_iter().map(|topic| place(topic, nmea_field(topic, field))).collect()
+}
+
+/// A column, or a path whose end is within the value.
+fn places_of_path(topics: &[TopicInfo], name: &str, place: &dyn Fn(&TopicInfo, &str) -> Place) -> Vec<Place> {
+    let of_path = topics.iter().filter_map(|topic| {
+        let rest = name.strip_prefix(topic.name.as_str())?;
+        (rest.is_empty() || rest.starts_with('.')).then(|| place(topic, rest.trim_start_matches('.')))
+    });
+    let of_path: Vec<Place> = of_path.collect();
+    if !of_path.is_empty() {
+        return of_path;
+    }
+    let bare = name.rsplit_once(" [").map_or(name, |(bare, _)| bare);
+    let has = |topic: &&TopicInfo| topic.fields.iter().any(|field| field.path == name || field.path == bare);
+    topics.iter().filter(has).map(|topic| place(topic, name)).collect()
+}
+
+/// What a field of NMEA is called here.
+fn nmea_field<'a>(topic: &TopicInfo, field: &'a str) -> &'a str {
+    match field {
+        _ if !topic.kind.starts_with("NMEA") => field,
+        "speed_kn" | "wind_speed_kn" => "speed",
+        "speed_kmph" => "speed_kmh",
+        "latitude_deg" => "latitude",
+        "depth_m" => "depth",
+        "altitude_m" => "altitude",
+        "wind_angle_deg" => "angle",
+        other => other,
+    }
+}
+
+/// Whether the reception is another one than that which is told as an epoch, by a microsecond or more.
+fn time_difference(what: &str, received_ns: i64, asked: &Value) -> Option<String> {
+    let nanoseconds = NANOSECONDS.iter().find_map(|key| asked[*key].as_i64());
+    let seconds =
+        SECONDS.iter().find_map(|key| asked[*key].as_f64()).filter(|seconds| *seconds > EPOCH_MIN_S);
+    let expected_ns = nanoseconds.or_else(|| seconds.map(|seconds| (seconds * 1e9).round() as i64))?;
+    let is_equal = (received_ns - expected_ns).abs() < 1_000;
+    (!is_equal).then(|| format!("{what} at {received_ns} ns instead of {expected_ns}"))
+}
+
+/// What differs between the samples of some topics and what is expected of all together.
+fn differences(all: &[Vec<Sample>], expected: &Value) -> Vec<String> {
+    let number = |sample: &Sample| match sample.value {
+        RawValue::Number(value) => value,
+        _ => f64::NAN,
+    };
+    let differ = |what: &str, found: f64, expected: &Value| {
+        // What is not a number has no mean there.
+        let is_equal = expected.as_f64().map_or(found.is_nan(), |expected| is_near(found, expected));
+        (!is_equal).then(|| format!("{what} {found} instead of {expected}"))
+    };
+    let mut differences = Vec::new();
+    let count: usize = all.iter().map(Vec::len).sum();
+    let sum: f64 = all.iter().flatten().map(number).sum();
+    differences.extend(differ("count", count as f64, &expected["count"]));
+    if expected.get("mean").is_some() {
+        differences.extend(differ("mean", sum / count as f64, &expected["mean"]));
+    }
+    for (what, samples) in [
+        ("first", all.iter().filter_map(|samples| samples.first()).collect::<Vec<_>>()),
+        ("last", all.iter().filter_map(|samples| samples.last()).collect()),
+    ] {
+        // Of several topics one has the first of all.
+        let asked = &expected[what];
+        let nearest = samples.iter().min_by(|one, other| {
+            let far = |sample: &Sample| (number(sample) - asked["value"].as_f64().unwrap_or(0.0)).abs();
+            far(one).total_cmp(&far(other))
+        });
+        let Some(sample) = nearest else { continue };
+        differences.extend(differ(what, number(sample), &asked["value"]));
+        differences.extend(time_difference(what, sample.received.0, asked));
+    }
+    differences
+}

@@ -1,0 +1,73 @@
+//! `shsa-bench navigation`, `charge` and `alignment`: the methods of estimation side by side.
+//!
+//! The recordings lie outside the project; without them those tests say SKIPPED.
+
+use crate::folder::Folder;
+use serde_json::Value;
+use std::path::PathBuf;
+
+const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
+
+fn lines(arguments: &str) -> Vec<Value> {
+    let ended = Folder::new().ends(&format!("{arguments} --json"), 0);
+    ended.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// A recording, or `None` and a word about it.
+fn recorded(file: &str) -> Option<PathBuf> {
+    let path = PathBuf::from(DATA).join(file);
+    let path = path.canonicalize().ok();
+    if path.is_none() {
+        eprintln!("SKIPPED: {DATA}/{file} is not there");
+    }
+    path
+}
+
+#[test]
+fn a_filter_is_better_than_its_sensors_and_a_gate_than_a_liar() {
+    let lines = lines("navigation --runs 1");
+    let error = |scenario: &str, method: &str, what: &str| {
+        let found = lines.iter().find(|line| line["scenario"] == scenario && line["method"] == method);
+        found.and_then(|line| line[what].as_f64()).unwrap_or_else(|| panic!("no {scenario} {method} {what}"))
+    };
+    let position = |scenario: &str, method: &str| error(scenario, method, "position_mse_m2");
+    for filter in ["EKF", "EKF, gated", "UKF", "particles"] {
+        assert!(position("all is well", filter) < 0.2 * position("all is well", "by confidence"), "{filter}");
+    }
+    assert!(position("wheel 1 slips", "EKF, gated") < 0.1 * position("wheel 1 slips", "EKF"));
+    assert!(position("outliers", "EKF, gated") < position("outliers", "EKF"));
+    let speed = |method: &str| error("wheel 1 slips", method, "speed_mse_m2_s2");
+    assert!(speed("Marzullo") < 0.1 * speed("by confidence"));
+}
+
+/// Under 1 % of the capacity while all is well, under 2 % with one sensor lost.
+#[test]
+fn the_charge_is_known_with_one_sensor_lost() {
+    let Some(file) = recorded("battery/discharge_1c.csv") else { return };
+    let lines = lines(&format!("charge {}", file.display()));
+    for (scenario, limit) in [
+        ("all is well", 0.01),
+        ("begins at half, wrongly", 0.01),
+        ("current 0.1 A too high", 0.02),
+        ("current lost half-way", 0.02),
+        ("voltage lost half-way", 0.02),
+    ] {
+        for method in ["EKF", "UKF"] {
+            let line =
+                lines.iter().find(|line| line["scenario"] == scenario && line["method"] == method).unwrap();
+            assert!(line["greatest"].as_f64().unwrap() < limit, "{line}");
+            // It began a fifth too high.
+            assert!((line["resistance_ohm"].as_f64().unwrap() - 0.002_72).abs() < 0.000_15, "{line}");
+        }
+    }
+}
+
+#[test]
+fn what_moves_evenly_is_better_extrapolated() {
+    let Some(folder) = recorded("") else { return };
+    let lines = lines(&format!("alignment {}", folder.display()));
+    let position = lines.iter().find(|line| line["signal"] == "husky, position");
+    let Some(position) = position else { return eprintln!("SKIPPED: no husky") };
+    let rms = |place: usize| position["rms"][place].as_f64().unwrap();
+    assert!(rms(1) < 0.5 * rms(0), "{position}");
+}

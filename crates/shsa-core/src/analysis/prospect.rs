@@ -1,0 +1,135 @@
+//! What contracts allow before anything runs: who may serve each need, at which level, on which conditions, and what each loss
+//! takes from it.
+
+use crate::assurance::{Assessment, Assurance, Composition, EvidenceId, Sets, Verdict};
+use crate::interval::Truth;
+use crate::knowledge::{EvidenceSource, KnowledgeBase, NeedId, SignalId, SignalSet};
+use crate::plan::{self, Graph, Limits, Options, Requirements, StopReason};
+use crate::substitution::Way;
+use alloc::vec::Vec;
+
+/// Ways are looked at up to this number; the best first.
+const MOST_WAYS: usize = 32;
+/// Choices of signals for one substitution.
+const MOST_CHOICES: usize = 8;
+/// Evaluations for each question about minimal sets.
+const MOST_EVALUATIONS: usize = 2_000;
+
+/// What may serve a need.
+#[derive(Clone, Debug)]
+pub struct Prospect {
+    /// The need.
+    pub need: NeedId,
+    /// What may serve it, the best first.
+    pub ways: Vec<Candidacy>,
+    /// What each loss of a signal that takes part takes: the place of the best way that is admissible then.
+    pub losses: Vec<(SignalId, Option<usize>)>,
+    /// Whether these are all ways.
+    pub is_complete: bool,
+}
+
+/// A way that may serve a need, with its contracts.
+#[derive(Clone, Debug)]
+pub struct Candidacy {
+    /// The way.
+    pub way: Way,
+    /// Its utility.
+    pub utility: f64,
+    /// The contracts of all who take part.
+    pub composition: Composition,
+    /// What it gives while all that is observed is as it should be.
+    pub at_best: Assessment,
+    /// Minimal sets of evidence on which the best that it gives rests: any of them is enough.
+    pub conditions: Sets<EvidenceId>,
+    /// Evidence without which nothing of it is left: the certificate's weak points, ascending.
+    pub weak: Vec<EvidenceId>,
+}
+
+impl Prospect {
+    /// Of a need that demands something. Time: that of a search for the best 32 substitutions, and of composing and questioning
+    /// the contracts of each.
+    #[must_use]
+    pub fn new(knowledge: &KnowledgeBase, assurance: &Assurance, graph: &Graph, need: NeedId) -> Prospect {
+        let row = &knowledge.needs()[need];
+        let requirements = Requirements::of(row);
+        let options = requirements.narrowed(knowledge, &Options::default());
+        let limits = Limits::default();
+        let found =
+            plan::best_meeting(knowledge, graph, row.variable, &options, &requirements, MOST_WAYS, limits);
+        let is_complete = found.stop == StopReason::Complete && found.substitutions.len() < MOST_WAYS;
+        let mut ways = Vec::new();
+        for (substitution, utility) in &found.substitutions {
+            let usable =
+                |signal| !options.forbidden_signals.contains(&signal) && knowledge.is_available(signal);
+            for way in Way::choices(knowledge, substitution, usable, MOST_CHOICES) {
+                ways.push(Candidacy::new(knowledge, assurance, need, (way, *utility)));
+            }
+        }
+        let losses = losses(knowledge, &ways);
+        Prospect { need, ways, losses, is_complete }
+    }
+
+    /// The place of the best way that is admissible under an assessment of each, such as that at best.
+    #[must_use]
+    pub fn best(&self, assess: impl Fn(&Candidacy) -> Assessment) -> Option<usize> {
+        self.ways.iter().position(|candidacy| assess(candidacy).verdict == Verdict::Holds)
+    }
+}
+
+impl Candidacy {
+    fn new(
+        knowledge: &KnowledgeBase,
+        assurance: &Assurance,
+        need: NeedId,
+        (way, utility): (Way, f64),
+    ) -> Candidacy {
+        let composition = assurance.compose(knowledge, need, &way);
+        let at_best = composition.assess(&composition.supposing(|_| Truth::True));
+        let nothing = composition.evaluation();
+        let (mut conditions, mut weak) = (Sets { sets: Vec::new(), is_complete: true }, Vec::new());
+        if let Some(best) = at_best.guarantee {
+            (conditions, _) = nothing.why_no_guarantee(composition.system(), best, MOST_EVALUATIONS);
+            let all = composition.roots().iter().map(|&root| {
+                let (_, causes) = nothing.why_no_guarantee(composition.system(), root, MOST_EVALUATIONS);
+                causes.sets.into_iter().filter(|set| set.len() == 1).flatten().collect::<Vec<_>>()
+            });
+            weak = all
+                .reduce(|common, own| common.into_iter().filter(|it| own.contains(it)).collect())
+                .unwrap_or_default();
+        }
+        Candidacy { way, utility, composition, at_best, conditions, weak }
+    }
+
+    /// What is left of it when a signal is lost: nothing where it reads the signal, else what holds without what is observed of it.
+    #[must_use]
+    pub fn without(&self, knowledge: &KnowledgeBase, lost: SignalId) -> Assessment {
+        if self.way.inputs().any(|signal| knowledge.origins(signal).contains(lost)) {
+            return Assessment { verdict: Verdict::Refused, guarantee: None, level: None };
+        }
+        let composition = &self.composition;
+        let is_of_lost = |id: EvidenceId| {
+            let mut of = composition.evidence(knowledge).filter(|(own, ..)| *own == id);
+            of.any(|(_, _, watched)| matches!(watched.source, EvidenceSource::Signal(signal, _) if signal == lost))
+        };
+        let truth = |id| if is_of_lost(id) { Truth::Unknown } else { Truth::True };
+        composition.assess(&composition.supposing(truth))
+    }
+}
+
+/// For each signal that a way reads, or that evidence is about: the best way that is left without it.
+fn losses(knowledge: &KnowledgeBase, ways: &[Candidacy]) -> Vec<(SignalId, Option<usize>)> {
+    let mut signals = SignalSet::new();
+    for candidacy in ways {
+        candidacy.way.inputs().for_each(|signal| signals.extend(&knowledge.origins(signal)));
+        for (_, _, watched) in candidacy.composition.evidence(knowledge) {
+            if let EvidenceSource::Signal(signal, _) = watched.source {
+                _ = signals.insert(signal);
+            }
+        }
+    }
+    let left = |lost: SignalId| {
+        let place = ways.iter().position(|way| way.without(knowledge, lost).verdict == Verdict::Holds);
+        (lost, place)
+    };
+    signals.iter().map(left).collect()
+}

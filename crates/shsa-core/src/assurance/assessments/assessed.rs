@@ -1,0 +1,88 @@
+//! One way, with its certificates composed, and what is known of it.
+
+use super::{MOST_EVALUATIONS, Refused, Trust};
+use crate::assurance::{Admitted, Assessment, Composition, Evaluation, Verdict};
+use crate::substitution::Way;
+use crate::time::{Span, Time};
+
+/// One way.
+#[derive(Debug)]
+pub(super) struct Assessed {
+    pub(super) way: Way,
+    pub(super) trust: Trust,
+    pub(super) composition: Composition,
+    pub(super) evaluation: Evaluation,
+    pub(super) assessment: Assessment,
+    /// Since when it is not known.
+    pub(super) open_since: Option<Time>,
+    /// Whether it was met before that.
+    pub(super) has_held: bool,
+    pub(super) admitted: Option<Admitted>,
+    /// Its evidence has changed since it was assessed.
+    pub(super) is_stale: bool,
+    pub(super) is_kept: bool,
+    /// It would serve if it met what is demanded.
+    pub(super) is_preferred: bool,
+    /// That it does not is not told yet.
+    pub(super) is_news: bool,
+    /// When it was told last.
+    pub(super) told: Option<Time>,
+}
+
+impl Assessed {
+    pub(super) fn new(way: Way, trust: Trust, composition: Composition) -> Assessed {
+        let evaluation = composition.evaluation();
+        Assessed {
+            assessment: composition.assess(&evaluation),
+            trust,
+            way,
+            composition,
+            evaluation,
+            open_since: None,
+            has_held: false,
+            admitted: None,
+            is_stale: true,
+            is_kept: true,
+            is_preferred: false,
+            is_news: true,
+            told: None,
+        }
+    }
+
+    pub(super) fn assess(&mut self, now: Time) {
+        self.is_stale = false;
+        let before = self.assessment.verdict;
+        self.assessment = self.composition.assess(&self.evaluation);
+        match self.assessment.verdict {
+            Verdict::Open => {
+                self.has_held |= before == Verdict::Holds;
+                self.open_since.get_or_insert(now);
+            }
+            _ => (self.open_since, self.has_held) = (None, false),
+        }
+        self.is_news |= before == Verdict::Holds;
+    }
+
+    /// When it is to be told that it does not meet what is demanded.
+    pub(super) fn told_at(&self, grace: Span) -> Option<Time> {
+        match self.assessment.verdict {
+            _ if !self.is_news || !self.is_preferred => None,
+            Verdict::Holds => None,
+            Verdict::Open => self.open_since.map(|since| since + grace + Span(1)),
+            Verdict::Circular | Verdict::Refused => Some(Time::MIN),
+        }
+    }
+
+    pub(super) fn refused(&self) -> Refused {
+        Refused {
+            way: self.way.clone(),
+            verdict: self.assessment.verdict,
+            lacking: self.composition.why(&self.evaluation, MOST_EVALUATIONS),
+        }
+    }
+
+    /// Until when it may go on although it is not known whether it still may.
+    pub(super) fn lapses(&self, grace: Span) -> Option<Time> {
+        self.open_since.filter(|_| self.has_held).map(|since| since + grace)
+    }
+}

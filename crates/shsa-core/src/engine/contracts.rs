@@ -1,0 +1,177 @@
+//! Contracts in the loop: their evidence is read before anything goes out, and an operator may override them for a time.
+
+use super::instruments::Attested;
+use super::message::{EventKind, Output};
+use super::operator::{Refusal, find_need};
+use super::{Engine, Event};
+use crate::assurance::{Assurance, Override};
+use crate::knowledge::{Contract, EvidenceSource, IdVec, KnowledgeBase, NeedId, SignalId};
+use crate::order::Order;
+use crate::reason::Reason;
+use crate::substitution::Way;
+use crate::time::{Span, Time};
+use alloc::boxed::Box;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// What the loop knows of contracts; only where a model has some.
+#[derive(Debug)]
+pub(super) struct Contracts {
+    pub(super) assurance: Assurance,
+    /// Signals that have spoken since evidence was last read, and whether each has.
+    spoken: Vec<SignalId>,
+    has_spoken: IdVec<SignalId, bool>,
+    /// What somebody has told.
+    pub(super) attested: Attested,
+}
+
+impl Contracts {
+    /// Those of a model; `None` where no need demands anything.
+    pub(super) fn of(knowledge: &KnowledgeBase) -> Option<Box<Contracts>> {
+        let assurance = Assurance::new(knowledge)?;
+        let count = knowledge.signals().len();
+        Some(Box::new(Contracts {
+            assurance,
+            spoken: Vec::with_capacity(count),
+            has_spoken: IdVec::filled(count, |_| false),
+            attested: Attested::new(),
+        }))
+    }
+
+    /// A signal has spoken.
+    pub(super) fn hear(&mut self, signal: SignalId) {
+        if !core::mem::replace(&mut self.has_spoken[signal], true) {
+            self.spoken.push(signal);
+        }
+    }
+}
+
+impl Engine {
+    /// Reads the evidence that may have changed; whether a need may be served otherwise than before.
+    pub(super) fn follow_evidence(&mut self, now: Time) -> bool {
+        let Engine { contracts, knowledge, monitor, judge, providers, outputs, .. } = self;
+        let Some(contracts) = contracts else { return false };
+        let has_spoken = |signal| contracts.has_spoken[signal];
+        let mut has_changed = false;
+        for provider in providers.iter_mut() {
+            let (is_changed, event) =
+                provider.follow_evidence(&has_spoken, knowledge, monitor, judge, &contracts.attested, now);
+            has_changed |= is_changed;
+            outputs.extend(event.map(Output::Event));
+        }
+        let Contracts { spoken, has_spoken, .. } = &mut **contracts;
+        spoken.drain(..).for_each(|signal| has_spoken[signal] = false);
+        has_changed
+    }
+
+    /// Lets the needs under contract look again at what may serve them.
+    pub(super) fn replan_under_contract(&mut self, now: Time) {
+        let (providers, outputs, mut situation) = self.situation(now, None);
+        situation.is_about_contracts = true;
+        for provider in providers.iter_mut().filter(|provider| provider.is_under_contract()) {
+            outputs.extend(provider.replan(&situation).map(Output::Event));
+        }
+    }
+
+    /// Overrides the contract of a need for a time, and tells it with the operator's reason.
+    pub(super) fn override_contract(
+        &mut self,
+        order: &Order,
+        name: &str,
+        lasts: Span,
+        because: &str,
+        now: Time,
+    ) -> Result<Option<Reason>, Refusal> {
+        let need = find_need(&self.knowledge, name)?;
+        if lasts <= Span::ZERO || because.trim().is_empty() {
+            let reason = Reason::CannotObey { order: order.clone() };
+            return Err(Refusal::new(reason, Reason::OverrideNeeds));
+        }
+        let order = Override { until: now + lasts, because: String::from(because) };
+        if !self.providers[need].set_aside(Some(order), now) {
+            let reason = Reason::NothingDemanded { need: String::from(name) };
+            return Err(Refusal::new(reason, Reason::NothingToDo));
+        }
+        let reason =
+            Reason::ContractOverridden { need: String::from(name), lasts, because: String::from(because) };
+        self.tell_overridden(need, reason.clone(), now);
+        Ok(Some(reason))
+    }
+
+    /// Goes on with an override from before a change or a restart, for what is left of its time.
+    pub(super) fn keep_override(
+        &mut self,
+        name: &str,
+        left: Span,
+        because: &str,
+        now: Time,
+    ) -> Result<(), Refusal> {
+        let need = find_need(&self.knowledge, name)?;
+        let order = Override { until: now + left, because: String::from(because) };
+        if left > Span::ZERO && self.providers[need].set_aside(Some(order), now) {
+            return Ok(());
+        }
+        let over = Reason::OverrideOver { need: String::from(name) };
+        Err(Refusal::new(over, Reason::NothingToDo))
+    }
+
+    /// Whether contracts let a source be the only one of a need.
+    pub(super) fn check_contract(&mut self, need: NeedId, way: &Way, now: Time) -> Result<(), Refusal> {
+        let (providers, _, situation) = self.situation(now, None);
+        let refused = providers[need].refuses(way, &situation);
+        refused.map_or(Ok(()), |because| Err(Refusal::new(because, Reason::OverrideFirst)))
+    }
+
+    /// Ends an override; whether there was one.
+    pub(super) fn end_override(&mut self, need: NeedId, now: Time) -> bool {
+        let was_overridden = self.providers[need].overridden().is_some();
+        if was_overridden {
+            self.providers[need].set_aside(None, now);
+            let name = String::from(self.knowledge.need_name(need));
+            self.tell_overridden(need, Reason::OverrideOver { need: name }, now);
+        }
+        was_overridden
+    }
+
+    fn tell_overridden(&mut self, need: NeedId, reason: Reason, now: Time) {
+        let variable = Some(self.knowledge.needs()[need].variable);
+        let event = Event::new(now, EventKind::Overridden, variable, reason.into());
+        self.outputs.push_back(Output::Event(Event { need: Some(need), ..event }));
+    }
+
+    /// Takes a piece of evidence from somebody who says so: `contract/evidence`.
+    pub(super) fn attest(&mut self, name: &str, holds: bool) -> Result<Option<Reason>, Refusal> {
+        let names = attestable(&self.knowledge);
+        let Some(contracts) = self.contracts.as_mut().filter(|_| names.iter().any(|known| known == name))
+        else {
+            let reason = Reason::NoEvidence { name: String::from(name) };
+            return Err(Refusal::unknown(reason, name, names.iter().map(String::as_str)));
+        };
+        contracts.attested.insert(String::from(name), holds);
+        let evidence = String::from(name);
+        Ok(Some(if holds { Reason::Attested { evidence } } else { Reason::Denied { evidence } }))
+    }
+
+    /// What is in force of what operators have said of contracts.
+    pub(super) fn orders_about_contracts(&self) -> impl Iterator<Item = Order> + '_ {
+        let told = self.contracts.iter().flat_map(|contracts| &contracts.attested);
+        let told = told.map(|(evidence, holds)| Order::Attest { evidence: evidence.clone(), holds: *holds });
+        let now = self.now.unwrap_or_default();
+        let overridden = self.providers.enumerate().filter_map(move |(need, provider)| {
+            let Override { until, because } = provider.overridden()?.clone();
+            let need = self.knowledge.needs()[need].signal.clone();
+            Some(Order::Override { need, lasts: (until - now).max(Span::ZERO), because })
+        });
+        told.chain(overridden)
+    }
+}
+
+/// What can be told, by name.
+fn attestable(knowledge: &KnowledgeBase) -> Vec<String> {
+    let of = |contract: &Contract| {
+        let told = contract.evidence.iter().filter(|it| it.source == EvidenceSource::Told);
+        told.map(|it| format!("{}/{}", contract.name, it.name)).collect::<Vec<_>>()
+    };
+    knowledge.contracts().rows().iter().flat_map(of).collect()
+}

@@ -1,0 +1,192 @@
+//! What the engine itself measures for contracts: rate, age, width and value of signals and sources, how they have run, and
+//! what is thought of them.
+//!
+//! Nothing of it is remembered here: a reading follows from what the monitor and the judge know, so it is right after a change
+//! of the model, too.
+
+use crate::assurance::Reading;
+use crate::diagnosis::{Judge, Verdict};
+use crate::interval::{Interval, Truth};
+use crate::knowledge::{ContractId, EvidenceSource, KnowledgeBase, Measure, SignalId, Watched};
+use crate::monitor::{Figures, Monitor, WayIndex};
+use crate::statement;
+use crate::substitution::Way;
+use crate::time::{Span, Time, Validity};
+use alloc::collections::BTreeMap;
+use alloc::string::String;
+
+/// Evidence that somebody has told, by the contract and its name there: `speed/installed`.
+pub(super) type Attested = BTreeMap<String, bool>;
+
+/// So many gaps between values make a rate.
+const GAPS: usize = 8;
+
+/// What evidence is read by.
+pub(super) struct Instruments<'a> {
+    pub(super) knowledge: &'a KnowledgeBase,
+    pub(super) monitor: &'a Monitor,
+    pub(super) judge: &'a Judge,
+    /// What somebody has told, where there are contracts.
+    pub(super) attested: Option<&'a Attested>,
+    pub(super) now: Time,
+}
+
+/// A quantity as it is known now.
+#[derive(Clone, Copy)]
+struct Measured {
+    value: Interval,
+    /// When the newest value that it rests on was true.
+    of: Validity,
+    changes: Changes,
+}
+
+/// How a quantity changes while nothing comes.
+#[derive(Clone, Copy)]
+enum Changes {
+    Not,
+    /// It grows as time goes on.
+    Age,
+    /// It is so many values since a time.
+    Rate {
+        count: f64,
+        since: Time,
+    },
+}
+
+impl Changes {
+    /// When a quantity has just passed a bound.
+    fn pass(self, of: Validity, bound: f64) -> [Time; 2] {
+        match self {
+            Changes::Not => [Time::MAX; 2],
+            _ if bound <= 0.0 => [Time::MAX; 2],
+            Changes::Age => [after(of.from, bound), after(of.to, bound)],
+            Changes::Rate { count, since } => [after(since, count / bound), Time::MAX],
+        }
+    }
+}
+
+/// Just after so many seconds, by more than what comparisons of bounds leave open.
+fn after(since: Time, seconds: f64) -> Time {
+    match seconds.is_finite() {
+        true => since + Span::from_seconds(seconds * (1.0 + 4e-9)) + Span(1),
+        false => Time::MAX,
+    }
+}
+
+impl Instruments<'_> {
+    /// What is known of a piece of evidence of a contract, where a way serves.
+    ///
+    /// Complexity: O(1), but for verdicts, agreement and availability: linear in the comparisons of the signal, and in the ways
+    /// of its variable.
+    pub(super) fn read(&self, contract: ContractId, watched: &Watched, way: &Way) -> Reading {
+        match watched.source {
+            EvidenceSource::Told => self.told(contract, watched),
+            EvidenceSource::Signal(signal, Measure::Verdict) => Reading::lasting(self.verdict(signal)),
+            EvidenceSource::Source(Measure::Verdict) => Reading::lasting(self.verdict_of(way)),
+            EvidenceSource::Signal(signal, measure) => self.judged(watched, self.of_signal(signal, measure)),
+            EvidenceSource::Source(measure) => {
+                // A signal that serves by itself is measured whether it is compared with others or not.
+                let measured = match way.direct() {
+                    Some(signal) => self.of_signal(signal, measure),
+                    None => self.monitor.find(way).and_then(|index| self.of_way(index, measure)),
+                };
+                self.judged(watched, measured)
+            }
+        }
+    }
+
+    fn told(&self, contract: ContractId, watched: &Watched) -> Reading {
+        let contract = self.knowledge.contracts().rows()[contract].name.as_str();
+        let is_it = |name: &String| name.split_once('/') == Some((contract, watched.name.as_str()));
+        let said = self.attested.into_iter().flatten().find(|(name, _)| is_it(name)).map(|(_, said)| *said);
+        said.map_or(Reading::UNKNOWN, |said| Reading::lasting(said.into()))
+    }
+
+    fn verdict(&self, signal: SignalId) -> Truth {
+        if self.monitor.timeouts().absence(signal).is_some() {
+            return Truth::False;
+        }
+        match self.judge.verdict(self.knowledge.witness(signal), self.monitor, self.now) {
+            Verdict::Healthy => Truth::True,
+            Verdict::Unknown => Truth::Unknown,
+            Verdict::Suspect | Verdict::Failed => Truth::False,
+        }
+    }
+
+    /// A way is as healthy as the least healthy of its signals.
+    fn verdict_of(&self, way: &Way) -> Truth {
+        way.inputs().map(|signal| self.verdict(signal)).min().unwrap_or(Truth::Unknown)
+    }
+
+    /// Compares what was measured with where it must lie, as long as it counts.
+    fn judged(&self, watched: &Watched, measured: Option<Measured>) -> Reading {
+        let (Some(measured), Some(within)) = (measured, watched.within) else { return Reading::UNKNOWN };
+        let expires = watched.max_age.map_or(Time::MAX, |most| measured.of.to + most + Span(1));
+        if expires <= self.now {
+            return Reading::UNKNOWN;
+        }
+        let truth = statement::truth(measured.value, within);
+        let bounds = [within.lo(), within.hi()];
+        let changes = bounds.into_iter().flat_map(|bound| measured.changes.pass(measured.of, bound));
+        let ahead = changes.chain([expires]).filter(|at| *at > self.now);
+        Reading { truth, until: ahead.min().unwrap_or(Time::MAX) }
+    }
+
+    fn of_signal(&self, signal: SignalId, measure: Measure) -> Option<Measured> {
+        let port = &self.monitor.ports()[signal];
+        let moment = |back: usize| port.moment(back);
+        let value = match measure {
+            Measure::Width => port.widest()?,
+            Measure::Value => port.hull()?,
+            Measure::Agreement | Measure::Availability => {
+                let variable = self.knowledge.signals()[signal].variable;
+                self.figure(self.monitor.find_direct(variable, signal)?, measure)?
+            }
+            Measure::Rate => return self.rate(moment),
+            Measure::Age | Measure::Verdict => return self.age(moment(0)?),
+        };
+        Some(Measured { value, of: moment(0)?, changes: Changes::Not })
+    }
+
+    fn of_way(&self, index: WayIndex, measure: Measure) -> Option<Measured> {
+        let outputs = &self.monitor.way(index)?.outputs;
+        let moment = |back: usize| outputs.newest(back).map(|sample| sample.validity);
+        let newest = outputs.newest(0)?;
+        let value = match measure {
+            Measure::Width => Interval::point(newest.value.width()),
+            Measure::Value => newest.value,
+            Measure::Agreement | Measure::Availability => self.figure(index, measure)?,
+            Measure::Rate => return self.rate(moment),
+            Measure::Age | Measure::Verdict => return self.age(newest.validity),
+        };
+        Some(Measured { value, of: newest.validity, changes: Changes::Not })
+    }
+
+    fn age(&self, of: Validity) -> Option<Measured> {
+        let value =
+            Interval::new((self.now - of.to).seconds().max(0.0), (self.now - of.from).seconds().max(0.0));
+        Some(Measured { value, of, changes: Changes::Age })
+    }
+
+    /// Values a second, of the last ones, and of the one that is due where it is late. One value is no rate.
+    fn rate(&self, moment: impl Fn(usize) -> Option<Validity>) -> Option<Measured> {
+        let newest = moment(0)?;
+        let (gaps, oldest) = (1..=GAPS).rev().find_map(|back| Some((back as f64, moment(back)?)))?;
+        let since = oldest.to;
+        let usual = (newest.to - since).seconds() / gaps;
+        let waited = (self.now - newest.to).seconds();
+        let rate = match waited > usual {
+            true => (gaps + 1.0) / (self.now - since).seconds(),
+            false => 1.0 / usual,
+        };
+        let value = Interval::point(rate);
+        let changes = Changes::Rate { count: gaps + 1.0, since };
+        rate.is_finite().then_some(Measured { value, of: newest, changes })
+    }
+
+    fn figure(&self, way: WayIndex, measure: Measure) -> Option<Interval> {
+        let Figures { agreement, availability, .. } = self.monitor.figures(way, self.now);
+        let figure = if measure == Measure::Agreement { agreement } else { availability };
+        figure.map(Interval::point)
+    }
+}

@@ -1,0 +1,238 @@
+//! Where a provider asks contracts what may serve its need, and what it tells of their answers.
+
+use super::super::instruments::{Attested, Instruments};
+use super::super::message::{Event, EventKind};
+use super::situation::{Situation, Succession};
+use super::sources::MOST_NAMED;
+use super::{Forced, Provider};
+use crate::assurance::{Admitted, Assurance, Ground, Lacking, Override, Refused, Trust, Verdict};
+use crate::diagnosis::Judge;
+use crate::knowledge::{KnowledgeBase, SignalId, Watched};
+use crate::monitor::{Monitor, WayIndex};
+use crate::reason::{Joint, Reason, Reasons};
+use crate::substitution::Way;
+use crate::time::Time;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// How many sets of what is lacking an event tells of one source.
+const MOST_SETS: usize = 3;
+
+/// What a need's contract says of how the need is served.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NeedAssurance {
+    /// On which ground it is served, and at which level; `None` while nothing that is admitted serves it.
+    pub admitted: Option<Admitted>,
+    /// The verdict on what serves it.
+    pub verdict: Option<Verdict>,
+    /// What would have to change for it to hold, where it does not: sets of evidence, of which one would do.
+    pub lacking: Vec<Vec<Lacking>>,
+    /// Until when an operator has overridden it.
+    pub overridden: Option<Time>,
+}
+
+impl Provider {
+    /// Begins while no evidence is known: with what needs none.
+    pub(super) fn begin_under_contract(&mut self, knowledge: &KnowledgeBase, assurance: Option<&Assurance>) {
+        let Provider { sources, contracts, .. } = self;
+        let all = sources.all().iter().map(|source| (&source.way, Trust::Trusted));
+        contracts.consider(knowledge, assurance, all);
+        contracts.begin(knowledge);
+        let may_hold = |way: &&Way| {
+            let assessment = contracts.assessment(way);
+            assessment.is_some_and(|it| matches!(it.verdict, Verdict::Holds | Verdict::Open))
+        };
+        let preferred = sources.ways().find(may_hold).cloned();
+        sources.keep(|way| contracts.admit(way).is_some());
+        sources.preferred = preferred;
+    }
+
+    /// What served before a change of the model goes on to do so as long as it may be unknown whether it still may.
+    pub(super) fn inherit_contract(&mut self, old: &Provider, change: &Succession<'_>) {
+        if !self.contracts.is_demanding() {
+            return;
+        }
+        let (knowledge, assurance) = (change.situation.knowledge, change.situation.assurance());
+        let was_admitted = |way: &&Way| old.contracts.admit(*way).is_some();
+        let before = old.state.way().filter(was_admitted);
+        let way = before.and_then(|way| way.succeeded(change.lineage));
+        self.contracts.go_on(knowledge, assurance, &old.contracts, before.zip(way.as_ref()));
+    }
+
+    /// Reads the evidence that may have changed. Whether a source is admitted otherwise than before; and an override that is
+    /// over.
+    pub(in super::super) fn follow_evidence(
+        &mut self,
+        has_spoken: &dyn Fn(SignalId) -> bool,
+        knowledge: &KnowledgeBase,
+        monitor: &Monitor,
+        judge: &Judge,
+        attested: &Attested,
+        now: Time,
+    ) -> (bool, Option<Event>) {
+        if !self.contracts.is_demanding() {
+            return (false, None);
+        }
+        let instruments = Instruments { knowledge, monitor, judge, attested: Some(attested), now };
+        let read = |contract, watched: &Watched, way: &Way| instruments.read(contract, watched, way);
+        let was_overridden = self.contracts.overridden().is_some();
+        let has_changed = self.contracts.follow(has_spoken, &read, now);
+        let is_over = was_overridden && self.contracts.overridden().is_none();
+        let event = is_over.then(|| {
+            let need = String::from(knowledge.need_name(self.settings.need));
+            self.event(knowledge, EventKind::Overridden, Reason::OverrideOver { need }, now)
+        });
+        (has_changed || is_over, event)
+    }
+
+    /// Whether its need demands anything of contracts.
+    pub(in super::super) fn is_under_contract(&self) -> bool {
+        self.contracts.is_demanding()
+    }
+
+    /// How an operator has overridden its contract.
+    pub(in super::super) fn overridden(&self) -> Option<&Override> {
+        self.contracts.overridden()
+    }
+
+    /// Lets out what the contract refuses; `None` ends that. Whether anything is demanded.
+    pub(in super::super) fn set_aside(&mut self, order: Option<Override>, now: Time) -> bool {
+        match order {
+            Some(order) => self.contracts.override_by(order, now),
+            None => {
+                self.contracts.withdraw_override();
+                self.contracts.is_demanding()
+            }
+        }
+    }
+
+    /// Whether a source may be admitted once more is known of the evidence.
+    pub(super) fn may_be_admitted_yet(&self) -> bool {
+        self.contracts.is_any_open()
+    }
+
+    /// What the source may go out on.
+    pub(super) fn admitted(&self) -> Option<Admitted> {
+        let way = self.state.way()?;
+        self.contracts.admit(way).map(|assured| assured.admitted())
+    }
+
+    /// What a way that stands in may go out on.
+    pub(super) fn admitted_stand_in(&self, monitor: &Monitor, index: WayIndex) -> Option<Admitted> {
+        let way = monitor.way(index)?.computation.way();
+        self.contracts.admit(way).map(|assured| assured.admitted())
+    }
+
+    /// What the only source that may serve the need by order is admitted on; why not.
+    pub(super) fn admit_forced(&mut self, situation: &Situation<'_>) -> Result<(), Reasons> {
+        let Some(Forced { way, .. }) = self.forced.as_ref().filter(|_| self.contracts.is_demanding()) else {
+            return Ok(());
+        };
+        situation.assess_one(&mut self.contracts, way);
+        match self.contracts.admit(way) {
+            Some(_) => Ok(()),
+            None => Err(self.why_not(situation.knowledge, way).unwrap_or_default()),
+        }
+    }
+
+    /// Why contracts do not let a way serve by order; `None` where they do.
+    pub(in super::super) fn refuses(&mut self, way: &Way, situation: &Situation<'_>) -> Option<Reasons> {
+        if !self.contracts.is_demanding() {
+            return None;
+        }
+        let serving = self.state.way().cloned();
+        situation.assess_one(&mut self.contracts, way);
+        let is_refused = self.contracts.admit(way).is_none();
+        let why = is_refused.then(|| self.why_not(situation.knowledge, way)).flatten();
+        self.contracts.run(serving.as_ref());
+        why
+    }
+
+    /// Why contracts do not admit the present source any more; `None` where they do.
+    pub(super) fn why_not_admitted(&self, knowledge: &KnowledgeBase) -> Option<Reasons> {
+        let way = self.state.way().filter(|way| self.contracts.admit(*way).is_none())?;
+        self.why_not(knowledge, way)
+    }
+
+    fn why_not(&self, knowledge: &KnowledgeBase, way: &Way) -> Option<Reasons> {
+        let refused = self.contracts.refused(way)?;
+        let because = Reasons::from(Reason::NotAdmitted { source: way.describe(knowledge) });
+        Some(lacking(because.then(Joint::Namely, verdict(&refused)), &refused.lacking))
+    }
+
+    /// That contracts admit nothing of what is there, where that is why nothing goes out.
+    pub(super) fn why_none_admitted(&self) -> Option<Reasons> {
+        let is_served = self.state.serving().is_some() || !self.sources.all().is_empty();
+        (self.contracts.is_demanding() && !is_served).then(|| Reason::NoneAdmitted.into())
+    }
+
+    /// Tells which sources that would be preferred contracts refuse, once each time that it happens; of what is not known, when
+    /// that has lasted for longer than a value may be old.
+    pub(super) fn tell_not_admitted(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
+        let calm = self.settings.switching.probation;
+        let untold = self.contracts.untold(calm, now);
+        if untold.is_empty() {
+            return None;
+        }
+        let need = String::from(knowledge.need_name(self.settings.need));
+        let mut because = Reasons::from(Reason::ContractForbids { need });
+        let mut joint = Joint::Namely;
+        for refused in untold.iter().take(MOST_NAMED) {
+            let source = Reasons::from(Reason::ShortSource { source: refused.way.describe(knowledge) });
+            let told = lacking(source.then(Joint::Namely, verdict(refused)), &refused.lacking);
+            because = because.then(joint, told);
+            joint = Joint::Next;
+        }
+        if let Some(more) = untold.len().checked_sub(MOST_NAMED).filter(|more| *more > 0) {
+            because = because.then(Joint::Next, Reason::MoreSources { count: more as u64 });
+        }
+        if let Some(all_the_same) = self.goes_out_all_the_same(knowledge) {
+            because = because.then(Joint::Next, all_the_same);
+        }
+        Some(self.event(knowledge, EventKind::Refused, because, now))
+    }
+
+    fn goes_out_all_the_same(&self, knowledge: &KnowledgeBase) -> Option<Reason> {
+        let Admitted { ground, level } = self.admitted()?;
+        let level = level.map(|level| knowledge.contracts().scales().written(level));
+        match ground {
+            Ground::Degraded | Ground::Warned | Ground::Overridden => {
+                Some(Reason::GoesOutAllTheSame { level: level.unwrap_or_else(|| String::from("no level")) })
+            }
+            Ground::Undemanded | Ground::Met | Ground::Lapsing => None,
+        }
+    }
+
+    /// What the contract says of how the need is served.
+    pub(super) fn assurance(&self) -> Option<NeedAssurance> {
+        if !self.contracts.is_demanding() {
+            return None;
+        }
+        let way = self.state.way().or(self.sources.preferred.as_ref());
+        let assessment = way.and_then(|way| self.contracts.assessment(way));
+        Some(NeedAssurance {
+            admitted: self.admitted(),
+            verdict: assessment.map(|assessment| assessment.verdict),
+            lacking: way.and_then(|way| self.contracts.refused(way)).map(|it| it.lacking).unwrap_or_default(),
+            overridden: self.contracts.overridden().map(|order| order.until),
+        })
+    }
+}
+
+/// Of which kind the reason is.
+fn verdict(refused: &Refused) -> Reason {
+    match refused.verdict {
+        Verdict::Holds | Verdict::Refused => Reason::DemandRefused,
+        Verdict::Open => Reason::DemandOpen,
+        Verdict::Circular => Reason::DemandCircular,
+    }
+}
+
+/// The sets of what would have to change, the smallest first.
+fn lacking(because: Reasons, sets: &[Vec<Lacking>]) -> Reasons {
+    sets.iter().take(MOST_SETS).fold(because, |because, set| {
+        let leaves = set.iter().map(|leaf| format!("{}: {}", leaf.subject, leaf.name)).collect();
+        because.then(Joint::With, Reason::WouldNeed { leaves })
+    })
+}

@@ -1,0 +1,99 @@
+//! Many numbers at once: a formula without branches is evaluated for all of them in one go.
+//!
+//! What a program costs beside its arithmetic is then paid once for [`LANES`] numbers, and the arithmetic becomes vector
+//! instructions. Every lane has exactly the value that the formula has for its number alone.
+
+use shsa_core::expression::{Binary, Comparison, Constant, Number, Unary};
+use shsa_core::interval::{Interval, Truth};
+
+/// How many numbers are computed at once.
+pub(crate) const LANES: usize = 16;
+
+/// So many numbers; one that is not-a-number is missing.
+///
+/// Only for programs that are free of branches: numbers that differ cannot give one answer to a question, so a comparison has
+/// none, and what would look into a set of numbers has no value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lanes(pub(crate) [f64; LANES]);
+
+impl Lanes {
+    #[inline(always)]
+    fn map(self, function: impl Fn(f64) -> f64) -> Lanes {
+        Lanes(self.0.map(function))
+    }
+
+    #[inline(always)]
+    fn zip(mut self, other: Lanes, function: impl Fn(f64, f64) -> f64) -> Lanes {
+        self.0.iter_mut().zip(other.0).for_each(|(own, its)| *own = function(*own, its));
+        self
+    }
+}
+
+impl Number for Lanes {
+    const MISSING: Lanes = Lanes([f64::NAN; LANES]);
+
+    fn constant(constant: Constant) -> Lanes {
+        Lanes([constant.value; LANES])
+    }
+
+    fn admitted(self) -> Lanes {
+        self.map(f64::admitted)
+    }
+
+    fn is_missing(self) -> bool {
+        self.0.iter().all(|number| number.is_nan())
+    }
+
+    // The cases that are written out become loops without a choice in them.
+    fn unary(self, function: Unary) -> Lanes {
+        match function {
+            Unary::Neg => self.map(|x| x.unary(Unary::Neg)),
+            Unary::Sqr => self.map(|x| x.unary(Unary::Sqr)),
+            Unary::Sin => self.map(|x| x.unary(Unary::Sin)),
+            Unary::Cos => self.map(|x| x.unary(Unary::Cos)),
+            _ => self.map(|x| x.unary(function)),
+        }
+    }
+
+    fn binary(self, function: Binary, other: Lanes) -> Lanes {
+        match function {
+            Binary::Add => self.zip(other, |x, y| x.binary(Binary::Add, y)),
+            Binary::Sub => self.zip(other, |x, y| x.binary(Binary::Sub, y)),
+            Binary::Mul => self.zip(other, |x, y| x.binary(Binary::Mul, y)),
+            Binary::Div => self.zip(other, |x, y| x.binary(Binary::Div, y)),
+            _ => self.zip(other, |x, y| x.binary(function, y)),
+        }
+    }
+
+    fn compare(self, _: Comparison, _: Lanes) -> Truth {
+        Truth::Unknown
+    }
+
+    fn hull(self, _: Lanes) -> Lanes {
+        Lanes::MISSING
+    }
+
+    fn either_of(_: impl Iterator<Item = Lanes>) -> Lanes {
+        Lanes::MISSING
+    }
+
+    fn covering(self, other: Lanes) -> Lanes {
+        self.zip(other, f64::covering)
+    }
+
+    fn between(self, next: Lanes) -> Lanes {
+        self.zip(next, f64::between)
+    }
+
+    fn within(self, bounds: Interval) -> Lanes {
+        self.map(|number| number.within(bounds))
+    }
+
+    fn bounds(self) -> Interval {
+        Interval::EMPTY
+    }
+
+    fn median(_: impl Iterator<Item = Lanes>, _: &mut [f64]) -> Lanes {
+        Lanes::MISSING
+    }
+}

@@ -1,0 +1,284 @@
+//! BLF, the binary form of Vector's tools: objects, most of them within containers that zlib has packed.
+//!
+//! Layouts as in `python-can` and `vector_blf`. After damage the reading goes on at the next object that can be recognised. Memory
+//! is bounded by the largest container.
+
+use super::super::record::array;
+use super::super::topic::{Input, Listener};
+use super::super::window::Window;
+use super::super::{Place, ReadOptions, RecordingError};
+use super::bus::{Bus, Frame};
+use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
+use shsa_core::time::{Span, Time};
+use shsa_message::stamp::civil;
+use std::io;
+
+/// The first bytes of every file.
+pub(in super::super) const MAGIC: &[u8] = b"LOGG";
+
+/// The first bytes of every object.
+const OBJECT: &[u8] = b"LOBJ";
+
+/// The length of what every object begins with: the magic, the length of the header and its version, the whole length, the kind.
+const BASE: usize = 16;
+
+/// The header of the file up to the date of its end.
+const FILE_HEADER: usize = 72;
+
+/// The longest object that is believed; recorders write containers of 128 KiB.
+const OBJECT_MAX: usize = 1 << 26;
+
+/// The largest container once it is unpacked.
+const UNPACKED_MAX: usize = 1 << 26;
+
+/// Bytes that are searched at once after damage.
+const SEARCH_BLOCK: usize = 1 << 16;
+
+const CONTAINER: u32 = 10;
+const CAN: [u32; 2] = [1, 86];
+const CAN_FD: u32 = 100;
+const CAN_FD_64: u32 = 101;
+
+/// The sign of a request without data among the flags of a frame.
+const REMOTE: u8 = 0x80;
+
+/// The same among those of a frame of FD.
+const REMOTE_FD: u32 = 0x10;
+
+/// What an object begins with.
+#[derive(Clone, Copy)]
+struct Head {
+    header: usize,
+    version: u16,
+    length: usize,
+    kind: u32,
+}
+
+impl Head {
+    /// The object that begins here, if one does.
+    fn of(bytes: &[u8]) -> Option<Head> {
+        let fields = bytes.strip_prefix(OBJECT)?;
+        let header = usize::from(u16::from_le_bytes(array(fields, 0)?));
+        let version = u16::from_le_bytes(array(fields, 2)?);
+        let length = usize::try_from(u32::from_le_bytes(array(fields, 4)?)).ok()?;
+        let kind = u32::from_le_bytes(array(fields, 8)?);
+        let is_likely =
+            (BASE..=OBJECT_MAX).contains(&length) && header >= BASE && header <= length && kind < 1 << 12;
+        is_likely.then_some(Head { header, version, length, kind })
+    }
+}
+
+/// Reads all frames.
+pub(in super::super) fn read(
+    input: &mut dyn Input,
+    options: &ReadOptions,
+    listener: &mut dyn Listener,
+) -> Result<(), RecordingError> {
+    let mut reader =
+        Reader { bus: Bus::new(options, listener)?, start: Time::default(), left: Vec::new(), listener };
+    let mut window = Window::new(input);
+    let outcome = reader.begin(&mut window, options).and_then(|()| reader.objects(&mut window));
+    if let Err(failure) = outcome {
+        reader.listener.damaged(Place::Offset(window.offset()), format!("reading stopped: {failure}"));
+    }
+    reader.bus.finish(reader.listener);
+    Ok(())
+}
+
+struct Reader<'a> {
+    bus: Bus,
+    /// The date to which times count.
+    start: Time,
+    /// Unpacked bytes of an object that goes on in the next container.
+    left: Vec<u8>,
+    listener: &'a mut dyn Listener,
+}
+
+impl Reader<'_> {
+    fn begin(&mut self, window: &mut Window<&mut dyn Input>, options: &ReadOptions) -> io::Result<()> {
+        let Some(header) = window.exactly(FILE_HEADER)? else {
+            self.listener.damaged(Place::Offset(0), "the file ends within its header".into());
+            return window.skip(u64::MAX);
+        };
+        let length = u32::from_le_bytes(array(header, 4).unwrap_or_default());
+        let start = date(header);
+        if let Some(start) = start {
+            self.start = start - options.zone.ahead;
+        }
+        let said = match start {
+            None => "no date: times count from the beginning of the recording",
+            Some(_) if options.zone.is_given => "",
+            Some(_) => "the date has no zone and is taken as UTC (to say another: --time-zone)",
+        };
+        if !said.is_empty() {
+            self.listener.note(Place::Whole, said.to_owned());
+        }
+        window.skip(u64::from(length).clamp(FILE_HEADER as u64, 1 << 12))
+    }
+
+    fn objects(&mut self, window: &mut Window<&mut dyn Input>) -> io::Result<()> {
+        loop {
+            let ahead = window.ahead(BASE + 3)?;
+            if ahead.iter().all(|byte| *byte == 0) && ahead.len() < BASE {
+                return Ok(());
+            }
+            // Objects stand at multiples of four.
+            let padding = (0..4).find(|at| ahead.get(*at..).is_some_and(|rest| rest.starts_with(OBJECT)));
+            let head = padding.and_then(|at| Head::of(ahead.get(at..)?).map(|head| (at, head)));
+            let offset = window.offset();
+            let Some((padding, head)) = head else {
+                self.search(window)?;
+                continue;
+            };
+            window.pass(padding);
+            let object = window.ahead(head.length)?;
+            let there = object.len().min(head.length);
+            if let Some(object) = object.get(..there) {
+                self.object(head, object, offset);
+            }
+            if there < head.length {
+                let problem =
+                    format!("the file ends within an object: {there} of {} bytes are there", head.length);
+                self.listener.damaged(Place::Offset(offset), problem);
+                return Ok(());
+            }
+            window.pass(head.length);
+        }
+    }
+
+    /// Goes to the next object.
+    fn search(&mut self, window: &mut Window<&mut dyn Input>) -> io::Result<()> {
+        let begin = window.offset();
+        window.pass(1);
+        loop {
+            let ahead = window.ahead(SEARCH_BLOCK + BASE)?;
+            let searched = ahead.len().min(SEARCH_BLOCK);
+            let found = (0..searched).find(|at| ahead.get(*at..).and_then(Head::of).is_some());
+            window.pass(found.unwrap_or(searched));
+            if found.is_some() || searched == 0 {
+                break;
+            }
+        }
+        let lost = window.offset() - begin;
+        self.listener.damaged(Place::Offset(begin), format!("no object begins here: {lost} bytes are lost"));
+        Ok(())
+    }
+
+    fn object(&mut self, head: Head, object: &[u8], offset: u64) {
+        if head.kind != CONTAINER {
+            return self.frame(head, object);
+        }
+        let (method, packed) = (array(object, BASE).map_or(0, u16::from_le_bytes), object.get(BASE + 16..));
+        let packed = packed.unwrap_or_default();
+        match method {
+            0 => self.left.extend_from_slice(packed),
+            _ => match decompress_to_vec_zlib_with_limit(packed, UNPACKED_MAX) {
+                Ok(unpacked) => self.left.extend_from_slice(&unpacked),
+                Err(error) => {
+                    let problem = format!(
+                        "a container unpacks to {} bytes and no further: {error}",
+                        error.output.len()
+                    );
+                    self.listener.damaged(Place::Offset(offset), problem);
+                    self.left.extend_from_slice(&error.output);
+                }
+            },
+        }
+        self.unpacked(offset);
+    }
+
+    /// The objects of a container; one that goes on in the next is left.
+    fn unpacked(&mut self, offset: u64) {
+        let bytes = std::mem::take(&mut self.left);
+        let mut at = 0;
+        while let Some(rest) = bytes.get(at..).filter(|rest| rest.len() >= BASE) {
+            let head = (0..8).find_map(|skip| Some((skip, Head::of(rest.get(skip..)?)?)));
+            let Some((skip, head)) = head else {
+                let next = (1..rest.len()).find(|at| rest.get(*at..).and_then(Head::of).is_some());
+                // The beginning of an object may be in the last bytes.
+                let lost = next.unwrap_or(rest.len() - BASE);
+                if next.is_some() || rest.len() >= 2 * BASE {
+                    let problem = format!("{lost} unpacked bytes of this container are no object");
+                    self.listener.damaged(Place::Offset(offset), problem);
+                }
+                at += lost;
+                if next.is_none() {
+                    break;
+                }
+                continue;
+            };
+            let Some(object) = rest.get(skip..skip + head.length) else { break };
+            self.frame(head, object);
+            at += skip + head.length;
+        }
+        self.left = bytes.get(at..).unwrap_or_default().to_vec();
+        if self.left.len() > OBJECT_MAX {
+            self.left = Vec::new();
+        }
+    }
+
+    /// Tells an object that is a frame.
+    fn frame(&mut self, head: Head, object: &[u8]) {
+        let content = object.get(head.header..).unwrap_or_default();
+        let parsed = match head.kind {
+            kind if CAN.contains(&kind) => classic(content),
+            CAN_FD => flexible(content),
+            CAN_FD_64 => flexible_64(content),
+            _ => return,
+        };
+        let Some(time) = self.time(head, object) else { return };
+        match parsed {
+            Some((channel, id, Some(data))) => {
+                let channel = channel.to_string();
+                self.bus.tell(&Frame { time, channel: &channel, id, data }, self.listener);
+            }
+            _ => self.bus.pass(),
+        }
+    }
+
+    /// Flags say whether the time counts in steps of 10 us or of 1 ns.
+    fn time(&self, head: Head, object: &[u8]) -> Option<Time> {
+        let flags = u32::from_le_bytes(array(object, BASE)?);
+        // Both versions of the header have it at the same place.
+        let steps = u64::from_le_bytes(array(object, BASE + 8)?);
+        let step = if flags == 1 { 10_000 } else { 1 };
+        let since = i64::try_from(steps).ok()?.checked_mul(step)?;
+        (head.version <= 2).then(|| self.start + Span(since))
+    }
+}
+
+/// The channel, the identifier, and the data; `None` in place of these where there are none.
+type Parsed<'a> = Option<(u16, u32, Option<&'a [u8]>)>;
+
+/// Channel, flags, length, identifier, 8 bytes.
+fn classic(content: &[u8]) -> Parsed<'_> {
+    let (flags, length) = (*content.get(2)?, usize::from(*content.get(3)?).min(8));
+    let id = u32::from_le_bytes(array(content, 4)?);
+    let data = content.get(8..8 + length).filter(|_| flags & REMOTE == 0);
+    Some((u16::from_le_bytes(array(content, 0)?), id, data))
+}
+
+/// Channel, flags, code of the length, identifier, length on the bus, bits, flags of FD, bytes that are valid, 64 bytes.
+fn flexible(content: &[u8]) -> Parsed<'_> {
+    let (flags, length) = (*content.get(2)?, usize::from(*content.get(14)?).min(64));
+    let id = u32::from_le_bytes(array(content, 4)?);
+    let data = content.get(20..20 + length).filter(|_| flags & REMOTE == 0);
+    Some((u16::from_le_bytes(array(content, 0)?), id, data))
+}
+
+/// Channel, code of the length, bytes that are valid, count of trials, identifier, length on the bus, flags, .., the bytes.
+fn flexible_64(content: &[u8]) -> Parsed<'_> {
+    let (channel, length) = (*content.first()?, usize::from(*content.get(2)?).min(64));
+    let id = u32::from_le_bytes(array(content, 4)?);
+    let flags = u32::from_le_bytes(array(content, 12)?);
+    let data = content.get(40..40 + length).filter(|_| flags & REMOTE_FD == 0);
+    Some((channel.into(), id, data))
+}
+
+/// The date of the beginning: year, month, day of the week, day, hour, minute, second, millisecond.
+fn date(header: &[u8]) -> Option<Time> {
+    let field = |at: usize| array(header, 40 + 2 * at).map(|bytes| i64::from(u16::from_le_bytes(bytes)));
+    let (year, month, day) = (field(0)?, field(1)?, field(3)?);
+    let of_day_ms = ((field(4)? * 60 + field(5)?) * 60 + field(6)?) * 1_000 + field(7)?;
+    civil(year, month, day, of_day_ms * 1_000_000).filter(|_| year > 1970)
+}

@@ -1,0 +1,379 @@
+//! MDF 4 (ASAM), also as `.mf4` of loggers: groups of channels, each with its time; packed or not, finished or cut off.
+//!
+//! Layout: ASAM MDF 4.1, as `asammdf` and `mdfreader` read it. A topic is a channel group by the name of its acquisition, its
+//! fields are its channels. Frames of a CAN bus (`CAN_DataFrame`) are told as those of other recordings of a bus. Groups are told
+//! one after the other. Memory: the definitions, and one block of data.
+
+mod block;
+mod channel;
+mod data;
+
+use super::can::{Bus, EXTENDED, Frame};
+use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, TopicId, Value};
+use super::{Place, ReadOptions, RecordingError};
+use block::{Block, Blocks, Unread};
+use channel::{Bits, Channel, Role};
+use shsa_core::time::{Span, Time};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The first bytes of a file, and of one that was cut off.
+pub(super) const MAGICS: [&[u8]; 2] = [b"MDF     4", b"UnFinMF 4"];
+
+/// Where the first block stands.
+const FIRST_BLOCK: u64 = 64;
+
+/// The most channels of a group.
+const CHANNELS_MAX: usize = 1 << 14;
+
+/// The most channels of a file.
+const ALL_CHANNELS_MAX: usize = 1 << 17;
+
+/// So many records in a row tell that the way is found again.
+const CHAIN: usize = 8;
+
+/// How far the way is searched after damage, bytes.
+const SEARCH_MAX: usize = 1 << 12;
+
+/// Groups whose records are in one place.
+struct DataGroup {
+    data: u64,
+    /// How many bytes before each record tell its group.
+    id_length: usize,
+    groups: BTreeMap<u64, Group>,
+}
+
+/// A channel group.
+struct Group {
+    name: String,
+    full: String,
+    channels: Vec<Channel>,
+    /// The channel that is the time.
+    time: Option<usize>,
+    data_length: usize,
+    /// With the bits of validity.
+    length: usize,
+    /// Its records have a length of their own.
+    is_variable: bool,
+    frame: Option<FrameChannels>,
+    /// How many records there were.
+    count: u64,
+    told: Option<TopicId>,
+}
+
+/// The channels that make a frame of a bus.
+struct FrameChannels {
+    id: usize,
+    bytes: usize,
+    is_extended: Option<usize>,
+    bus: Option<usize>,
+    length: Option<usize>,
+}
+
+/// Reads all groups.
+pub(super) fn read(
+    input: &mut dyn Input,
+    options: &ReadOptions,
+    listener: &mut dyn Listener,
+) -> Result<(), RecordingError> {
+    let defined = Blocks::new(input).map_err(Unread::from).and_then(|mut blocks| {
+        let defined = Definitions::of(&mut blocks, listener)?;
+        Ok((blocks, defined))
+    });
+    let (mut blocks, defined) = match defined {
+        Ok(found) => found,
+        Err(problem) => {
+            listener.damaged(Place::Whole, format!("reading stopped: {problem}"));
+            return Ok(());
+        }
+    };
+    let has_frames =
+        defined.groups.iter().flat_map(|all| all.groups.values()).any(|group| group.frame.is_some());
+    let bus = if has_frames { Some(Bus::new(options, listener)?) } else { None };
+    let mut start = defined.start;
+    if defined.is_local {
+        start = start - options.zone.ahead;
+        if !options.zone.is_given {
+            let what = "the date has no zone and is taken as UTC (to say another: --time-zone)";
+            listener.note(Place::Whole, what.to_owned());
+        }
+    }
+    let mut teller = Teller { start, bus, listener };
+    for mut group in defined.groups {
+        teller.tell_all(&mut group, &mut blocks, defined.is_finished);
+    }
+    if let Some(bus) = teller.bus {
+        bus.finish(teller.listener);
+    }
+    Ok(())
+}
+
+/// What a file says of itself.
+struct Definitions {
+    start: Time,
+    /// The start is in the time of the place.
+    is_local: bool,
+    is_finished: bool,
+    groups: Vec<DataGroup>,
+}
+
+impl Definitions {
+    fn of(blocks: &mut Blocks<'_>, listener: &mut dyn Listener) -> Result<Definitions, Unread> {
+        let is_finished = !blocks.bytes(0, 8)?.starts_with(b"UnFin");
+        let head = blocks.of_name(FIRST_BLOCK, b"HD")?;
+        let start = Time(i64::try_from(head.u64(0)).unwrap_or(0));
+        let mut groups = Vec::new();
+        let (mut next, mut count, mut channels) = (head.link(0), 0, 0);
+        let mut passed = BTreeSet::new();
+        while next != 0 && channels < ALL_CHANNELS_MAX {
+            let block = if passed.insert(next) { blocks.of_name(next, b"DG") } else { Err(Unread::TooMany) };
+            let group =
+                block.and_then(|block| Ok((block.link(0), DataGroup::of(&block, blocks, &mut count)?)));
+            let (after, group) = match group {
+                Ok(found) => found,
+                Err(problem) => {
+                    let problem = format!("a data group is lost, and those behind it: {problem}");
+                    listener.damaged(Place::Offset(next), problem);
+                    break;
+                }
+            };
+            next = after;
+            channels += group.groups.values().map(|group| group.channels.len()).sum::<usize>();
+            groups.push(group);
+        }
+        tell_apart(&mut groups);
+        Ok(Definitions { start, is_local: head.u8(12) & 1 == 1, is_finished, groups })
+    }
+}
+
+/// Groups of the same name get numbers.
+fn tell_apart(groups: &mut [DataGroup]) {
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for group in groups.iter().flat_map(|all| all.groups.values()) {
+        *counts.entry(group.name.clone()).or_insert(0) += 1;
+    }
+    let mut numbers: BTreeMap<String, usize> = BTreeMap::new();
+    for group in groups.iter_mut().flat_map(|all| all.groups.values_mut()) {
+        let number = numbers.entry(group.name.clone()).or_insert(0);
+        group.full = match counts.get(&group.name) {
+            Some(0 | 1) | None => group.name.clone(),
+            Some(_) => format!("{}[{number}]", group.name),
+        };
+        *number += 1;
+    }
+}
+
+impl DataGroup {
+    fn of(block: &Block, blocks: &mut Blocks<'_>, count: &mut usize) -> Result<DataGroup, Unread> {
+        let mut groups = BTreeMap::new();
+        let mut next = block.link(1);
+        while next != 0 {
+            let found = blocks.of_name(next, b"CG")?;
+            let name = blocks.text(found.link(2));
+            let name = if name.is_empty() { format!("group_{count}") } else { name };
+            groups.insert(found.u64(0), Group::of(&found, blocks, name)?);
+            *count += 1;
+            next = found.link(0);
+        }
+        Ok(DataGroup { data: block.link(2), id_length: usize::from(block.u8(0)), groups })
+    }
+
+    /// How long the record is that begins here, with its number; `None` where none can.
+    fn length(&self, bytes: &[u8]) -> Option<usize> {
+        let group = self.groups.get(&self.id(bytes)?)?;
+        if !group.is_variable {
+            return Some(self.id_length + group.length).filter(|length| *length > 0);
+        }
+        let length = super::record::array(bytes, self.id_length).map(u32::from_le_bytes)?;
+        Some(self.id_length + 4 + length as usize)
+    }
+
+    /// The number of the group; of the only one there is none.
+    fn id(&self, bytes: &[u8]) -> Option<u64> {
+        if self.id_length == 0 {
+            return self.groups.keys().next().copied();
+        }
+        let id = bytes.get(..self.id_length)?;
+        Some(id.iter().rev().fold(0, |all, byte| all << 8 | u64::from(*byte)))
+    }
+
+    /// Whether records follow each other from here on.
+    fn is_way(&self, mut bytes: &[u8]) -> bool {
+        (0..CHAIN).all(|_| match self.length(bytes) {
+            Some(length) => {
+                bytes = bytes.get(length..).unwrap_or_default();
+                true
+            }
+            None => bytes.is_empty(),
+        })
+    }
+}
+
+impl Group {
+    fn of(block: &Block, blocks: &mut Blocks<'_>, name: String) -> Result<Group, Unread> {
+        let mut channels = Vec::new();
+        collect(block.link(1), 0, blocks, &mut channels)?;
+        let data_length = block.u32(24) as usize;
+        let find = |end: &str| channels.iter().position(|channel: &Channel| channel.name.ends_with(end));
+        let is_bus = channels.iter().any(|channel| channel.name.starts_with("CAN_DataFrame"));
+        let frame = find(".ID").zip(find(".DataBytes")).filter(|_| is_bus).map(|(id, bytes)| FrameChannels {
+            id,
+            bytes,
+            is_extended: find(".IDE"),
+            bus: find(".BusChannel"),
+            length: find(".DataLength").or_else(|| find(".DLC")),
+        });
+        let is_time = |channel: &Channel| matches!(channel.role, Role::Time | Role::VirtualTime);
+        Ok(Group {
+            full: name.clone(),
+            name,
+            time: channels.iter().position(is_time),
+            frame,
+            data_length,
+            length: data_length.saturating_add(block.u32(28) as usize).min(1 << 26),
+            is_variable: block.u16(16) & 1 == 1,
+            channels,
+            count: 0,
+            told: None,
+        })
+    }
+}
+
+/// The channels of a list, and those that they are composed of.
+fn collect(
+    first: u64,
+    depth: usize,
+    blocks: &mut Blocks<'_>,
+    channels: &mut Vec<Channel>,
+) -> Result<(), Unread> {
+    let mut next = first;
+    while next != 0 && channels.len() < CHANNELS_MAX {
+        let block = blocks.of_name(next, b"CN")?;
+        channels.push(Channel::of(&block, blocks)?);
+        let parts = block.link(1);
+        // An array (`CA`) is no list of channels.
+        if parts != 0 && depth < 4 && blocks.block(parts).is_ok_and(|parts| parts.name == *b"CN") {
+            collect(parts, depth + 1, blocks, channels)?;
+        }
+        next = block.link(0);
+    }
+    Ok(())
+}
+
+struct Teller<'a> {
+    start: Time,
+    bus: Option<Bus>,
+    listener: &'a mut dyn Listener,
+}
+
+impl Teller<'_> {
+    /// Tells all records of a data group.
+    fn tell_all(&mut self, all: &mut DataGroup, blocks: &mut Blocks<'_>, is_finished: bool) {
+        let mut left: Vec<u8> = Vec::new();
+        let data = all.data;
+        data::pieces(blocks, data, is_finished, &mut |piece| match piece {
+            Ok(bytes) => {
+                left.extend_from_slice(bytes);
+                let taken = self.records(all, &left);
+                left.drain(..taken);
+            }
+            Err((at, problem)) => self.listener.damaged(Place::Offset(at), problem),
+        });
+        if !left.is_empty() {
+            let problem = format!("the last {} bytes of a data group are no whole record", left.len());
+            self.listener.damaged(Place::Offset(data), problem);
+        }
+    }
+
+    /// Tells the whole records of these bytes; gives how long they are.
+    fn records(&mut self, all: &mut DataGroup, bytes: &[u8]) -> usize {
+        let mut at = 0;
+        while let Some(rest) = bytes.get(at..).filter(|rest| rest.len() > all.id_length) {
+            let Some(length) = all.length(rest) else {
+                let searched = rest.len().min(SEARCH_MAX);
+                let found = (1..searched).find(|at| rest.get(*at..).is_some_and(|rest| all.is_way(rest)));
+                let lost = found.unwrap_or(searched);
+                let problem = format!("{lost} bytes of a data group are no record");
+                self.listener.damaged(Place::Offset(all.data), problem);
+                at += lost;
+                continue;
+            };
+            let Some(record) = rest.get(all.id_length..length) else { break };
+            if let Some(group) = all.id(rest).and_then(|id| all.groups.get_mut(&id)) {
+                self.record(group, record);
+            }
+            at += length;
+        }
+        at
+    }
+
+    fn record(&mut self, group: &mut Group, record: &[u8]) {
+        if group.is_variable {
+            return;
+        }
+        let number = group.count;
+        group.count += 1;
+        let value =
+            |at: usize| group.channels.get(at).and_then(|it| it.value(record, number, group.data_length));
+        // Without a time, records are a second apart.
+        let since_s = group.time.map_or(Some(number as f64), value);
+        let Some(since) = since_s.filter(|since| since.is_finite()) else { return };
+        let time = self.start + Span::from_seconds(since);
+        if let (Some(frame), Some(bus)) = (&group.frame, &mut self.bus) {
+            return tell_frame(group, frame, record, time, bus, self.listener);
+        }
+        let topic =
+            *group.told.get_or_insert_with(|| told(&group.name, &group.full, &group.channels, self.listener));
+        if self.listener.is_wanted(topic) {
+            let shown = (0..group.channels.len()).filter(|at| group.channels.get(*at).is_some_and(is_shown));
+            let values: Vec<Value<'_>> = shown
+                .map(|at| {
+                    let value =
+                        group.channels.get(at).and_then(|it| it.value(record, number, group.data_length));
+                    value.map_or(Value::Missing, Value::Number)
+                })
+                .collect();
+            self.listener.message(topic, Times::at(time), Body::Values(&values));
+        }
+    }
+}
+
+/// Whether a channel is a field: whether it is a number.
+fn is_shown(channel: &Channel) -> bool {
+    channel.role != Role::Other
+}
+
+fn told(name: &str, full: &str, channels: &[Channel], listener: &mut dyn Listener) -> TopicId {
+    let field = |channel: &Channel| {
+        let unit = (!channel.unit.is_empty()).then(|| channel.unit.clone());
+        Field { name: channel.name.clone(), unit }
+    };
+    let fields = Fields::named(channels.iter().filter(|channel| is_shown(channel)).map(field));
+    listener.topic(Topic { full, ..Topic::new(name, "MDF channel group", fields) })
+}
+
+fn tell_frame(
+    group: &Group,
+    frame: &FrameChannels,
+    record: &[u8],
+    time: Time,
+    bus: &mut Bus,
+    listener: &mut dyn Listener,
+) {
+    let value =
+        |at: usize| group.channels.get(at).and_then(|it| it.value(record, group.count, group.data_length));
+    let whole = |at: Option<usize>| at.and_then(value).map(|value| value as u32);
+    let Some(id) = whole(Some(frame.id)) else { return bus.pass() };
+    let Some(bytes) = group.channels.get(frame.bytes) else { return bus.pass() };
+    let room = if bytes.bits == Bits::Bytes { bytes.length / 8 } else { 0 };
+    let length = whole(frame.length).map_or(room, |length| (length as usize).min(room));
+    let is_extended = whole(frame.is_extended).map_or(id > 0x7ff, |flag| flag == 1);
+    let id = if is_extended { id | EXTENDED } else { id };
+    let channel = whole(frame.bus).map_or(group.name.clone(), |number| number.to_string());
+    match record.get(bytes.byte..bytes.byte.saturating_add(length)) {
+        Some(data) => bus.tell(&Frame { time, channel: &channel, id, data }, listener),
+        None => bus.pass(),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,198 @@
+//! Files written by these tests, and those of a car.
+
+use super::super::tests::independent::{
+    check_cut, check_flipped, check_values, counted, expected, sample, sample_path, told, told_with,
+};
+use super::super::tests::told::Collector;
+use super::*;
+
+/// A file in the making: blocks at multiples of eight.
+struct Writer(Vec<u8>);
+
+/// The bits of a channel.
+struct Bits {
+    data_type: u8,
+    byte: u32,
+    length: u32,
+}
+
+impl Writer {
+    fn new(magic: &[u8]) -> Writer {
+        let mut bytes = magic.to_vec();
+        bytes.resize(64 + 104, 0);
+        Writer(bytes)
+    }
+
+    /// Where the next block will stand.
+    fn next(&self) -> u64 {
+        self.0.len().next_multiple_of(8) as u64
+    }
+
+    fn block(&mut self, name: &[u8; 2], links: &[u64], content: &[u8]) -> u64 {
+        let at = self.next();
+        self.0.resize(at as usize, 0);
+        self.0.extend(block(name, links, content));
+        at
+    }
+
+    fn text(&mut self, text: &str) -> u64 {
+        self.block(b"TX", &[], &[text.as_bytes(), &[0]].concat())
+    }
+
+    /// A channel of a float of 64 bits, or of an integer of 16.
+    fn channel(&mut self, next: u64, name: &str, kind: u8, bits: Bits, conversion: u64) -> u64 {
+        let Bits { data_type, byte, length } = bits;
+        let (name, unit) = (self.text(name), self.text("m"));
+        let head = [kind, u8::from(kind == 2), data_type, 0];
+        let content = [&head[..], &byte.to_le_bytes(), &length.to_le_bytes(), &[0; 56]].concat();
+        self.block(b"CN", &[next, 0, name, 0, conversion, 0, unit, 0], &content)
+    }
+
+    /// The head, which leads to the first data group.
+    fn finish(mut self, group: u64) -> Vec<u8> {
+        let content = [&1_600_000_000_000_000_000_u64.to_le_bytes()[..], &[0; 24]].concat();
+        let head = block(b"HD", &[group, 0, 0, 0, 0, 0], &content);
+        self.0[64..64 + head.len()].copy_from_slice(&head);
+        self.0
+    }
+}
+
+fn block(name: &[u8; 2], links: &[u64], content: &[u8]) -> Vec<u8> {
+    let length = (24 + 8 * links.len() + content.len()) as u64;
+    let links: Vec<u8> = links.iter().flat_map(|link| link.to_le_bytes()).collect();
+    [
+        b"##",
+        &name[..],
+        &[0; 4],
+        &length.to_le_bytes(),
+        &(links.len() as u64 / 8).to_le_bytes(),
+        &links,
+        content,
+    ]
+    .concat()
+}
+
+/// Ten records of a time and a number.
+fn records() -> Vec<u8> {
+    (0..10_i16)
+        .flat_map(|step| [&(f64::from(step) / 10.0).to_le_bytes()[..], &(-step).to_le_bytes()].concat())
+        .collect()
+}
+
+/// A file with these data.
+fn file(magic: &[u8], write: impl FnOnce(&mut Writer) -> u64) -> Vec<u8> {
+    let mut writer = Writer::new(magic);
+    let linear =
+        [&[1, 0, 0, 0, 0, 0, 2, 0][..], &[0; 16], &1.0_f64.to_le_bytes(), &0.5_f64.to_le_bytes()].concat();
+    let conversion = writer.block(b"CC", &[0, 0, 0, 0], &linear);
+    let (integer, float) =
+        (Bits { data_type: 2, byte: 8, length: 16 }, Bits { data_type: 4, byte: 0, length: 64 });
+    let speed = writer.channel(0, "Speed", 0, integer, conversion);
+    let time = writer.channel(speed, "t", 2, float, 0);
+    let name = writer.text("engine");
+    let content = [&[0; 8][..], &10_u64.to_le_bytes(), &[0; 8], &10_u32.to_le_bytes(), &[0; 4]].concat();
+    let group = writer.block(b"CG", &[0, time, name, 0, 0, 0], &content);
+    let data = write(&mut writer);
+    let group = writer.block(b"DG", &[0, group, data, 0], &[0; 8]);
+    writer.finish(group)
+}
+
+fn zipped(method: u8, content: &[u8], columns: u32) -> Vec<u8> {
+    let rows = content.len() / columns as usize;
+    let turned: Vec<u8> = (0..columns as usize)
+        .flat_map(|at| (0..rows).map(move |row| row * columns as usize + at))
+        .map(|at| content[at])
+        .collect();
+    let packed = miniz_oxide::deflate::compress_to_vec_zlib(if method == 1 { &turned } else { content }, 6);
+    let length = content.len() as u64;
+    [
+        b"DT",
+        &[method, 0][..],
+        &columns.to_le_bytes(),
+        &length.to_le_bytes(),
+        &(packed.len() as u64).to_le_bytes(),
+        &packed,
+    ]
+    .concat()
+}
+
+#[track_caller]
+fn check(bytes: &[u8]) {
+    let all = told(read, bytes);
+    assert_eq!(all.damages, []);
+    assert_eq!(all.shown(), ["engine engine: t [m], Speed [m] x10"]);
+    let speeds = all.column("engine", "Speed");
+    assert_eq!(speeds[3], (1_600_000_000_300_000_000, "-0.5".into()));
+}
+
+#[test]
+fn data_are_plain_packed_or_in_lists() {
+    let magic = b"MDF     4.11    ";
+    check(&file(magic, |writer| writer.block(b"DT", &[], &records())));
+    check(&file(magic, |writer| writer.block(b"DZ", &[], &zipped(0, &records(), 10))));
+    check(&file(magic, |writer| writer.block(b"DZ", &[], &zipped(1, &records(), 10))));
+    check(&file(magic, |writer| {
+        let all = records();
+        let (one, two) = all.split_at(35);
+        let one = writer.block(b"DZ", &[], &zipped(0, one, 1));
+        let two = writer.block(b"DT", &[], two);
+        let second = writer.block(b"DL", &[0, two], &[0; 8]);
+        let first = writer.block(b"DL", &[second, one], &[0; 8]);
+        writer.block(b"HL", &[first], &[0; 8])
+    }));
+}
+
+#[test]
+fn a_file_that_was_cut_off_is_read_to_its_end() {
+    let mut bytes = file(b"UnFinMF 4.11    ", |_| 0);
+    // The data are the last block, and nobody has written their length.
+    let at = bytes.len().next_multiple_of(8);
+    bytes.resize(at, 0);
+    bytes.extend(block(b"DT", &[], &[]));
+    bytes.extend(records());
+    let group = bytes.windows(4).position(|it| it == b"##DG").unwrap();
+    bytes[group + 40..group + 48].copy_from_slice(&(at as u64).to_le_bytes());
+    check(&bytes);
+}
+
+#[test]
+fn links_in_a_circle_end() {
+    let mut bytes = file(b"MDF     4.11    ", |writer| writer.block(b"DT", &[], &records()));
+    let group = bytes.windows(4).position(|it| it == b"##DG").unwrap();
+    bytes[group + 24..group + 32].copy_from_slice(&(group as u64).to_le_bytes());
+    let all = counted(read, &bytes);
+    assert!(!all.damages.is_empty() && all.messages > 0);
+}
+
+fn find_column(all: &Collector, field: &str) -> Vec<(i64, String)> {
+    let found = all.topics.iter().map(|topic| all.column(&topic.full, field));
+    found.into_iter().find(|column| column.iter().any(|(_, value)| !value.is_empty())).unwrap_or_default()
+}
+
+#[test]
+fn the_drive_of_a_car_is_read_as_asammdf_does() {
+    let Some(dbc) = sample_path("mdf/gnss.dbc") else { return };
+    let options = ReadOptions { dbc: vec![dbc], ..ReadOptions::default() };
+    for file in ["63BEF5CD.MF4", "63BEFDF9.MF4", "car_decoded.mf4", "car_decoded_plain.mf4"] {
+        let (Some(bytes), Some(expected)) = (sample(&format!("mdf/{file}")), expected("mdf", file)) else {
+            return;
+        };
+        let all = told_with(read, &bytes, &options);
+        assert_eq!(all.damages, []);
+        for (name, of_field) in expected["fields"].as_object().unwrap() {
+            let field = name.split_once(" [").unwrap().0;
+            let (first, last) = check_values(&find_column(&all, field), of_field, &format!("{file} {name}"));
+            for (found, at) in [(first, "first"), (last, "last")] {
+                let since = found as f64 / 1e9 - 1_673_458_915.0;
+                assert!((since - of_field[at]["time_s"].as_f64().unwrap()).abs() < 1e-6, "{name}: {since}");
+            }
+        }
+    }
+}
+
+#[test]
+fn drives_are_read_though_damaged() {
+    let Some(bytes) = sample("mdf/63BEF5CD.MF4") else { return };
+    check_flipped(read, &bytes, 0.0);
+    check_cut(read, &bytes);
+}

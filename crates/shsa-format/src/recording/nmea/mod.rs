@@ -1,0 +1,288 @@
+//! NMEA 0183: sentences of ships' instruments and GNSS receivers, a line each.
+//!
+//! A topic is the sentence (`RMC`), and in full with its talker (`GPRMC`). Sentences have no time but those of GNSS: the time of
+//! the last `RMC`, `ZDA`, `GGA`, `GNS`, `GLL` or `GST` is carried on, and the first one goes for what comes before it. Where a
+//! logger has noted the time of each line, or a TAG block has it, that is the reception, and the time of GNSS is the stamp.
+
+mod sentence;
+mod table;
+
+use super::lines::Lines;
+use super::topic::{Body, Fields, Input, Listener, Times, Topic, TopicId, Value};
+use super::{Place, RecordingError};
+use sentence::{Flaw, Sentence, sentence};
+use shsa_core::time::{Span, Time};
+use shsa_message::stamp::civil;
+use std::collections::BTreeMap;
+use std::io::SeekFrom;
+use table::{Known, entry, other_fields, time_of_day};
+
+/// The most topics; what is beyond is counted as unknown.
+const TOPICS_MAX: usize = 1 << 10;
+
+/// Sentences that are looked at to know whether the recording has checksums.
+const LOOKED_AT: usize = 200;
+
+const DAY: Span = Span::from_millis(86_400_000);
+
+/// Whether a text begins as these recordings do: one of its first lines is a sentence.
+pub(super) fn is_log(head: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(head);
+    text.lines().take(100).any(|line| sentence(line, true).is_ok())
+}
+
+/// Reads all sentences.
+pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result<(), RecordingError> {
+    let rehearsal = Rehearsal::of(input);
+    if let Err(failure) = input.seek(SeekFrom::Start(0)) {
+        listener.damaged(Place::Whole, format!("reading stopped: {failure}"));
+        return Ok(());
+    }
+    let mut reader =
+        Reader { clock: Clock { now: rehearsal.first }, topics: BTreeMap::new(), other: 0, untimed: 0 };
+    let mut lines = Lines::new(input);
+    while let Some(line) = lines.next(listener) {
+        match sentence(&line.text, rehearsal.has_checksums) {
+            Ok(found) => reader.tell(&found, line.number, listener),
+            Err(Flaw::Torn) if !line.is_ended => {
+                listener.damaged(
+                    Place::Line(line.number),
+                    "the file ends within this line; line left out".into(),
+                );
+            }
+            Err(Flaw::Torn) => {
+                let problem = "a torn sentence: its checksum is wrong or absent; line left out";
+                listener.damaged(Place::Line(line.number), problem.into());
+            }
+            Err(Flaw::Other) => reader.other += u64::from(!line.text.trim().is_empty()),
+        }
+    }
+    reader.finish(rehearsal.has_checksums, listener);
+    Ok(())
+}
+
+/// What must be known before the first sentence is told.
+struct Rehearsal {
+    /// The first time that a sentence tells with its day.
+    first: Option<Time>,
+    has_checksums: bool,
+}
+
+impl Rehearsal {
+    fn of(input: &mut dyn Input) -> Rehearsal {
+        let mut lines = Lines::new(input);
+        let (mut first, mut looked_at, mut with) = (None, 0, 0);
+        while let Some(line) = lines.read() {
+            let Ok(line) = line else { continue };
+            let Ok(found) = sentence(&line.text, false) else { continue };
+            looked_at += 1;
+            with += usize::from(line.text.contains('*'));
+            first = first.or_else(|| sentence(&line.text, with > 0).ok().and_then(|found| dated(&found)));
+            if first.is_some() && looked_at >= LOOKED_AT
+                || found.noted.is_some() && looked_at >= 10 * LOOKED_AT
+            {
+                break;
+            }
+        }
+        // A recording that has some has them everywhere.
+        Rehearsal { first, has_checksums: with > 0 || looked_at == 0 }
+    }
+}
+
+/// The time of GNSS, from sentence to sentence.
+struct Clock {
+    now: Option<Time>,
+}
+
+impl Clock {
+    /// The time that a sentence itself tells; the day is that on which it is nearest to the time before.
+    fn own(&mut self, sentence: &Sentence<'_>) -> Option<Time> {
+        let time = dated(sentence).or_else(|| {
+            let of_day = time_of_day(sentence.content.split(',').nth(time_cell(sentence)?)?)?;
+            let now = self.now?;
+            let day = Time(now.0.div_euclid(DAY.0) * DAY.0);
+            let days = [day - DAY, day, day + DAY];
+            days.into_iter().map(|day| day + of_day).min_by_key(|time| (*time - now).abs())
+        });
+        self.now = time.or(self.now);
+        time
+    }
+}
+
+/// Where a sentence has the time of the day, counted from 0.
+fn time_cell(sentence: &Sentence<'_>) -> Option<usize> {
+    match kind_of(sentence.address) {
+        "GGA" | "GNS" | "GST" => Some(0),
+        "GLL" => Some(4),
+        _ => None,
+    }
+}
+
+/// The time of a sentence that tells the day, too.
+fn dated(sentence: &Sentence<'_>) -> Option<Time> {
+    let cells: Vec<&str> = sentence.content.split(',').collect();
+    let cell = |at: usize| cells.get(at).copied();
+    let number = |text: Option<&str>| text?.parse::<i64>().ok();
+    let (year, month, day) = match kind_of(sentence.address) {
+        "RMC" => {
+            let date = cell(8).filter(|date| date.len() == 6)?;
+            let part = |from: usize| number(date.get(from..from + 2));
+            (2_000 + part(4)?, part(2)?, part(0)?)
+        }
+        "ZDA" => (number(cell(3))?, number(cell(2))?, number(cell(1))?),
+        _ => return None,
+    };
+    // Receivers without a fix tell a year before 2000, which is in two digits one of the end of the century.
+    let is_told = (2_000..2_080).contains(&year);
+    let of_day = time_of_day(cell(0)?).filter(|_| is_told)?;
+    civil(year, month, day, of_day.0)
+}
+
+/// The sentence without its talker; what is proprietary is whole.
+fn kind_of(address: &str) -> &str {
+    if address.starts_with('P') { address } else { address.get(2..).unwrap_or(address) }
+}
+
+struct Reader {
+    clock: Clock,
+    /// By address; of transducers by address and name.
+    topics: BTreeMap<(String, String), Told>,
+    /// Lines that are no sentences.
+    other: u64,
+    /// Sentences for which no time is known.
+    untimed: u64,
+}
+
+/// A topic that was told.
+#[derive(Clone, Copy)]
+struct Told {
+    id: TopicId,
+    known: Option<&'static Known>,
+}
+
+impl Reader {
+    fn tell(&mut self, sentence: &Sentence<'_>, line: u64, listener: &mut dyn Listener) {
+        let own = self.clock.own(sentence);
+        let Some(received) = sentence.noted.or(self.clock.now) else {
+            self.untimed += 1;
+            return;
+        };
+        let times = Times { received, published: None, stamp: own.filter(|_| sentence.noted.is_some()) };
+        if kind_of(sentence.address) == "XDR" {
+            return self.transducers(sentence, times, listener);
+        }
+        let cells: Vec<&str> = sentence.content.split(',').map(str::trim).collect();
+        let Some(told) = self.told(sentence.address, cells.len(), listener) else {
+            self.other += 1;
+            return;
+        };
+        let mut values = Vec::new();
+        match told.known {
+            Some(known) => {
+                if let Some(at) = known.values(&cells, &mut values) {
+                    let problem = format!(
+                        "{} has lost commas: what stands behind field {at} is left out",
+                        sentence.address
+                    );
+                    listener.damaged(Place::Line(line), problem);
+                }
+            }
+            None => values.extend(cells.iter().map(|cell| Value::Text(cell))),
+        }
+        if listener.is_wanted(told.id) {
+            listener.message(told.id, times, Body::Values(&values));
+        }
+    }
+
+    fn told(&mut self, address: &str, cells: usize, listener: &mut dyn Listener) -> Option<Told> {
+        if let Some(told) = self.topics.get(&(address.to_owned(), String::new())) {
+            return Some(*told);
+        }
+        if self.topics.len() == TOPICS_MAX {
+            return None;
+        }
+        let name = kind_of(address);
+        let known = entry(name);
+        let fields = match known {
+            Some(known) => Fields::named(known.fields()),
+            None => Fields::named(other_fields(cells)),
+        };
+        let kind = format!("NMEA {name}");
+        let id = listener.topic(Topic { full: address, ..Topic::new(name, &kind, fields) });
+        let told = Told { id, known };
+        self.topics.insert((address.to_owned(), String::new()), told);
+        Some(told)
+    }
+
+    /// `XDR` has four cells for each transducer: its kind, the value, its unit, its name.
+    fn transducers(&mut self, sentence: &Sentence<'_>, times: Times, listener: &mut dyn Listener) {
+        let cells: Vec<&str> = sentence.content.split(',').map(str::trim).collect();
+        for cells in cells.chunks(4) {
+            let [kind, value, unit, name @ ..] = cells else { continue };
+            let name = name.first().copied().filter(|name| !name.is_empty()).unwrap_or(kind);
+            let key = (sentence.address.to_owned(), name.to_owned());
+            let id = match self.topics.get(&key) {
+                Some(told) => told.id,
+                None if self.topics.len() == TOPICS_MAX => continue,
+                None => {
+                    let unit = Some(unit_of(kind, unit)).filter(|unit| !unit.is_empty());
+                    let fields = [super::topic::Field { name: "value".to_owned(), unit }];
+                    let tags = [("name", name)];
+                    let topic = Topic::new("XDR", "NMEA XDR", Fields::named(fields));
+                    let id = listener.topic(Topic { full: sentence.address, tags: &tags, ..topic });
+                    self.topics.insert(key, Told { id, known: None });
+                    id
+                }
+            };
+            if listener.is_wanted(id) {
+                let value = value.parse().map_or(Value::Missing, Value::Number);
+                listener.message(id, times, Body::Values(&[value]));
+            }
+        }
+    }
+
+    fn finish(&self, has_checksums: bool, listener: &mut dyn Listener) {
+        if !has_checksums {
+            listener
+                .note(Place::Whole, "no sentence has a checksum: nothing tells which are torn".to_owned());
+        }
+        if self.other > 0 {
+            listener.note(Place::Whole, format!("{} lines are no sentences", self.other));
+        }
+        if self.untimed > 0 {
+            let problem = format!(
+                "{} sentences are left out: none tells the time with its day (RMC, ZDA)",
+                self.untimed
+            );
+            listener.damaged(Place::Whole, problem);
+        }
+    }
+}
+
+/// The unit of a transducer: what `C` is depends on the kind.
+fn unit_of(kind: &str, unit: &str) -> String {
+    let unit = match (kind, unit) {
+        ("C", "C") => "degC",
+        ("C", "F") => "degF",
+        ("C", "K") => "K",
+        ("A", "D") => "deg",
+        ("P", "B") => "bar",
+        ("P", "P") => "Pa",
+        ("H" | "V" | "E" | "L", "P") => "%",
+        ("D", "M") | ("V", "M") => {
+            if kind == "V" {
+                "m^3"
+            } else {
+                "m"
+            }
+        }
+        ("U", "V") => "V",
+        ("I", "A") => "A",
+        ("T", "R") => "1/min",
+        (_, other) => other,
+    };
+    unit.to_owned()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,244 @@
+//! Signal K: deltas, one JSON object a line, as its servers log them.
+//!
+//! Format: <https://signalk.org/specification/1.7.0/doc/data_model.html>. A topic is a path (`navigation.speedOverGround`), its body
+//! the value; the tag `source` tells who has sent it, and `context` whose it is: other vessels report, too. The stamp is the
+//! update's; its reception the time that a logger has noted before the line, else the stamp. An update without a time has that of
+//! the one before.
+
+mod delta;
+
+use super::lines::Lines;
+use super::topic::{Body, Fields, Input, Listener, Times, Topic, TopicId};
+use super::{Place, RecordingError};
+use delta::{Update, delta};
+use shsa_core::time::Time;
+use shsa_message::stamp;
+use std::collections::BTreeMap;
+use std::io::SeekFrom;
+
+/// The most topics: paths, sources and contexts.
+const TOPICS_MAX: usize = 1 << 14;
+
+/// Whether a text begins as these logs do.
+pub(super) fn is_log(head: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(head);
+    let first = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
+    let has = |name: &str| first.contains(&format!("\"{name}\""));
+    // A server greets before its first delta.
+    let is_greeting = has("roles") && has("version") && has("self");
+    noted(first).1.starts_with('{') && (has("updates") && (has("values") || has("context")) || is_greeting)
+}
+
+/// Reads all values.
+pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result<(), RecordingError> {
+    let first = first_time(input);
+    if let Err(failure) = input.seek(SeekFrom::Start(0)) {
+        listener.damaged(Place::Whole, format!("reading stopped: {failure}"));
+        return Ok(());
+    }
+    let mut reader = Reader { last: first, ..Reader::default() };
+    let mut lines = Lines::new(input);
+    while let Some(line) = lines.next(listener) {
+        let (noted, text) = noted(&line.text);
+        if text.is_empty() {
+            continue;
+        }
+        match delta(text) {
+            Ok(found) => {
+                reader.other += u64::from(found.updates.is_empty());
+                let context = found.context.as_deref().unwrap_or("vessels.self");
+                found.updates.iter().for_each(|update| reader.tell(update, context, noted, listener));
+            }
+            Err(_) if !line.is_ended => {
+                listener.damaged(
+                    Place::Line(line.number),
+                    "the file ends within this line; line left out".into(),
+                );
+            }
+            Err(broken) => {
+                let column = broken.at + 1 + line.text.len() - text.len();
+                let problem =
+                    format!("no JSON at column {column}: expected {}; line left out", broken.expected);
+                listener.damaged(Place::Line(line.number), problem);
+            }
+        }
+    }
+    reader.finish(listener);
+    Ok(())
+}
+
+/// The time before a line, `1471172400153;A;{..`, and the line without it.
+fn noted(line: &str) -> (Option<Time>, &str) {
+    let line = line.trim();
+    let Some(begin) = line.find('{').filter(|begin| (1..64).contains(begin)) else { return (None, line) };
+    let (before, text) = line.split_at(begin);
+    let time = before.split(';').next().and_then(|first| stamp::text(first.trim(), None));
+    (time.map(|(time, _)| time), text)
+}
+
+/// The time of an update as it says it.
+fn stamped(update: &Update<'_>) -> Option<Time> {
+    stamp::text(update.timestamp?, None).map(|(time, _)| time)
+}
+
+/// The first time of all: what comes before it has it, too.
+fn first_time(input: &mut dyn Input) -> Option<Time> {
+    let mut lines = Lines::new(input);
+    while let Some(line) = lines.read() {
+        let Ok(line) = line else { continue };
+        let (noted, text) = noted(&line.text);
+        let found = delta(text).unwrap_or_default();
+        if let Some(time) = noted.or_else(|| found.updates.iter().find_map(stamped)) {
+            return Some(time);
+        }
+    }
+    None
+}
+
+#[derive(Default)]
+struct Reader {
+    last: Option<Time>,
+    /// By context, path and source.
+    topics: BTreeMap<String, BTreeMap<String, BTreeMap<String, TopicId>>>,
+    count: usize,
+    /// Updates without a time.
+    untimed: u64,
+    /// Values without a path, or paths without a value.
+    incomplete: u64,
+    /// Lines that are no deltas.
+    other: u64,
+    /// Values of too many topics, or before any time.
+    left_out: u64,
+}
+
+impl Reader {
+    fn tell(&mut self, update: &Update<'_>, context: &str, noted: Option<Time>, listener: &mut dyn Listener) {
+        let stamp = stamped(update);
+        self.untimed += u64::from(stamp.is_none() && noted.is_none());
+        self.incomplete += update.incomplete as u64;
+        let Some(received) = noted.or(stamp).or(self.last) else {
+            self.left_out += update.values.len() as u64;
+            return;
+        };
+        self.last = Some(received);
+        let times = Times { received, published: None, stamp: stamp.filter(|_| noted.is_some()) };
+        for (path, value) in &update.values {
+            let Some(topic) = self.topic(path, &update.source, context, listener) else {
+                self.left_out += 1;
+                continue;
+            };
+            if listener.is_wanted(topic) {
+                listener.message(topic, times, Body::Bytes(value.as_bytes()));
+            }
+        }
+    }
+
+    fn topic(
+        &mut self,
+        path: &str,
+        source: &str,
+        context: &str,
+        listener: &mut dyn Listener,
+    ) -> Option<TopicId> {
+        let known = self.topics.get(context).and_then(|paths| paths.get(path)?.get(source));
+        if let Some(known) = known {
+            return Some(*known);
+        }
+        if self.count == TOPICS_MAX {
+            return None;
+        }
+        self.count += 1;
+        let tags = [("source", source), ("context", context)];
+        let topic = listener.topic(Topic { tags: &tags, ..Topic::new(path, "Signal K value", Fields::Json) });
+        let sources = self.topics.entry(context.to_owned()).or_default().entry(path.to_owned()).or_default();
+        sources.insert(source.to_owned(), topic);
+        Some(topic)
+    }
+
+    fn finish(&self, listener: &mut dyn Listener) {
+        let notes = [
+            (self.untimed, "updates have no time: each has that of the update before"),
+            (self.incomplete, "values have no path, or paths no value: left out"),
+            (self.other, "lines hold no update"),
+        ];
+        for (count, what) in notes.into_iter().filter(|(count, _)| *count > 0) {
+            listener.note(Place::Whole, format!("{count} {what}"));
+        }
+        if self.left_out > 0 {
+            let problem = format!(
+                "{} values are left out: nothing tells their time, or there are too many topics",
+                self.left_out
+            );
+            listener.damaged(Place::Whole, problem);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::independent::{Reader, check_cut, check_flipped, expected, sample, told};
+    use super::super::tests::told::Told;
+    use super::*;
+
+    /// It has no options.
+    const READ: Reader = |input, _options, listener| read(input, listener);
+
+    const SECOND: i64 = 1_000_000_000;
+
+    #[test]
+    fn paths_are_topics_of_each_source_and_vessel() {
+        let text = r#"{"updates":[{"source":{"label":"gps"},"values":[{"path":"a.b","value":1}]}]}
+{"context":"vessels.other","updates":[{"$source":"ais","timestamp":"1970-01-01T00:00:10Z","values":[{"path":"a.b","value":{"x":2}}]}]}
+1200000000000;A;{"updates":[{"source":{"label":"gps"},"timestamp":"1970-01-01T00:00:11Z","values":[{"path":"a.b","value":3},{}]}]}
+{"name":"server"}
+{"updates":[{"source":"#;
+        let all = told(READ, text.as_bytes());
+        let own = "a.b[source=gps][context=vessels.self]";
+        assert_eq!(
+            all.shown(),
+            [format!("a.b {own}:  x2"), "a.b a.b[source=ais][context=vessels.other]:  x1".into()]
+        );
+        let messages = &all.topics[0].messages;
+        assert_eq!(messages[0], (Times::at(Time(10 * SECOND)), vec!["1".to_owned()]));
+        let noted = Times { stamp: Some(Time(11 * SECOND)), ..Times::at(Time(1_200_000_000 * SECOND)) };
+        assert_eq!(messages[1], (noted, vec!["3".to_owned()]));
+        let notes: Vec<&str> = all.notes.iter().map(|(_, what)| &**what).collect();
+        assert_eq!(
+            notes,
+            [
+                "1 updates have no time: each has that of the update before",
+                "1 values have no path, or paths no value: left out",
+                "1 lines hold no update",
+            ]
+        );
+        assert_eq!(all.damages, [(Place::Line(5), "the file ends within this line; line left out".into())]);
+        assert!(is_log(text.as_bytes()) && !is_log(br#"{"signal": "/a", "time_ns": 5, "value": 1}"#));
+    }
+
+    #[test]
+    fn boats_are_read_as_python_does() {
+        for file in ["boat_seattle.jsonl", "boat_kees.jsonl"] {
+            let (Some(bytes), Some(expected)) =
+                (sample(&format!("signalk/{file}")), expected("signalk", file))
+            else {
+                return;
+            };
+            let all = told(READ, &bytes);
+            assert_eq!(all.damages, []);
+            let is_of = |topic: &&Told, path: &str| topic.name == path;
+            for (path, count) in expected["paths"].as_object().unwrap() {
+                let found: usize =
+                    all.topics.iter().filter(|it| is_of(it, path)).map(|topic| topic.messages.len()).sum();
+                assert_eq!(found as u64, count.as_u64().unwrap(), "{path}");
+            }
+            for (name, count) in expected["by_source"].as_object().unwrap() {
+                let (path, source) = name.split_once(" from ").unwrap();
+                let is_from = |it: &&Told| is_of(it, path) && it.full.contains(&format!("[source={source}]"));
+                let found: usize = all.topics.iter().filter(is_from).map(|topic| topic.messages.len()).sum();
+                assert_eq!(found as u64, count.as_u64().unwrap(), "{name}");
+            }
+            check_cut(READ, &bytes);
+            check_flipped(READ, &bytes, 0.9);
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Random contracts, as far as they are text.
+
+use super::{named, names, some, text};
+use proptest::prelude::*;
+use shsa_core::knowledge::{ContractDraft, DemandDraft, GuaranteeDraft, Text};
+
+pub(super) fn contract() -> impl Strategy<Value = ContractDraft> {
+    let bounds = || named((Just(Text::default()), text()), |(name, _), text| *name = text);
+    let given = (some(text()), some(text()), some(text()), some(names(2)), bounds()).prop_map(
+        |(of, level, when, redundant, properties)| GuaranteeDraft {
+            name: Text::default(),
+            of,
+            level,
+            when,
+            redundant,
+            properties,
+        },
+    );
+    let asked = (some(text()), some(text()), bounds()).prop_map(|(of, level, properties)| DemandDraft {
+        name: Text::default(),
+        of,
+        level,
+        properties,
+    });
+    let gives = named(given, |given, text| given.name = text);
+    let asks = named(asked, |asked, text| asked.name = text);
+    (some(text()), some(text()), gives, asks, bounds()).prop_map(
+        |(runs_on, policy, gives, asks, evidence)| ContractDraft {
+            name: Text::default(),
+            runs_on,
+            policy,
+            gives,
+            asks,
+            evidence,
+        },
+    )
+}

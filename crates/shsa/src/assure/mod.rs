@@ -1,0 +1,191 @@
+//! `shsa assure`: what contracts allow, before anything runs or at one moment: who may serve each need, at which level, and why not
+//! at a higher one.
+
+mod files;
+mod model;
+mod claim;
+mod text;
+mod json;
+mod page;
+
+use crate::outcome::{AlreadyTold, Outcome};
+use crate::show;
+use anyhow::{Context, bail};
+use claim::Claim;
+use shsa_format::case::{Moment, gsn};
+use shsa_format::conserts;
+use shsa_format::model::read_text;
+use std::io::{Write, stdout};
+use std::path::{Path, PathBuf};
+
+/// Ends the help.
+const EXAMPLES: &str = "\
+Example: shsa assure models/stop.yaml
+  shsa assure models/stop.yaml --with evidence.yaml
+  shsa assure models/stop.yaml --format gsn -o case
+  shsa assure leader.model follower.model
+
+The evidence of a moment, by who has a contract and what it observes; what is not named is not known:
+  /lidar: { fresh: 40 ms, sound: true }
+  computer: { spare: [18 %, 22 %] }
+
+A file of conserts-rs (YAML) or of safeTbox (.model) is taken for what it is; several of them are composed, in any order.";
+
+/// What is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// For people.
+    Text,
+    /// One JSON object.
+    Json,
+    /// The assurance case in the YAML of gsn2x, a module a need.
+    Gsn,
+    /// Facts and rules for SWI-Prolog, a program a need.
+    Prolog,
+    /// The assurance case as a page for the browser, which needs nothing else.
+    Html,
+}
+
+/// Arguments of `shsa assure`.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// The knowledge base; or certificates of conserts-rs or safeTbox.
+    #[arg(required = true, value_name = "MODEL")]
+    models: Vec<PathBuf>,
+    /// What is observed at one moment; when left away, all is as it should be.
+    #[arg(long, value_name = "FILE")]
+    with: Option<PathBuf>,
+    /// How it is written.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    /// Where it is written; a folder where several files are written.
+    #[arg(short, long, value_name = "PATH")]
+    out: Option<PathBuf>,
+    /// Print one JSON object instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Composes contracts; the answer is no where a need cannot be given what it asks, or a certificate gives, or is given, nothing.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let format = if arguments.json { Format::Json } else { arguments.format };
+    let moment = arguments.with.as_deref().map(read_moment).transpose()?;
+    let [first, ..] = arguments.models.as_slice() else { bail!("name a model") };
+    let text = read(first)?;
+    if is_certificate(&text) {
+        let report = files::Report::new(&arguments.models, moment.as_ref())?;
+        return answer(arguments, format, &report.claims(), report.text(), report.json(), report.is_given());
+    }
+    if arguments.models.len() > 1 {
+        bail!("several models are put together by `shsa join` first");
+    }
+    let knowledge = show::load_model(first)?;
+    let title = first.file_name().unwrap_or(first.as_os_str()).to_string_lossy().into_owned();
+    let report = model::Report::new(&knowledge, title, moment.as_ref())?;
+    let is_given = report.is_given();
+    match format {
+        Format::Html => written(arguments, &page::page(&report))?,
+        _ => {
+            return answer(
+                arguments,
+                format,
+                &report.claims(),
+                text::text(&report),
+                json::json(&report),
+                is_given,
+            );
+        }
+    }
+    Ok(if is_given { Outcome::Done } else { Outcome::No })
+}
+
+fn answer(
+    arguments: &Arguments,
+    format: Format,
+    claims: &[Claim<'_>],
+    text: String,
+    json: serde_json::Value,
+    is_given: bool,
+) -> anyhow::Result<Outcome> {
+    match format {
+        Format::Text => written(arguments, &text)?,
+        Format::Json => written(arguments, &format!("{json}\n"))?,
+        Format::Gsn => each(arguments, claims, "gsn.yaml", |claim| {
+            gsn::write(&claim.argument(), &claim.name, &claim.brief)
+        })?,
+        Format::Prolog => {
+            each(arguments, claims, "pl", |claim| conserts::prolog::write(claim.system, &claim.evaluation))?;
+        }
+        Format::Html => written(arguments, &page::of_claims(claims))?,
+    }
+    Ok(if is_given { Outcome::Done } else { Outcome::No })
+}
+
+/// One file for each claim: in a folder, or the only one where it is to be.
+fn each(
+    arguments: &Arguments,
+    claims: &[Claim<'_>],
+    ending: &str,
+    write: impl Fn(&Claim<'_>) -> String,
+) -> anyhow::Result<()> {
+    match (claims, &arguments.out) {
+        ([], _) => bail!("nothing is demanded: there is no case to write"),
+        ([claim], _) => written(arguments, &write(claim)),
+        (_, None) => bail!("{} files are written: name a folder with -o", claims.len()),
+        (_, Some(folder)) => {
+            std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+            for claim in claims {
+                let path = folder.join(format!("{}.{ending}", claim.file_name()));
+                std::fs::write(&path, write(claim))
+                    .with_context(|| format!("cannot write {}", path.display()))?;
+            }
+            Ok(())
+        }
+    }
+}
+
+fn written(arguments: &Arguments, text: &str) -> anyhow::Result<()> {
+    match &arguments.out {
+        Some(path) => std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display())),
+        None => Ok(stdout().lock().write_all(text.as_bytes())?),
+    }
+}
+
+/// The text of a file; what is wrong with it is told.
+fn read(path: &Path) -> anyhow::Result<String> {
+    read_text(path, "model").map_err(|report| {
+        show::tell_report(&report);
+        AlreadyTold.into()
+    })
+}
+
+/// The text of a moment with what it says.
+type Written = (String, String, Moment);
+
+fn read_moment(path: &Path) -> anyhow::Result<Written> {
+    let (text, name) = (read(path)?, path.display().to_string());
+    match Moment::read(&text, &name) {
+        Ok(moment) => Ok((text, name, moment)),
+        Err(report) => {
+            show::tell_report(&report);
+            Err(AlreadyTold.into())
+        }
+    }
+}
+
+/// Whether a text is a certificate rather than a model: XML, or with the keys of one.
+fn is_certificate(text: &str) -> bool {
+    let begins = |line: &str| {
+        ["guarantees:", "demands:", "evidence:", "tree_propagations:"].iter().any(|key| line.starts_with(key))
+    };
+    text.trim_start().starts_with('<') || text.lines().any(begins)
+}
+
+/// Tells what of a moment nobody observes.
+fn check_moment((text, name, moment): &Written, known: &[(&str, &str)]) -> anyhow::Result<()> {
+    moment.check(known, text, name).map_err(|report| {
+        show::tell_report(&report);
+        AlreadyTold.into()
+    })
+}

@@ -1,0 +1,172 @@
+//! What the contracts of a model allow.
+
+use super::claim::Claim;
+use super::{Written, check_moment};
+use shsa_core::analysis::{Candidacy, Prospect};
+use shsa_core::assurance::{Assessment, Assurance, Evaluation, EvidenceId, Lacking, Leaf, Verdict};
+use shsa_core::interval::Truth;
+use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::plan::Graph;
+use shsa_core::statement::Level;
+use shsa_format::case::{Measured, Moment, words};
+
+/// Evaluations for each question why not.
+const MOST_EVALUATIONS: usize = 2_000;
+
+/// All needs that demand something.
+pub(super) struct Report<'a> {
+    pub(super) knowledge: &'a KnowledgeBase,
+    pub(super) title: String,
+    pub(super) needs: Vec<Need>,
+    /// Whether it is about one moment; else all is as it should be.
+    pub(super) is_moment: bool,
+}
+
+/// A need, and how it stands.
+pub(super) struct Need {
+    pub(super) name: String,
+    pub(super) prospect: Prospect,
+    /// Of each way, as it stands.
+    pub(super) now: Vec<(Evaluation, Assessment)>,
+    /// The best way that is admissible.
+    pub(super) served: Option<usize>,
+}
+
+impl<'a> Report<'a> {
+    /// # Errors
+    /// A moment that names what nobody observes; a model in which no need demands anything.
+    pub(super) fn new(
+        knowledge: &'a KnowledgeBase,
+        title: String,
+        moment: Option<&Written>,
+    ) -> anyhow::Result<Report<'a>> {
+        let rows = knowledge.contracts().rows();
+        let known: Vec<(&str, &str)> = rows
+            .iter()
+            .flat_map(|row| row.evidence.iter().map(|watched| (row.name.as_str(), watched.name.as_str())))
+            .collect();
+        if let Some(written) = moment {
+            check_moment(written, &known)?;
+        }
+        let Some(assurance) = Assurance::new(knowledge) else {
+            anyhow::bail!("no need demands anything: give it a contract with `asks`, or an `integrity`");
+        };
+        let graph = Graph::new(knowledge);
+        let demanding = knowledge.needs().ids().filter(|&need| assurance.demands(need));
+        let needs = demanding.map(|need| {
+            let prospect = Prospect::new(knowledge, &assurance, &graph, need);
+            Need::new(knowledge, prospect, moment.map(|(_, _, moment)| moment))
+        });
+        Ok(Report { knowledge, title, needs: needs.collect(), is_moment: moment.is_some() })
+    }
+
+    /// Whether every need is given what it asks.
+    pub(super) fn is_given(&self) -> bool {
+        self.needs.iter().all(|need| need.served.is_some())
+    }
+
+    /// A claim for each need: that of the way that serves it, else of the one that comes first.
+    pub(super) fn claims(&self) -> Vec<Claim<'_>> {
+        self.needs.iter().filter_map(|need| self.claim(need)).collect()
+    }
+
+    pub(super) fn claim<'n>(&self, need: &'n Need) -> Option<Claim<'n>> {
+        let at = need.served.unwrap_or(0);
+        let (candidacy, (evaluation, assessment)) = (need.prospect.ways.get(at)?, need.now.get(at)?);
+        let root = assessment.guarantee.or(candidacy.composition.roots().last().copied())?;
+        let by = candidacy.way.describe(self.knowledge);
+        let when = if self.is_moment {
+            "with the evidence of one moment"
+        } else {
+            "with all evidence as it should be"
+        };
+        let rows = &candidacy.composition.system().certificates().evidence;
+        let observed = rows.ids().map(|id| self.observed(candidacy, id)).collect();
+        Some(Claim {
+            name: need.name.clone(),
+            brief: format!("{}: {} from {by}, {when}", self.title, need.name),
+            system: candidacy.composition.system(),
+            evaluation: evaluation.clone(),
+            root,
+            observed,
+        })
+    }
+
+    /// A piece of evidence in words.
+    pub(super) fn observed(&self, candidacy: &Candidacy, id: EvidenceId) -> String {
+        let composition = &candidacy.composition;
+        let mut measured = composition.evidence(self.knowledge).filter(|(own, ..)| *own == id);
+        let Some((_, contract, watched)) = measured.next() else {
+            return "what nobody measures in this flow".to_owned();
+        };
+        let of = &self.knowledge.contracts().rows()[contract].name;
+        format!("{} of {of}: {}", watched.name, words::watched(self.knowledge, watched))
+    }
+
+    /// The name of a piece of evidence with whose it is.
+    pub(super) fn evidence(&self, candidacy: &Candidacy, id: EvidenceId) -> String {
+        let certificates = candidacy.composition.system().certificates();
+        let row = &certificates.evidence[id];
+        format!("{} of {}", row.name, certificates.services[row.service].name)
+    }
+
+    pub(super) fn level(&self, level: Option<Level>) -> Option<String> {
+        level.map(|level| self.knowledge.contracts().scales().written(level))
+    }
+
+    /// The names of what a way gives under an assessment, where it is one of several.
+    pub(super) fn mode(&self, candidacy: &Candidacy, assessment: &Assessment) -> Option<String> {
+        let rows = &candidacy.composition.system().certificates().guarantees;
+        assessment.guarantee.map(|id| rows[id].name.clone())
+    }
+}
+
+impl Need {
+    fn new(knowledge: &KnowledgeBase, prospect: Prospect, moment: Option<&Moment>) -> Need {
+        let evaluated = |candidacy: &Candidacy| {
+            let composition = &candidacy.composition;
+            let evaluation = match moment {
+                Some(moment) => composition.supposing(|id| said(knowledge, candidacy, id, moment)),
+                None => composition.supposing(|_| Truth::True),
+            };
+            let assessment = composition.assess(&evaluation);
+            (evaluation, assessment)
+        };
+        let now: Vec<_> = prospect.ways.iter().map(evaluated).collect();
+        let served = now.iter().position(|(_, assessment)| assessment.verdict == Verdict::Holds);
+        Need { name: knowledge.need_name(prospect.need).to_owned(), prospect, now, served }
+    }
+
+    /// What would have to change for a way to be admissible: minimal sets of leaves.
+    pub(super) fn why(&self, at: usize) -> Vec<Vec<Lacking>> {
+        let (Some(candidacy), Some((evaluation, assessment))) =
+            (self.prospect.ways.get(at), self.now.get(at))
+        else {
+            return Vec::new();
+        };
+        match assessment.verdict {
+            Verdict::Holds => Vec::new(),
+            _ => candidacy.composition.why(evaluation, MOST_EVALUATIONS),
+        }
+    }
+}
+
+/// What a moment says of a piece of evidence.
+fn said(knowledge: &KnowledgeBase, candidacy: &Candidacy, id: EvidenceId, moment: &Moment) -> Truth {
+    let composition = &candidacy.composition;
+    let found = composition.evidence(knowledge).find(|(own, ..)| *own == id);
+    let Some((_, contract, watched)) = found else { return Truth::Unknown };
+    match moment.of(&knowledge.contracts().rows()[contract].name, &watched.name) {
+        None => Truth::Unknown,
+        Some(Measured::Truth(truth)) => truth,
+        Some(Measured::Number(number)) => composition.system().certificates().evidence[id].truth(number),
+    }
+}
+
+/// A leaf in words.
+pub(super) fn lacking(leaf: &Lacking) -> String {
+    match leaf.leaf {
+        Leaf::Demand(_) => format!("{} that {} asks", leaf.name, leaf.subject),
+        Leaf::Evidence(_) => format!("{} of {}", leaf.name, leaf.subject),
+    }
+}

@@ -1,0 +1,197 @@
+//! `shsa assure` on the case studies: who may serve, at which level, and why not.
+
+use crate::folder::Folder;
+use serde_json::{Value, json};
+use std::io::Write as _;
+use std::process::{Command, Stdio};
+
+const STOP: &str = include_str!("../../../../models/stop.yaml");
+const STABILITY: &str = include_str!("../../../../models/stability.yaml");
+
+/// Everything but the computer as it should be.
+const BUSY: &str = "
+/lidar/nearest: { fresh: 40 ms, sound: true }
+/sonar/nearest: { fresh: [20 ms, 60 ms], sound: true }
+/camera/nearest: { fresh: 40 ms, sound: true }
+computer: { spare: 5 % }
+";
+
+fn folder() -> Folder {
+    Folder::with(&[
+        ("stop.yaml", STOP.as_bytes()),
+        ("stability.yaml", STABILITY.as_bytes()),
+        ("busy.yaml", BUSY.as_bytes()),
+    ])
+}
+
+/// Way, verdict and level of each way of the first need.
+fn ways(answer: &Value) -> Vec<String> {
+    let text = |value: &Value| value.as_str().unwrap_or("-").to_owned();
+    let ways = answer["needs"][0]["ways"].as_array().unwrap().iter();
+    ways.map(|way| format!("{}: {}, {}", text(&way["way"]), text(&way["verdict"]), text(&way["level"])))
+        .collect()
+}
+
+#[test]
+fn the_stop_takes_lidar_or_sonar_and_camera_together_and_neither_alone() {
+    let answer = folder().json("assure stop.yaml", 0);
+    assert_eq!(
+        ways(&answer),
+        [
+            "/lidar/nearest: given, SIL 2",
+            "/sonar/nearest by by_sonar: refused, SIL 1",
+            "/camera/nearest by by_camera: refused, SIL 1",
+            "/sonar/nearest, /camera/nearest by together: given, SIL 2",
+        ]
+    );
+    let lost: Vec<&Value> = answer["needs"][0]["losses"].as_array().unwrap().iter().collect();
+    let left = |signal: &str| lost.iter().find(|loss| loss["signal"] == signal).unwrap()["way"].clone();
+    assert_eq!(left("/lidar/nearest"), json!("/sonar/nearest, /camera/nearest by together"));
+    assert_eq!(left("/computer/idle"), Value::Null);
+}
+
+#[test]
+fn a_platform_without_time_takes_the_stop_away() {
+    let answer = folder().json("assure stop.yaml --with busy.yaml", 1);
+    assert_eq!(answer["needs"][0]["given"], json!(false));
+    let lidar = &answer["needs"][0]["ways"][0];
+    assert_eq!(lidar["lacks"], json!([[{ "of": "computer", "evidence": "spare" }]]));
+    let both = &answer["needs"][0]["ways"][3];
+    assert_eq!((&both["verdict"], &both["level"]), (&json!("refused"), &json!("SIL 2")));
+}
+
+#[test]
+fn a_moment_that_names_nobody_is_told() {
+    let folder = folder();
+    folder.write("wrong.yaml", "computr: { spare: 5 % }\n/lidar/nearest: { frsh: 3 ms }\n");
+    folder.refuses(
+        "assure stop.yaml --with wrong.yaml",
+        &[
+            "there is no evidence `computr`",
+            "did you mean `computer`?",
+            "did you mean `fresh`?",
+            "wrong.yaml:2",
+        ],
+    );
+}
+
+#[test]
+fn the_speed_of_the_car_is_had_at_a_lower_level_from_the_wheels() {
+    let answer = folder().json("assure stability.yaml", 0);
+    assert_eq!(
+        ways(&answer),
+        ["/gearbox/speed: given, ASIL B", "/wheels/left, /wheels/right by rolling: given, ASIL A"]
+    );
+    assert_eq!(answer["needs"][0]["ways"][1]["gives"], json!("gentle"));
+}
+
+/// An upgrade brings a new service with its contract: full control without the gearbox.
+#[test]
+fn a_new_service_gives_what_was_missing() {
+    let folder = folder();
+    folder.write(
+        "upgrade.yaml",
+        "signals: { /radar/speed: { variable: speed, rate: 10 Hz, value_error: 0.3 } }\n\
+         contracts: { /radar/speed: { evidence: { fresh: age at most 300 ms }, gives: { exact: { error: at most 0.8 m/s, level: ASIL B } } } }\n",
+    );
+    folder.ends("patch stability.yaml upgrade.yaml -o upgraded.yaml", 0);
+    let after = |model: &str| {
+        let answer = folder.json(&format!("assure {model}"), 0);
+        let losses = answer["needs"][0]["losses"].as_array().unwrap().clone();
+        losses.into_iter().find(|loss| loss["signal"] == "/gearbox/speed").unwrap()["level"].clone()
+    };
+    assert_eq!((after("stability.yaml"), after("upgraded.yaml")), (json!("ASIL A"), json!("ASIL B")));
+}
+
+/// Ids are unique and of their kind, what supports exists, nothing rests on itself, and what nothing supports says so: the rules
+/// that `gsn2x -c` holds.
+#[test]
+fn the_case_is_sound_gsn() {
+    let folder = folder();
+    for (arguments, status) in [("assure stop.yaml", 0), ("assure stop.yaml --with busy.yaml", 1)] {
+        let printed = folder.ends(&format!("{arguments} --format gsn"), status).stdout;
+        let nodes: Vec<(&str, &str)> =
+            printed.lines().skip(1).map(|line| line.split_once(": ").unwrap()).collect();
+        let mut supported: Vec<&str> = Vec::new();
+        for (place, (id, node)) in nodes.iter().enumerate() {
+            assert!(["G-", "S-", "Sn-", "CSn-"].iter().any(|prefix| id.starts_with(prefix)), "{id}");
+            assert!(!nodes[..place].iter().any(|(other, _)| other == id), "{id} twice");
+            let by = node.split_once("supportedBy: [").map(|(_, rest)| rest.split(']').next().unwrap());
+            let by: Vec<&str> = by.into_iter().flat_map(|list| list.split(", ")).collect();
+            assert!(by.iter().all(|by| nodes.iter().any(|(id, _)| id == by)), "{node}");
+            let is_goal = id.starts_with("G-") || id.starts_with("S-");
+            assert_eq!(is_goal, !by.is_empty() || node.contains("undeveloped: true"), "{id}: {node}");
+            supported.extend(by);
+        }
+        let tops = nodes.iter().filter(|(id, _)| id.starts_with("G-") && !supported.contains(id));
+        assert_eq!(tops.count(), 1, "{printed}");
+        assert_eq!(printed.contains("defeated: true"), status == 1);
+    }
+}
+
+#[test]
+fn the_page_tells_each_node_as_it_stands() {
+    let folder = folder();
+    folder.ends("assure stop.yaml --with busy.yaml --format html -o case.html", 1);
+    let page = folder.read("case.html");
+    for words in ["<svg", "spare of computer", "refused", "what each loss takes", "\u{2717}"] {
+        assert!(page.contains(words), "{words}");
+    }
+    assert!(!page.contains("<script"));
+}
+
+/// SWI-Prolog derives what is given, from the program alone.
+#[test]
+fn prolog_says_the_same() {
+    let folder = folder();
+    for (arguments, status, expected) in
+        [("assure stop.yaml", 0, "yes"), ("assure stop.yaml --with busy.yaml", 1, "no")]
+    {
+        let program = folder.ends(&format!("{arguments} --format prolog"), status).stdout;
+        let root = program.lines().find(|line| line.ends_with("% served")).expect("a need is served");
+        let root = root.split(" :-").next().unwrap();
+        let goal =
+            format!("load_files(user, [stream(user_input)]), ({root} -> write(yes) ; write(no)), halt");
+        let swipl = Command::new("swipl")
+            .args(["-q", "-g", &goal])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn();
+        let Ok(mut swipl) = swipl else {
+            let _ = writeln!(std::io::stderr(), "SKIPPED: swipl: install SWI-Prolog (swi-prolog-nox)");
+            return;
+        };
+        swipl.stdin.take().unwrap().write_all(program.as_bytes()).unwrap();
+        let output = swipl.wait_with_output().unwrap();
+        assert_eq!(String::from_utf8(output.stdout).unwrap(), expected, "{program}");
+    }
+}
+
+const WHEEL: &str = "
+guarantees: [ { id: SpeedGood, dimensions: [ { Binary: { type: Speed } } ] } ]
+evidence: [ { id: Cool, dimension: { Binary: { type: Cool } } } ]
+demands: []
+gates: []
+tree_propagations: [ { from: Cool, to: SpeedGood } ]
+required_services: []
+provided_services: [ { id: Wheel, functional_service_type: Speed, guarantees: [SpeedGood] } ]
+";
+const USER: &str = "
+guarantees: [ { id: Control, dimensions: [ { Binary: { type: Control } } ] } ]
+evidence: []
+demands: [ { id: Speed, dimensions: [ { Binary: { type: Speed } } ] } ]
+gates: []
+tree_propagations: [ { from: Speed, to: Control } ]
+required_services: [ { id: S, functional_service_type: Speed, demands: [Speed] } ]
+provided_services: [ { id: C, functional_service_type: Control, guarantees: [Control] } ]
+";
+
+#[test]
+fn certificates_of_others_are_composed_in_any_order() {
+    let folder = Folder::with(&[("wheel.yaml", WHEEL.as_bytes()), ("user.yaml", USER.as_bytes())]);
+    for files in ["wheel.yaml user.yaml", "user.yaml wheel.yaml"] {
+        assert_eq!(folder.json(&format!("assure {files}"), 0)["given"], json!(true));
+    }
+    let alone = folder.json("assure user.yaml", 1);
+    assert_eq!(alone["guarantees"][0]["verdict"], json!("refused"));
+}
