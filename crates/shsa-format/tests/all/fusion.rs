@@ -41,13 +41,13 @@ const STEP: Span = Span(100_000_000);
 /// What three sensors say at one moment.
 fn moment(knowledge: &KnowledgeBase, number: i64) -> Vec<Observation> {
     let at = Time(0) + STEP.times(number);
-    let observed = |(name, error): (&str, f64)| Observation {
+    let observed = |(place, name, error): (i64, &str, f64)| Observation {
         signal: knowledge.signal(name).unwrap(),
         stamp: at,
         received: at,
-        value: RawValue::Number(TRUTH + error * scatter(3 * number + name.len() as i64)),
+        value: RawValue::Number(TRUTH + error * scatter(3 * number + place)),
     };
-    [("/float", 0.09), ("/sonar", 0.18), ("/radar", 0.14)].map(observed).to_vec()
+    [(0, "/float", 0.09), (1, "/sonar", 0.18), (2, "/radar", 0.14)].map(observed).to_vec()
 }
 
 fn engine(knowledge: &KnowledgeBase) -> Engine {
@@ -151,5 +151,5 @@ fn a_clock_that_jumps_stops_nothing() {
     }
     assert!(published > 550, "{published}");
     let measured = engine.measurements(0, 2);
-    assert!(measured.used > 450 && measured.restarts == 0, "{measured:?}");
+    assert!(measured.used > 300 && measured.restarts == 0, "{measured:?}");
 }

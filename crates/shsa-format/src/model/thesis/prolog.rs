@@ -193,8 +193,10 @@ impl Writer<'_> {
         let relations = knowledge.relations().iter().filter(|relation| !relation.properties.is_empty());
         lose("the properties", "relation", relations.map(|relation| relation.name.as_str()).collect());
         let signals = |is: &dyn Fn(&shsa_core::knowledge::Signal) -> bool| {
-            let found = knowledge.signals().iter().filter(|signal| is(signal));
-            found.map(|signal| signal.name.as_str()).collect::<Vec<_>>()
+            // What is computed is lost with its fusion.
+            let measured = knowledge.signals().enumerate().filter(|(id, _)| !knowledge.is_computed(*id));
+            let found = measured.filter(|(_, signal)| is(signal));
+            found.map(|(_, signal)| signal.name.as_str()).collect::<Vec<_>>()
         };
         lose("the source", "signal", signals(&|signal| signal.source != signal.name));
         lose("the scale and offset", "signal", signals(&|signal| signal.scaling.is_some()));
@@ -210,6 +212,8 @@ impl Writer<'_> {
         let sharing = sharing.into_iter().map(|&signal| knowledge.signals()[signal].name.as_str());
         lose("what is shared", "signal", sharing.collect());
         lose("the properties", "signal", signals(&|signal| !signal.properties.is_empty()));
+        let fusions = knowledge.fusions().iter().map(|fusion| fusion.name.as_str());
+        lose("all that is said", "fusion", fusions.collect());
         let needs: Vec<&str> =
             knowledge.needs().iter().map(|need| variables[need.variable].name.as_str()).collect();
         lose("the name and demands", "need", needs);
