@@ -9,8 +9,8 @@ use anyhow::Context;
 use serde_json::{Map, Value};
 use shsa_core::observation::RawValue;
 use shsa_format::recording::{ReadOptions, Sample, TopicInfo, Wanted, inventory, read};
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{fs, slice};
 
 /// How far numbers may be apart, beside their size.
 const TOLERANCE: f64 = 1e-6;
@@ -111,17 +111,8 @@ impl<'a> File<'a> {
 
     /// The topics of the file, or of all files of the folder.
     fn topics(&self) -> anyhow::Result<Vec<TopicInfo>> {
-        if !self.path.is_dir() {
-            return Ok(inventory(&self.path, &self.options)?.topics);
-        }
-        let mut topics = Vec::new();
-        for entry in fs::read_dir(&self.path)? {
-            // Folders hold what is no recording, too.
-            if let Ok(info) = inventory(&entry?.path(), &self.options) {
-                topics.extend(info.topics);
-            }
-        }
-        Ok(topics)
+        let files = inventory(slice::from_ref(&self.path), &self.options)?;
+        Ok(files.into_iter().flat_map(|file| file.topics).collect())
     }
 
     fn number(&self, compared: &mut Compared, what: &str, found: f64, expected: &Value) {
