@@ -85,6 +85,33 @@ struct System {
     policy: Policy,
 }
 
+fn statement(service: &str, rank: u32) -> Statement {
+    let scale = Contracts::default().scales().named("asil").unwrap();
+    Statement { service: service.to_owned(), level: Some(Level { scale, rank }), properties: Vec::new() }
+}
+
+fn contract(name: &str, subject: knowledge::Subject) -> Contract {
+    Contract {
+        name: name.to_owned(),
+        subject,
+        runs_on: None,
+        gives: Vec::new(),
+        asks: Vec::new(),
+        evidence: Vec::new(),
+        policy: Policy::default(),
+    }
+}
+
+fn observed(leaf: &Leaf, signal: SignalId, heat: SignalId) -> (EvidenceSource, Option<Interval>) {
+    match leaf {
+        Leaf::Fresh(age_ms) => {
+            (EvidenceSource::Signal(signal, Measure::Age), Some(Interval::new(0.0, *age_ms as f64 / 1e3)))
+        }
+        Leaf::Cool(most) => (EvidenceSource::Signal(heat, Measure::Value), Some(Interval::new(-1e9, *most))),
+        Leaf::Installed => (EvidenceSource::Told, None),
+    }
+}
+
 impl System {
     fn random(random: &mut Random) -> System {
         System {
@@ -141,24 +168,6 @@ impl System {
     }
 
     fn contracts(&self, knowledge: &KnowledgeBase) -> Contracts {
-        let level = |rank: u32| {
-            let scale = Contracts::default().scales().named("asil").unwrap();
-            Level { scale, rank }
-        };
-        let statement = |service: &str, rank: u32| Statement {
-            service: service.to_owned(),
-            level: Some(level(rank)),
-            properties: Vec::new(),
-        };
-        let contract = |name: &str, subject| Contract {
-            name: name.to_owned(),
-            subject,
-            runs_on: None,
-            gives: Vec::new(),
-            asks: Vec::new(),
-            evidence: Vec::new(),
-            policy: Policy::default(),
-        };
         let heat = knowledge.signal("heat").unwrap();
         let v = knowledge.variable("v").unwrap();
         let mut rows = IdVec::new();
@@ -170,16 +179,7 @@ impl System {
             for (nth, (rank, leaves)) in sensor.gives.iter().enumerate() {
                 let first = own.evidence.len();
                 own.evidence.extend(leaves.iter().enumerate().map(|(place, leaf)| {
-                    let (source, within) = match leaf {
-                        Leaf::Fresh(age_ms) => (
-                            EvidenceSource::Signal(signal, Measure::Age),
-                            Some(Interval::new(0.0, *age_ms as f64 / 1e3)),
-                        ),
-                        Leaf::Cool(most) => {
-                            (EvidenceSource::Signal(heat, Measure::Value), Some(Interval::new(-1e9, *most)))
-                        }
-                        Leaf::Installed => (EvidenceSource::Told, None),
-                    };
+                    let (source, within) = observed(leaf, signal, heat);
                     // What is told is one piece of evidence, by its name.
                     let name = match leaf {
                         Leaf::Installed => "installed".to_owned(),

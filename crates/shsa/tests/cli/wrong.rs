@@ -34,7 +34,7 @@ fn files_of_the_wrong_kind_are_told() {
     folder.write("numbers.csv", "1,2,3\n4,5,6\n");
     folder.write("timeless.csv", "/level,/pressure\n1,2\n");
     folder.refuses("replay run.csv tank.yaml", &["run.csv:1:1", "expected a model"]);
-    folder.refuses("replay tank.yaml tank.yaml", &["tank.yaml: not a recording", "CSV"]);
+    folder.refuses("replay tank.yaml tank.yaml", &["tank.yaml: not a recording", "table of text (.csv"]);
     folder.refuses("replay tank.yaml fake.bag", &["fake.bag: not a recording"]);
     folder.refuses("replay tank.yaml empty.csv", &["empty.csv: holds nothing"]);
     folder.refuses("replay tank.yaml numbers.csv", &["numbers.csv: the first line holds numbers"]);

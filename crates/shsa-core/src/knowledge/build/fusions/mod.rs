@@ -107,8 +107,7 @@ fn method(problems: &mut Problems, draft: &FusionDraft) -> Option<FusionMethod> 
     };
     let found = FusionMethod::NAMES.into_iter().find(|(name, _)| *name == word.text);
     if found.is_none() {
-        let near =
-            nearest(&word.text, all.into_iter()).map_or(help, |near| format!("did you mean `{near}`?"));
+        let near = nearest(&word.text, all).map_or(help, |near| format!("did you mean `{near}`?"));
         problems.error(word, format!("`{}` is no method of fusion", word.text), near);
     }
     found.map(|(_, method)| method)
