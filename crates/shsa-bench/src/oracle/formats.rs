@@ -137,7 +137,7 @@ impl<'a> File<'a> {
         for place in &places {
             let at = if has_row_times(expected) { "@row*1s" } else { "" };
             let source = format!("{}{}{}{at}", place.before, place.field, place.behind);
-            let recording = read(&[self.path.clone()], &[Wanted::new("/x", source)], &self.options)?;
+            let recording = read(slice::from_ref(&self.path), &[Wanted::new("/x", source)], &self.options)?;
             all.push(recording.samples);
         }
         Ok(differences(&all, expected))

@@ -61,7 +61,7 @@ fn fields_of_recordings() {
     folder.write("change.yaml", "properties: { signals: { /level: { accuracy: 0.5 } } }\n");
     check("info", &of(&["info run.csv", "info run.jsonl"]));
     let fusion = "fusion:\n  tank: { method: kalman, states: { level: { spread: 5, noise: 0.1 } }, inputs: { level: level }, outputs: { fused: level } }\n";
-    folder.write("fused.yaml", &format!("{}{fusion}", tank::MODEL));
+    folder.write("fused.yaml", format!("{}{fusion}", tank::MODEL));
     check("monitor", &of(&["monitor tank.yaml level --observations run.jsonl"]));
     check(
         "replay",

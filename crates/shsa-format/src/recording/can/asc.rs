@@ -219,6 +219,6 @@ fn moment(words: &[&str]) -> Option<Time> {
 
 fn month(word: &str) -> Option<i64> {
     let names = |names: &&[&str]| names.iter().any(|name| word.starts_with(name));
-    let at = MONTHS.iter().position(|all| names(all)).filter(|_| word.parse::<f64>().is_err())?;
+    let at = MONTHS.iter().position(names).filter(|_| word.parse::<f64>().is_err())?;
     i64::try_from(at + 1).ok()
 }

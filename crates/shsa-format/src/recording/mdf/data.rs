@@ -7,16 +7,14 @@ use std::collections::BTreeSet;
 /// The most blocks of data that are listed and not yet read.
 const WAITING_MAX: usize = 1 << 20;
 
+/// A piece of data, or what is lost and where.
+type Piece<'a> = Result<&'a [u8], (u64, String)>;
+
 /// Plain data are read in pieces of so many bytes.
 const PIECE: u64 = 1 << 20;
 
 /// Hands over the data behind a link, piece by piece in their order. Pieces may end within a record. What is lost is told.
-pub(super) fn pieces(
-    blocks: &mut Blocks<'_>,
-    link: u64,
-    is_finished: bool,
-    each: &mut dyn FnMut(Result<&[u8], (u64, String)>),
-) {
+pub(super) fn pieces(blocks: &mut Blocks<'_>, link: u64, is_finished: bool, each: &mut dyn FnMut(Piece<'_>)) {
     // Lists link to the next list, and to data; `HL` to the first list.
     let mut waiting = vec![link];
     let mut passed = BTreeSet::new();
@@ -56,12 +54,7 @@ pub(super) fn pieces(
     }
 }
 
-fn plain(
-    blocks: &mut Blocks<'_>,
-    block: &Block,
-    is_finished: bool,
-    each: &mut dyn FnMut(Result<&[u8], (u64, String)>),
-) {
+fn plain(blocks: &mut Blocks<'_>, block: &Block, is_finished: bool, each: &mut dyn FnMut(Piece<'_>)) {
     let there = blocks.length - block.at;
     // A recorder that was cut off has not written the length.
     let length = if !is_finished && block.length == 0 { there } else { block.length };

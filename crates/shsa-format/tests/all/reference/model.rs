@@ -154,7 +154,8 @@ fn every_word_of_contracts_is_described() {
         let told: Vec<&str> = told.iter().filter_map(|cell| cell.split(':').next()).collect();
         let mut expected: Vec<&str> = keys.iter().map(|key| key.name).collect();
         let mut told: Vec<&str> = told.into_iter().collect();
-        (told.sort_unstable(), expected.sort_unstable());
+        told.sort_unstable();
+        expected.sort_unstable();
         assert_eq!(told, expected);
     }
     let measures = Measure::NAMES.iter().map(|(name, _)| *name).chain(["told"]);
