@@ -41,8 +41,8 @@ fn a_relation_takes_little_memory() {
     let a_relation = |bytes: u64| bytes / RELATIONS as u64;
     let (kept, peak) = (a_relation(counted.bytes_current.unsigned_abs()), a_relation(counted.bytes_max));
     let allocations = a_relation(counted.count_total);
-    assert!(kept <= 600, "{kept} bytes a relation are kept");
-    assert!(peak <= 660, "{peak} bytes a relation are taken at the peak");
+    assert!(kept <= 620, "{kept} bytes a relation are kept");
+    assert!(peak <= 680, "{peak} bytes a relation are taken at the peak");
     assert!(allocations <= 18, "{allocations} allocations a relation");
 }
 
@@ -121,7 +121,8 @@ fn a_quote_that_is_never_closed_is_bounded() {
 #[test]
 fn a_row_of_millions_of_cells_is_bounded() {
     let text = format!("time_s,a\n1,2{}\n2,3\n", ",".repeat(12 << 20));
-    defused("row.csv", text.as_bytes(), "the row has not 2 cells as the header; row left out");
+    // Cells beyond the header are of no column, and take nothing.
+    defused("row.csv", text.as_bytes(), "");
     let header = format!("time_s,a{}\n1,2\n", ",".repeat(12 << 20));
     defused("header.csv", header.as_bytes(), "a table of more than 16384 columns cannot be read");
 }
