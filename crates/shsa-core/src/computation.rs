@@ -26,8 +26,8 @@ pub struct Timing {
     pub lag: Span,
     /// The longest window of its difference quotients and means: its output is true of all that time.
     pub window: Span,
-    /// How long a time an output is the mean over: that window, else what the signals are that it reads; zero of what is true
-    /// at a moment.
+    /// The time over which an output is a mean: that window, or else the `mean_over` of the signals that are read. Zero for an
+    /// output that is true at a moment.
     pub mean_over: Span,
 }
 
@@ -232,7 +232,7 @@ impl Computation {
         self.timing.window > Span::ZERO
     }
 
-    /// Over which time what is computed from is spread: so long after a change an output is all of what came after it.
+    /// How far back the inputs of an output reach: so long after a change, an output rests only on what came after it.
     #[must_use]
     pub fn looks_back(&self) -> Span {
         match &self.body {

@@ -4,12 +4,12 @@
 //! the gate ([`Gate::set_open`]): then each reading is measured by the one before it, whatever that was, so that a level
 //! which has come to stay is let in and no glitch is let out.
 //!
-//! Readings that have come in by a jump are away from where they could have got to from the last one before it. That the time
-//! since makes ever more possible brings nothing back: only a reading that could not be there but for having come back, or a
-//! jump that undoes the first one.
+//! After a jump that was let in, a signal is *away*: its readings are where they could not have got to from the last reading
+//! before the jump. Time alone does not end that, although ever more becomes possible as it passes. A signal is back with a
+//! reading that is only possible if it has come back, or with a jump that undoes the first one.
 //!
-//! A value that is repeated exactly may be one that is held: rows of a log, or a bus that sends more often than it measures.
-//! It is as old as its first repetition, but not older than the signal may be silent.
+//! An exactly repeated value may be held: in the rows of a log, or by a bus that sends more often than the sensor measures. Its
+//! age counts from the first of these readings, and is at most the time for which the signal may be silent.
 //!
 //! Readings that are stamped on arrival come in a burst after a bus or a machine has stalled: the time between two of them is
 //! then next to nothing, while they were measured a period apart. So no time between two readings counts as less than a

@@ -246,9 +246,9 @@ impl History {
         mean.result()
     }
 
-    /// What samples that are true in their middles, but for `error` to either side, say of the middle of a moment: the hull of
-    /// what is in proportion between two of them, or what the newest says; `None` where the nearest one is farther away than
-    /// `max_gap`.
+    /// The value in the middle of a moment, from samples that are true in their middles, with an `error` to either side: the
+    /// hull of what linear interpolation between two samples gives, or the newest sample. `None` where the nearest sample is
+    /// farther away than `max_gap`.
     ///
     /// So a mean is compared with one over the same time, and not with a mean of means. Complexity: O(samples newer than it).
     #[must_use]

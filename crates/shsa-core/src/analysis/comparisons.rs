@@ -91,7 +91,7 @@ impl Comparisons {
         self.of(comparison).map(|(one, other)| one.signals(other)).unwrap_or_default()
     }
 
-    /// The signals whose faults a comparison [shows](Testimony::shows).
+    /// The signals whose faults a comparison [shows](crate::residual_selection::FaultSignature::shows).
     #[must_use]
     pub fn shows(&self, comparison: Comparison) -> SignalSet {
         self.of(comparison).map(|(one, other)| one.shows(other)).unwrap_or_default()
@@ -104,7 +104,7 @@ impl Comparisons {
         self.of(comparison).map(|(one, other)| one.relations(other)).unwrap_or_default()
     }
 
-    /// The relations of which a comparison [shows](Testimony::shows_relations) that they do not hold.
+    /// The relations of which a comparison [shows](crate::residual_selection::FaultSignature::shows_relations) that they do not hold.
     #[must_use]
     pub fn shows_relations(&self, comparison: Comparison) -> RelationSet {
         self.of(comparison).map(|(one, other)| one.shows_relations(other)).unwrap_or_default()

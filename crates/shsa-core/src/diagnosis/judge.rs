@@ -1,11 +1,14 @@
 //! The verdict on each signal and relation over time: suspect, failed, and trusted again.
 //!
-//! Something has failed when it belongs to every explanation that is probable enough beside the best one, whatever the
-//! comparisons that are still undecided, or only just agree, will say. For the rest of these explanations, the judge first
-//! waits for the comparisons that may yet decide, for a bounded time; then it is suspect. Where what signals share explains
-//! the conflicts, these signals are blamed together; what shares a cause with something that has failed a moment ago, before
-//! others. What has failed explains is no evidence about others. How something is trusted again, says [`recovery`]. Without a
-//! comparison there is no verdict: unknown is not healthy.
+//! * A component has **failed** when it belongs to every explanation that is probable enough beside the best one, whatever the
+//!   comparisons will say that are still undecided or only just agree.
+//! * A component of some of these explanations is **suspect**, once the comparisons that may still decide have had their time,
+//!   which is bounded.
+//! * Signals with a common cause are blamed together where the cause explains the conflicts. A component that shares a cause
+//!   with one that has just failed is blamed before others.
+//! * A conflict that a failed component explains is no evidence about other components.
+//! * [`recovery`] is how a component is trusted again.
+//! * Without a comparison there is no verdict: unknown is not healthy.
 
 mod testimony;
 mod verdict;

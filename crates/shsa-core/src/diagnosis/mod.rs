@@ -1,4 +1,4 @@
-//! Who lies: disagreements as conflicts, hitting sets as explanations, their probabilities; verdicts over time.
+//! Which component is faulty: disagreements as conflicts, hitting sets as explanations, their probabilities; verdicts over time.
 
 pub mod candidates;
 mod judge;

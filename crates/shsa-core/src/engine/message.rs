@@ -57,10 +57,10 @@ pub enum Report {
     Answer {
         /// The number of the task.
         number: u64,
-        /// What came of it; `None` when there is no value. Judged as what the engine computes itself.
+        /// The result; `None` when there is no value. The engine judges it like a value that it has computed itself.
         result: Option<(PublishedValue, Validity)>,
     },
-    /// It is there no more: the engine computes itself from now on, first what was not answered yet.
+    /// The process has ended: from now on the engine computes the source itself, beginning with the newest open task.
     Gone,
 }
 
@@ -113,8 +113,9 @@ pub enum EventKind {
     Restored,
     /// No trusted source can serve a need.
     Unhealable,
-    /// What a need demands, or a contract, forbids a source that would serve it; an order cannot be obeyed (any more), or what was known before a restart has
-    /// nothing to stand for; or an operator has overridden a contract for a time, or that time is over.
+    /// The demands of a need, or a contract, forbid a source that would serve it. An order cannot be obeyed, or not any more. What
+    /// was known before a restart is about something that the model does not have. An operator has overridden a contract for a
+    /// time, or that time is over.
     Refused,
 }
 

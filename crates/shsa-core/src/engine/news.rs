@@ -1,4 +1,4 @@
-//! What has changed in the trust of signals and relations at a moment is told: faults, silences, returns, verdicts.
+//! Tells what has changed in the trust of signals and relations at a moment: faults, silences, returns, verdicts.
 
 use super::message::Output;
 use super::{Engine, events};

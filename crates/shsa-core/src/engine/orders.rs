@@ -1,4 +1,4 @@
-//! Operators' orders are carried out: what nothing may rest on, what must serve a need, who is cleared.
+//! Carries out operators' orders: what nothing may rest on, what must serve a need, what is cleared.
 
 use super::message::Output;
 use super::operator::{Refusal, already, find_need};

@@ -2,8 +2,8 @@
 //!
 //! The new engine is set up as at the beginning, and every stage then takes over what is still the same, matched by names:
 //! the ports of signals that mean the same, the recent comparisons of ways that compute the same, the verdicts that
-//! rest on such comparisons, the orders in force, silences and probations, what serves each need, and the plans for its losses. So nothing of the old knowledge base
-//! stays, and nothing grows with the number of changes.
+//! rest on such comparisons, the orders in force, silences and probations, what serves each need, and the plans for its losses.
+//! So nothing of the old knowledge base stays, and nothing grows with the number of changes.
 
 use super::message::Output;
 use super::provider::Succession;

@@ -1,7 +1,7 @@
-//! A run outlasts its process: what is known is taken out as names, and a new engine goes on from it.
+//! A new engine goes on from the snapshot of an earlier one, in which everything is kept by name.
 //!
-//! A fresh engine knows nothing, and nothing is no reason to trust what had failed. So verdicts, silences, orders and
-//! sources go on; accusations end by evidence that the new engine has gathered itself, never by a restart.
+//! A new engine has no evidence yet, and the absence of evidence is no reason to trust what had failed. So verdicts, silences,
+//! orders and sources go on. An accusation ends by evidence that the new engine has gathered itself, never by a restart.
 
 use super::Engine;
 use super::message::Output;

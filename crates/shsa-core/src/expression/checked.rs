@@ -37,7 +37,7 @@ pub struct CheckedEquation {
 
 /// Checks a formula.
 ///
-/// Time: linear in the formula with the model's functions written out, which is bounded by [`MAX_NODES`].
+/// Time: linear in the formula with the model's functions written out, whose number of nodes is bounded.
 #[must_use]
 pub fn check(expression: &Expr, scope: &dyn Scope) -> Checked {
     let mut checker = Checker::new(scope);

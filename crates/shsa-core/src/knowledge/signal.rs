@@ -62,7 +62,7 @@ pub struct ReadingLimits {
     pub max_delay: Option<Span>,
     /// How long its readings may stay exactly the same while they keep coming.
     pub frozen_after: Option<Span>,
-    /// The turn after which its variable's values are the same again, SI; see [`Variable::wraps`].
+    /// The turn after which its variable's values are the same again, SI; see [`Variable::wraps`](super::Variable::wraps).
     pub turn: Option<f64>,
 }
 

@@ -265,8 +265,8 @@ fn evidence(one: &Way, other: &Way) -> (Vec<RelationId>, Vec<SignalId>) {
 
 /// The slower way of two first: a comparison is made at its moments.
 ///
-/// What tells of a longer time, or more rarely, is the slower one; of equals what tells later, as the other one is there then;
-/// else the later in file order: when it delivers, the other of the same row is there.
+/// The slower way is the one whose outputs are means over a longer time, or are rarer. Of equals it is the one with the larger
+/// lag, as the other one has delivered by then; else the later one in file order, as the other value of its row is there then.
 fn by_slowness<'w>(
     one: (usize, &'w WatchedWay),
     other: (usize, &'w WatchedWay),
@@ -343,7 +343,7 @@ fn share_of_noise(signal: &Signal) -> f64 {
     signal.noise.filter(|_| error > 0.0).map_or(0.0, |noise| noise / error)
 }
 
-/// Whether noise is declared of what one of two ways reads: then an error that is exceeded once is no proof.
+/// Whether one of two ways reads a signal whose noise is declared: then one value beyond the errors proves no fault.
 fn is_noisy(knowledge: &KnowledgeBase, one: &WatchedWay, other: &WatchedWay) -> bool {
     let (one, other) = (one.computation.way(), other.computation.way());
     one.inputs().chain(other.inputs()).any(|signal| knowledge.signals()[signal].noise.is_some())

@@ -1,4 +1,4 @@
-//! How often two ways were compared, of how often their signals came.
+//! Coverage: how often two ways were compared, as a share of how often they could have been.
 
 use super::{Monitor, Residual, WayIndex};
 use crate::knowledge::{KnowledgeBase, SignalId, VariableId};

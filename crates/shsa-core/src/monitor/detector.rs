@@ -1,8 +1,9 @@
-//! What is wrong with the readings of a signal in themselves, whatever others say: invalid, out of range, too fast, frozen,
-//! stamped by a wrong clock, out of order, late. One detector each, all of one kind: enough of the recent moments of reception show the symptom.
+//! Detectors that look at one signal alone: invalid, out of range, too fast, frozen, stamped by a wrong clock, out of order,
+//! late. All work alike: a signal is faulty when enough of its recent moments of reception show the symptom.
 //!
-//! A single bad reading makes no fault (single ones that come again and again do, where they jump), and for as long as a signal may be silent it may say nothing possible, too. One moment of reception counts once, bad when any of its readings is, so that the
-//! order within a moment does not matter. A fault is over when a whole window shows no symptom any more.
+//! A single bad reading is no fault, but single jumps that come again and again are. For as long as a signal may be silent, it
+//! may also give nothing but impossible values. A moment of reception counts once, and is bad when any of its readings is
+//! bad, so the order within a moment does not matter. A fault ends when a whole window shows no symptom.
 
 mod moment;
 

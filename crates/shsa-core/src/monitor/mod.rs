@@ -1,10 +1,10 @@
-//! What disagrees, what is silent, what cannot be: all ways of knowing a variable compared, as observations come.
+//! Compares all ways of knowing a variable as observations come, and watches each signal for silence and impossible values.
 //!
-//! A comparison is made for each output of the slower of two ways, as soon as the faster one says something about its
-//! moment: what its samples on both sides do, or the nearest one where the model bounds how fast the plant changes. Where the
-//! slower one is a difference quotient over a window, it is the mean of the derivative, and is compared with the mean of the
-//! other over the window. Disjoint intervals disagree. A pair is in conflict when enough of its recent comparisons disagree
-//! ([`Debounce`]).
+//! Each output of the slower of two ways is compared with what the faster way says about the same moment, as soon as it says
+//! something: the hull of its samples on both sides, or its nearest sample where the model bounds how fast the plant changes.
+//! A slower way that is a difference quotient over a window is the mean of the derivative, and is compared with the mean of the
+//! other way over the window. Disjoint intervals disagree. A residual is in conflict when enough of its recent comparisons
+//! disagree ([`Debounce`]).
 //!
 //! Observations of one moment of reception are compared together ([`Monitor::settle`]), so that their order does
 //! not matter. The cost of an observation is that of the ways that it completes and their pairs; nothing is

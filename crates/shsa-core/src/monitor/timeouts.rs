@@ -1,4 +1,4 @@
-//! The signals one by one: silence, and values that cannot be.
+//! Watches each signal alone for silence and for values that are impossible.
 
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId};
 use crate::time::{Span, Time};

@@ -87,8 +87,8 @@ impl WatchedWay {
         self.turn.map_or(value, |turn| circle::nearest(value, beside, turn))
     }
 
-    /// What its outputs say about a moment: see [`History::about`]. Outputs that are true of a window say what all those
-    /// windows do that hold the moment, once they lie around it.
+    /// What its outputs say about a moment: see [`History::about`]. Where each output is true of a window, the moment has the
+    /// hull of all windows that hold it, once there are windows on both sides of it.
     #[inline]
     #[must_use]
     pub fn about(&self, moment: Validity) -> Known {

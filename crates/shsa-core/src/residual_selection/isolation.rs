@@ -289,8 +289,8 @@ impl Isolation<'_> {
             .collect()
     }
 
-    /// The places of the way that tells most of what is blamed from the signal beside the ways that are watched, or of two
-    /// that do so together; of equals, the shorter, then the first.
+    /// The places of the one candidate, or of the two together, that tell the signal from most of what is blamed with it, beside
+    /// the ways that are watched already. Of equals, the shorter way, then the first.
     fn best(
         &mut self,
         candidates: &[Candidate],

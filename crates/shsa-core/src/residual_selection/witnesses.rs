@@ -44,7 +44,7 @@ impl Witnesses {
         greedy::suspects(&FaultSignature::of_all(knowledge, &self.candidates))
     }
 
-    /// Operations a second of watching them, as [`WatchBudget::cost`] counts.
+    /// Operations a second of watching them, as [`WatchBudget::cost`](super::WatchBudget::cost) counts.
     #[must_use]
     pub fn cost(&self, knowledge: &KnowledgeBase) -> f64 {
         let costs: Vec<Cost> = self.ways.iter().map(|way| Cost::of(knowledge, way)).collect();

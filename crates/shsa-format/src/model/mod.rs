@@ -1,7 +1,7 @@
 //! Knowledge bases as YAML or JSON: the text becomes a tree, the tree a draft, and the core checks the draft.
 //!
 //! Every problem is reported at once, with file, line, column and help. Files of the thesis's public programs (YAML
-//! and Prolog) become drafts too; [`write`] makes text of drafts again.
+//! and Prolog) become drafts too; [`mod@write`] makes text of drafts again.
 
 mod cursor;
 mod json;

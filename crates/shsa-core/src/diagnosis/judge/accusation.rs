@@ -170,7 +170,8 @@ impl<T: Testimony> Review<'_, T> {
     }
 }
 
-/// Whether what speaks against something is no chance. What is blamed for what it shares only, others speak against.
+/// Whether the conflicts against a component cannot be chance. A component that is blamed for a common cause only is in no
+/// conflict itself: then all conflicts count.
 fn is_sure(evidence: &impl Testimony, component: Component, case: &Case<'_>) -> bool {
     let mut against =
         case.conflicts.pairs.iter().filter(|pair| rests_on(evidence, pair, component)).peekable();
@@ -180,7 +181,7 @@ fn is_sure(evidence: &impl Testimony, component: Component, case: &Case<'_>) -> 
     }
 }
 
-/// Whether what a signal says has ever changed: of what never does it means nothing that it stands still.
+/// Whether the value of a signal has ever changed. Of a signal whose value never changes, a constant value is no symptom.
 fn has_moved(evidence: &impl Testimony, component: Component) -> bool {
     matches!(component, Component::Signal(signal) if evidence.frozen(signal).has_moved())
 }

@@ -9,8 +9,8 @@
 //!   is left, and what it gives is uncertain. What has failed by comparisons does not: it is contradicted, though nobody
 //!   repeats it.
 //!
-//! Suspicion of something that usually moves goes on while it still says what it said then: a value that stands still is right
-//! now and then.
+//! A signal that usually moves stays suspect while it repeats the value with which it was accused: a value that stands still is
+//! right now and then.
 
 use super::evidence::{rests_on, rests_on_any};
 use super::{Component, ComponentState, Decision, Ground, Proof, Review, Testimony, Verdict};
@@ -202,8 +202,8 @@ impl<T: Testimony> Review<'_, T> {
         if undecided { Err(None) } else { Ok(found) }
     }
 
-    /// Whether nothing is left of what has spoken against something: what else has failed explains it; or it was blamed for
-    /// what it shares with others, and none of these is accused any more.
+    /// Whether nothing speaks against a component any more: other components that have failed explain all conflicts with it; or
+    /// it was blamed for a common cause, and nothing else that shares the cause is accused any more.
     fn is_groundless(&self, component: Component, grounds: &Grounds) -> bool {
         let known = self.judge.grounds.get(&component).map_or(0, BTreeSet::len);
         match (known, self.judge.state_of(component).cause) {

@@ -1,4 +1,4 @@
-//! No jump at a switch: for a while the output moves from what went out last to what its new server gives.
+//! Blending: after a switch, the output moves from the last published value to the values of the new source without a jump.
 
 use super::Server;
 use super::settings::Settings;

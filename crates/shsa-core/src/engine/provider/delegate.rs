@@ -1,5 +1,5 @@
-//! A need whose source is computed by somebody else, a process of its own say: the engine brings the inputs to one moment and
-//! hands them out, and judges what comes back as if it had computed it itself. While nobody is there, it computes.
+//! A source that somebody else computes, such as a process of its own. The engine brings the inputs to one moment, hands them out
+//! as a task, and judges the answer like a value that it has computed itself. While nobody is there, the engine computes.
 
 use super::super::message::{Output, PublishedValue};
 use super::settings::Given;

@@ -1,8 +1,8 @@
 //! Tells when another way has stood in for the source for a while, and when the source gives values again.
 //!
-//! A source that jitters is stood in for at one moment and speaks at the next: that is told to nobody. An episode begins with the
-//! first value of a stand-in and ends when the source has given all values for a while; it is told when it has lasted
-//! longer than a value may be old, as without the stand-in the need would not have been served.
+//! A source that jitters misses one moment and delivers at the next; no event tells of that. An episode begins with the first
+//! value of a stand-in and ends when the source has given all values for a while. An event tells of it when it has lasted longer
+//! than a value may be old: without the stand-in, the need would not have been served.
 
 use super::settings::Settings;
 use crate::monitor::{Inheritance, WayIndex};

@@ -52,7 +52,8 @@ impl Short {
 }
 
 impl Refusals {
-    /// What was told before a change of the model need not be told again where it is the same; what fell short still has.
+    /// Goes on after a change of the model: a refusal that is still the same is not told again, and a source whose values fell
+    /// short is still left aside.
     pub(super) fn inherit(&mut self, old: &Refusals, change: &Succession<'_>) {
         let same = |(way, reasons): &Refused| Some((way.succeeded(change.lineage)?, reasons.clone()));
         self.told = old.told.iter().filter_map(same).collect();

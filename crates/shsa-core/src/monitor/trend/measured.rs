@@ -1,8 +1,8 @@
-//! A value with what every comparison asks of it.
+//! A value with its middle and width, which every comparison asks for.
 
 use crate::interval::Interval;
 
-/// A value with what comparisons ask of it, found once however many there are.
+/// A value with its middle and width, computed once for all comparisons with it.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured {
     /// The value, SI.

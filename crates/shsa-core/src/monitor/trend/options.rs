@@ -1,4 +1,4 @@
-//! From when on many comparisons together say something, and what the model says of their noise.
+//! Settings of the trend detectors, and what the model says about the noise of the compared values.
 
 use crate::time::Span;
 

@@ -1,4 +1,4 @@
-//! What many comparisons have shown, taken out as numbers and put back: it took long to come together.
+//! Takes the state of the trend detectors out as numbers and puts it back: it took many comparisons to gather.
 
 use super::{Tendency, Trend};
 use crate::time::Time;

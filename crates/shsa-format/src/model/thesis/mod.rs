@@ -1,6 +1,6 @@
 //! Knowledge bases of the thesis's public programs, read into drafts of ours.
 //!
-//! Two forms, one [`Sketch`]: YAML with `relations` (or `graph`) and `properties`, and Prolog facts. What has no
+//! Two forms, one sketch that both become: YAML with `relations` (or `graph`) and `properties`, and Prolog facts. What has no
 //! place in our model, or no like in our formula language, is told with its place; the structure always comes over.
 //!
 //! Form of the files: D. Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, and its public programs.

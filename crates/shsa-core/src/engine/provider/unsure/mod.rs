@@ -1,7 +1,8 @@
-//! All that could serve a need is suspect: one of the candidates lies, and nothing tells which.
+//! Serves a need while all that could serve it is suspect: one of the candidates is faulty, and nothing tells which.
 //!
-//! What goes out is the [fault-tolerant interval](crate::interval::tolerant) of all candidates. How many of them lie is the size of the smallest
-//! explanation: so many have to be left out that the others have a value in common, and at least one.
+//! The published value is the [fault-tolerant interval](crate::interval::tolerant) of all candidates. The number of faulty
+//! candidates is the size of the smallest explanation: the fewest that must be left out so that the others have a value in
+//! common, and at least one.
 
 use super::super::ways::Source;
 use super::settings::Settings;
