@@ -123,6 +123,6 @@ fn a_row_of_millions_of_cells_is_bounded() {
     let text = format!("time_s,a\n1,2{}\n2,3\n", ",".repeat(12 << 20));
     // Cells beyond the header are of no column, and take nothing.
     defused("row.csv", text.as_bytes(), "");
-    let header = format!("time_s,a{}\n1,2\n", ",".repeat(12 << 20));
+    let header = format!("time_s,a{}\n1,2\n", ",c".repeat(6 << 20));
     defused("header.csv", header.as_bytes(), "a table of more than 16384 columns cannot be read");
 }
