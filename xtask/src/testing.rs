@@ -4,6 +4,7 @@ use crate::command;
 use anyhow::{Result, bail};
 use serde_json::Value;
 use std::ffi::OsStr;
+use std::mem;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -24,8 +25,8 @@ struct Total {
 /// Programs that mostly wait for real time to pass: they run beside those that compute.
 const WAITING: [&str; 7] = ["live", "chaos", "mqtt", "zenoh", "zenoh_quiet", "ros2", "memory"];
 
-/// Crates whose tests run programs of other crates, which cargo may build after them: they are run when all is built.
-const LATE: [&str; 1] = ["shsa-bench"];
+/// Crates whose tests run the command, which may not stand in its place yet when they are built: they are run when all is built.
+const LATE: [&str; 2] = ["shsa", "shsa-bench"];
 
 /// Leaves the processor to others.
 const GIVING_WAY: [&str; 3] = ["nice", "-n", "10"];
@@ -45,7 +46,7 @@ struct Program {
 struct Queue {
     waiting: Vec<Program>,
     computing: Vec<Program>,
-    /// Computing ones that must not run before all is built.
+    /// Those that must not run before all is built.
     late: Vec<Program>,
     /// Whether all programs are built, or none will be any more.
     is_complete: bool,
@@ -56,19 +57,22 @@ struct Queue {
 impl Queue {
     /// No program will be added any more.
     fn complete(&mut self) {
-        self.computing.append(&mut self.late);
         self.is_complete = true;
+        for program in mem::take(&mut self.late) {
+            self.add(program);
+        }
     }
 
-    /// Where a program belongs.
-    fn list(&mut self, program: &Program) -> &mut Vec<Program> {
-        if WAITING.contains(&program.name.as_str()) {
-            &mut self.waiting
-        } else if LATE.iter().any(|late| program.folder.ends_with(late)) {
+    /// A program is built.
+    fn add(&mut self, program: Program) {
+        let list = if !self.is_complete && LATE.iter().any(|late| program.folder.ends_with(late)) {
             &mut self.late
+        } else if WAITING.contains(&program.name.as_str()) {
+            &mut self.waiting
         } else {
             &mut self.computing
-        }
+        };
+        list.push(program);
     }
 }
 
@@ -149,7 +153,7 @@ fn build(shared: &Shared) -> Result<()> {
     let line: Vec<&str> = GIVING_WAY.into_iter().chain(cargo).chain(messages).collect();
     command::listen(&line, |message| {
         let Some(program) = program(message) else { return };
-        shared.change(|queue| queue.list(&program).push(program));
+        shared.change(|queue| queue.add(program));
     })
 }
 
@@ -253,7 +257,7 @@ mod tests {
         let shared = Shared::default();
         for (name, folder) in [("live", "shsa"), ("cli", "shsa-bench"), ("all", "shsa-core")] {
             let program = program(name, folder);
-            shared.change(|queue| queue.list(&program).push(program));
+            shared.change(|queue| queue.add(program));
         }
         let next = |shared: &Shared| shared.next(|it| it.computing.pop()).map(|program| program.name);
         assert_eq!(next(&shared).as_deref(), Some("all"));
