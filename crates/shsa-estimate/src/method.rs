@@ -147,6 +147,12 @@ pub trait Method: Send {
         self.gaussian_mut().spread *= factor;
     }
 
+    /// Whether mean and covariance are all that it knows, so that [`Method::gaussian_mut`] sets it whole.
+    fn is_gaussian(&self) -> bool {
+        let Gaussian { mean, spread } = self.gaussian();
+        self.memory_len() == mean.len() + spread.len()
+    }
+
     /// How many numbers hold all that changes.
     fn memory_len(&self) -> usize {
         let Gaussian { mean, spread } = self.gaussian();

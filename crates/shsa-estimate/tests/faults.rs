@@ -147,8 +147,8 @@ fn check_named(liar: usize, within_s: f64, fault: impl Fn(i64, f64) -> f64) {
         let (named, at) = seen.named.unwrap();
         assert!(named == liar && at > 20.0 && at <= 20.0 + within_s, "seed {seed}: {named} at {at} s");
         assert!(seen.greatest < 5.0, "seed {seed}: {} m", seen.greatest);
-        // A conflict that nothing decides for a moment makes it unknown for as long.
-        assert!(seen.unknown <= 50, "seed {seed}: {}", seen.unknown);
+        // A conflict that nothing decides makes it unknown, until 10 s after the last measurement that counted.
+        assert!(seen.unknown <= 500, "seed {seed}: {}", seen.unknown);
         let others = seen.fusion.without(liar).unwrap().estimate(time(3000)).unwrap();
         let error = (others.mean[0] - truth[0]).hypot(others.mean[1] - truth[1]);
         assert!(error < 1.5, "seed {seed}: {error} m");

@@ -25,6 +25,7 @@ fn of_input(it: Measurements) -> Value {
         "too_late": it.too_late,
         "rejected": it.rejected,
         "masked": it.masked,
+        "ahead": it.ahead,
         "restarts": it.restarts,
     })
 }

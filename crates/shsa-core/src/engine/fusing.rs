@@ -23,6 +23,8 @@ pub struct Measurements {
     pub rejected: u64,
     /// Those of a signal that was not trusted.
     pub masked: u64,
+    /// Those whose stamp is further ahead of the reception than the horizon.
+    pub ahead: u64,
     /// How often the estimator was begun anew, for all inputs alike.
     pub restarts: u64,
 }

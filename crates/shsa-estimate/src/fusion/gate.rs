@@ -4,17 +4,36 @@
 //! rejections in a row the sensor is in conflict with the estimate, and others decide:
 //!
 //! * Another sensor in conflict agrees with it: both are taken back, and the covariance widens until they fit.
-//! * Others that still count hold what it measures (its expectation has not become much less certain): it stays out.
-//! * Nothing decides: what is known is unknown, until it fits again or another agrees.
+//! * Others that count hold what it measures: it stays out. Others hold it where an estimate that is made so uncertain that the
+//!   sensor would fit is drawn back by what they measure (the *doubt*). What others only tell the change of, they do not hold:
+//!   a position that is reckoned from speeds is no witness against a position fix, however sure the reckoning is of itself.
+//! * Nothing decides: nothing is known, until it fits again or another agrees. When it has not counted for as long as reckoning
+//!   bears witness ([`Options::reckoned`](super::Options::reckoned)), or never has, the estimate is the doubtful one, which it fits.
+//!
+//! Without a gate everything counts; but what comes back after so long that reckoning bears no witness any more and does not fit
+//! is taken for where it is, and not for how fast it got there.
+//!
+//! So the only sensor of a quantity is out for no longer than that time and its patience. The doubt costs a second step for each
+//! moment while a sensor is in conflict.
 
 use super::Fusion;
+use super::moment::Past;
 use super::window::Window;
 use crate::Error;
+use crate::matrix::{at, put};
 use crate::method::{Innovation, Measurement};
 use crate::normal::two_sided;
+use shsa_core::time::{Span, Time};
 
-/// By how much the variance of an expectation may grow while others hold it.
-const HELD: f64 = 4.0;
+/// So many rejections in a row are no glitch: what the others say from then on is put to the test.
+const REPEATED: u32 = 2;
+/// Others hold what a sensor in lasting conflict measures where it lies further from the doubt than this, in squared standard
+/// deviations: 95 % of what is right do not.
+const HELD: f64 = 3.841;
+/// What lies further off than this, in squared standard deviations, does not fit: 99.99 % do.
+const FAR: f64 = 15.137;
+/// The doubt is so wide that what is rejected lies within a fifth of its standard deviation.
+const DOUBT: f64 = 25.0;
 
 /// When a measurement is too far off.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,10 +73,10 @@ pub struct Watch {
     pub rejections: u32,
     /// Whether it is in conflict and nothing decides.
     pub is_undecided: bool,
-    /// Measurements of others that counted meanwhile.
-    others: u32,
-    /// The variance of its expectation and itself when the rejections began.
-    variance_before: f64,
+    /// Rejections since the doubt began.
+    doubted: u32,
+    /// When its last measurement counted.
+    used: Option<Time>,
     last: Option<Measurement>,
     /// The last innovations that counted.
     window: Window,
@@ -75,53 +94,171 @@ impl Watch {
         self.window.drift()
     }
 
-    pub(super) fn accept(&mut self, is_own: bool) {
-        if is_own {
-            (self.rejections, self.others, self.is_undecided, self.last) = (0, 0, false, None);
-        } else if self.rejections > 0 {
-            self.others = self.others.saturating_add(1);
-        }
+    /// One counts: it is no more in conflict.
+    pub(super) fn accept(&mut self, at: Time) {
+        *self = Watch { used: Some(at), window: self.window, ..Watch::default() };
     }
 
-    pub(super) fn reject(&mut self, measurement: &Measurement, innovation: Innovation) {
-        if self.rejections == 0 {
-            self.variance_before = innovation.variance;
-        }
+    /// It counts, ungated.
+    pub(super) fn count(&mut self, at: Time) {
+        self.used = Some(at);
+    }
+
+    /// Others have decided about it, and it does not count for now.
+    pub(super) fn excuse(&mut self) {
+        *self = Watch { used: self.used, window: self.window, ..Watch::default() };
+    }
+
+    pub(super) fn reject(&mut self, measurement: &Measurement) {
         self.rejections = self.rejections.saturating_add(1);
+        self.doubted = self.doubted.saturating_add(1);
         self.last = Some(*measurement);
     }
 
-    /// Whether others that count hold what it measures.
-    fn is_held(&self, innovation: Innovation) -> bool {
-        self.others > 0 && innovation.variance <= HELD * self.variance_before
+    /// Whether its last measurement counted longer ago than this, or none did.
+    fn is_away(&self, at: Time, within: Span) -> bool {
+        self.used.is_none_or(|used| at - used > within)
+    }
+}
+
+impl Past {
+    fn in_conflict(&self) -> impl Iterator<Item = &Watch> {
+        self.watches.iter().filter(|watch| watch.rejections >= REPEATED)
     }
 }
 
 impl Fusion {
     /// Whether a sensor that was rejected again is taken back.
-    pub(super) fn reconsider(&mut self, sensor: usize, gate: Gate, innovation: Innovation) -> bool {
+    pub(super) fn reconsider(&mut self, sensor: usize, at: Time, gate: Gate, innovation: Innovation) -> bool {
         let Some(watch) = self.now.watches.get(sensor).copied() else { return false };
+        if watch.rejections == REPEATED {
+            self.begin_doubt();
+        }
         let Some(measurement) = watch.last.filter(|_| watch.rejections > gate.patience) else { return false };
         self.method.save(&mut self.trial);
         // So wide that the measurement fits: the share of its own noise cannot widen, so twice what a first look says.
         self.method.widen(2.0 * innovation.normalized_square() / gate.threshold);
         self.method.update(&[measurement], &self.now.controls);
-        let agrees = (0..self.now.watches.len()).any(|other| other != sensor && self.agrees(other, gate));
-        if agrees {
-            self.now.accept(sensor);
+        if (0..self.now.watches.len()).any(|other| other != sensor && self.agrees(other, gate)) {
+            self.now.accept(sensor, at);
             return true;
         }
-        self.method.restore(&self.trial);
-        if let Some(watch) = self.now.watches.get_mut(sensor) {
-            watch.is_undecided = !watch.is_held(innovation);
+        let is_taken =
+            watch.doubted + REPEATED > gate.patience && self.decide(sensor, at, &measurement, gate);
+        if !is_taken {
+            self.method.restore(&self.trial);
         }
-        false
+        is_taken
     }
 
-    /// Whether what another sensor in conflict said last fits now.
+    /// Whether the doubt, in which others have counted since, leaves room for a sensor, and it is time to take it back.
+    fn decide(&mut self, sensor: usize, at: Time, measurement: &Measurement, gate: Gate) -> bool {
+        self.method.restore(&self.now.doubt);
+        let fits = self
+            .method
+            .innovation(measurement, &self.now.controls)
+            .is_none_or(|it| it.normalized_square() <= HELD.min(gate.threshold));
+        let reckoned = self.options.reckoned();
+        let Some(watch) = self.now.watches.get_mut(sensor) else { return false };
+        watch.is_undecided = fits;
+        if !fits || !watch.is_away(at, reckoned) {
+            return false;
+        }
+        self.method.update(&[*measurement], &self.now.controls);
+        self.now.accept(sensor, at);
+        true
+    }
+
+    /// Makes the present estimate so uncertain that everything in conflict fits, and keeps it beside the estimate.
+    fn begin_doubt(&mut self) {
+        self.method.save(&mut self.trial);
+        for place in 0..self.now.watches.len() {
+            let Some(watch) = self.now.watches.get_mut(place) else { continue };
+            watch.doubted = 0;
+            let last = watch.last.filter(|_| watch.rejections >= REPEATED);
+            last.iter().for_each(|measurement| self.widen_to(measurement, DOUBT));
+        }
+        self.method.save(&mut self.now.doubt);
+        self.now.is_doubted = true;
+        self.method.restore(&self.trial);
+    }
+
+    /// Makes room for a sensor that comes back after longer than reckoning bears witness, and does not fit.
+    pub(super) fn welcome(&mut self, at: Time, measurement: &Measurement) {
+        let used = self.now.watches.get(measurement.sensor).and_then(|watch| watch.used);
+        if used.is_some_and(|used| at - used > self.options.reckoned()) {
+            let innovation = self.method.innovation(measurement, &self.now.controls);
+            if innovation.is_some_and(|it| it.normalized_square() > FAR) {
+                self.widen_to(measurement, DOUBT);
+            }
+        }
+        self.now.watches.get_mut(measurement.sensor).into_iter().for_each(|watch| watch.count(at));
+    }
+
+    /// Makes the estimate so uncertain that the variance of an expectation is so many times the square of its innovation.
+    ///
+    /// Each state becomes less certain by as much as the measurement would move it, and for itself: what others measure of one of
+    /// them then says nothing of another.
+    fn widen_to(&mut self, measurement: &Measurement, times: f64) {
+        let Some(innovation) = self.method.innovation(measurement, &self.now.controls) else { return };
+        let wanted = times * innovation.value * innovation.value;
+        if !self.method.is_gaussian() {
+            let factor = wanted / innovation.variance;
+            self.method.widen(if factor.is_finite() { factor.max(1.0) } else { 1.0 });
+            return;
+        }
+        self.method.save(&mut self.aside);
+        self.method.update(&[*measurement], &self.now.controls);
+        for (place, moved) in self.moved.iter_mut().enumerate() {
+            let (mean, before) = (self.method.mean().get(place), self.aside.get(place));
+            *moved = mean.zip(before).map_or(0.0, |(mean, before)| (mean - before) * (mean - before));
+        }
+        self.method.restore(&self.aside);
+        self.spread_by(1.0);
+        let grown = self.method.innovation(measurement, &self.now.controls);
+        let own = grown.map_or(0.0, |it| it.variance - innovation.variance);
+        let share = wanted / own;
+        self.method.restore(&self.aside);
+        if share.is_finite() && own > 0.0 {
+            self.spread_by(share);
+        }
+    }
+
+    fn spread_by(&mut self, share: f64) {
+        let spread = &mut self.method.gaussian_mut().spread;
+        for (place, moved) in self.moved.iter().enumerate() {
+            let own = at(spread, place, place);
+            put(spread, place, place, own + share * moved);
+        }
+    }
+
+    /// The doubt goes on beside the estimate: to this moment, or with what counts in it. It ends with the last conflict.
+    pub(super) fn go_on_doubting(&mut self, elapsed: Span, counted: Option<&Measurement>) {
+        if !self.now.is_doubted {
+            return;
+        }
+        if self.now.in_conflict().next().is_none() {
+            self.now.is_doubted = false;
+            return;
+        }
+        self.method.save(&mut self.trial);
+        self.method.restore(&self.now.doubt);
+        match counted {
+            Some(measurement) => {
+                self.method.update(&[*measurement], &self.now.controls);
+            }
+            None => {
+                self.method.predict(elapsed.seconds(), &self.now.controls);
+            }
+        }
+        self.method.save(&mut self.now.doubt);
+        self.method.restore(&self.trial);
+    }
+
+    /// Whether what another sensor in conflict, and not by a single glitch, said last fits now.
     fn agrees(&mut self, other: usize, gate: Gate) -> bool {
         let Some(watch) = self.now.watches.get(other) else { return false };
-        let Some(last) = watch.last.filter(|_| watch.rejections > 0) else { return false };
+        let Some(last) = watch.last.filter(|_| watch.rejections >= REPEATED) else { return false };
         let innovation = self.method.innovation(&last, &self.now.controls);
         innovation.is_some_and(|it| it.normalized_square() <= gate.threshold)
     }

@@ -8,6 +8,7 @@
 //!
 //! A measurement costs one step, and one more for each moment after it: O(moments). Nothing is allocated.
 
+mod verdict;
 mod window;
 mod gate;
 mod moment;
@@ -15,6 +16,7 @@ mod leave_one_out;
 
 pub use gate::{Gate, Watch};
 pub use leave_one_out::LeaveOneOut;
+pub use verdict::{Counts, Verdict};
 
 use crate::Error;
 use crate::matrix::Matrix;
@@ -37,51 +39,17 @@ pub struct Options {
     pub unknown_after: Span,
 }
 
-/// Rejections in a row that are no glitch any more.
-const REPEATED: u32 = 3;
-
-/// What became of a measurement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// It counts.
-    Used,
-    /// The same sensor has been heard of that moment.
-    Duplicate,
-    /// It is older than can be gone back to.
-    TooLate,
-    /// It is too far off, or no number.
-    Rejected,
-    /// Its sensor is not trusted: it is a witness, and does not count.
-    Masked,
-}
-
-/// How many of each there were, as they arrived.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Those that count.
-    pub used: u64,
-    /// Those heard before.
-    pub duplicate: u64,
-    /// Those too old.
-    pub too_late: u64,
-    /// Those too far off.
-    pub rejected: u64,
-    /// Those of a sensor that is not trusted.
-    pub masked: u64,
-}
-
-impl Counts {
-    fn count(&mut self, verdict: Verdict) {
-        let counter = match verdict {
-            Verdict::Used => &mut self.used,
-            Verdict::Duplicate => &mut self.duplicate,
-            Verdict::TooLate => &mut self.too_late,
-            Verdict::Rejected => &mut self.rejected,
-            Verdict::Masked => &mut self.masked,
-        };
-        *counter = counter.saturating_add(1);
+impl Options {
+    /// For how long what was reckoned without a sensor bears witness about it: five times as long as anything is told without
+    /// any measurement.
+    #[must_use]
+    pub fn reckoned(&self) -> Span {
+        self.unknown_after.times(5)
     }
 }
+
+/// Rejections in a row that are no glitch any more.
+const REPEATED: u32 = 3;
 
 /// What is known of a moment.
 #[derive(Clone, Copy, Debug)]
@@ -123,6 +91,9 @@ pub struct Fusion {
     counts: Vec<Counts>,
     stack: Vec<Measurement>,
     trial: Vec<f64>,
+    /// What a method knew before it was tried how far a measurement moves each state, and that squared.
+    aside: Vec<f64>,
+    moved: Vec<f64>,
 }
 
 impl Fusion {
@@ -157,6 +128,8 @@ impl Fusion {
             counts: vec![Counts::default(); sensors],
             stack: Vec::with_capacity(sensors),
             trial: vec![0.0; method.memory_len()],
+            aside: vec![0.0; method.memory_len()],
+            moved: vec![0.0; method.mean().len()],
             initial,
             method,
             options,
@@ -223,7 +196,9 @@ impl Fusion {
     /// Begins anew with what another fusion of the same method and sensors knows behind its newest moment.
     pub fn begin_as(&mut self, other: &Fusion) {
         self.base.clone_from(other.present());
-        self.now.clone_from(other.present());
+        self.base.watches.iter_mut().for_each(Watch::excuse);
+        self.base.is_doubted = false;
+        self.now.clone_from(&self.base);
         self.method.restore(&self.now.memory);
         (self.count, self.base_at, self.is_base_taken) = (0, other.at(), true);
     }
@@ -286,6 +261,9 @@ impl Fusion {
         if elapsed > Span::ZERO && !self.method.predict(elapsed.seconds(), &self.now.controls) {
             self.now.is_lost = true;
         }
+        if elapsed > Span::ZERO {
+            self.go_on_doubting(elapsed, None);
+        }
         match self.options.gate {
             Some(gate) => self.take_one_by_one(moment, gate),
             None => self.take_together(moment),
@@ -293,6 +271,7 @@ impl Fusion {
         for taken in moment.measured.iter_mut().flatten().filter(|taken| taken.is_masked) {
             taken.innovation = self.method.innovation(&taken.measurement, &self.now.controls);
             taken.verdict = Verdict::Masked;
+            self.now.watches.get_mut(taken.measurement.sensor).into_iter().for_each(Watch::excuse);
         }
         let is_used = moment.measured.iter().flatten().any(|taken| taken.verdict == Verdict::Used);
         if is_used {
@@ -307,6 +286,9 @@ impl Fusion {
 
     fn take_together(&mut self, moment: &mut Moment) {
         self.stack.clear();
+        for taken in moment.measured.iter().flatten().filter(|taken| !taken.is_masked) {
+            self.welcome(moment.at, &taken.measurement);
+        }
         for taken in moment.measured.iter_mut().flatten().filter(|taken| !taken.is_masked) {
             taken.innovation = self.method.innovation(&taken.measurement, &self.now.controls);
             taken.verdict = if taken.innovation.is_some() { Verdict::Used } else { Verdict::Rejected };
@@ -321,18 +303,20 @@ impl Fusion {
     fn take_one_by_one(&mut self, moment: &mut Moment, gate: Gate) {
         for taken in moment.measured.iter_mut().flatten().filter(|taken| !taken.is_masked) {
             let Measurement { sensor, .. } = taken.measurement;
+            let at = moment.at;
             taken.innovation = self.method.innovation(&taken.measurement, &self.now.controls);
             let is_near = taken.innovation.is_some_and(|it| it.normalized_square() <= gate.threshold());
             let is_used = match taken.innovation {
                 Some(innovation) if is_near => {
                     self.method.update(&[taken.measurement], &self.now.controls);
                     self.now.note(sensor, innovation);
-                    self.now.accept(sensor);
+                    self.now.accept(sensor, at);
+                    self.go_on_doubting(Span::ZERO, Some(&taken.measurement));
                     true
                 }
                 Some(innovation) => {
-                    self.now.reject(&taken.measurement, innovation);
-                    self.reconsider(sensor, gate, innovation)
+                    self.now.reject(&taken.measurement);
+                    self.reconsider(sensor, at, gate, innovation)
                 }
                 None => false,
             };
@@ -362,6 +346,12 @@ impl Fusion {
         let present = self.present();
         let since = present.last_used.unwrap_or(self.base_at);
         !present.is_lost && !present.is_doubtful() && at - since <= self.options.unknown_after
+    }
+
+    /// Whether nothing is known because a sensor is in conflict and nothing decides.
+    #[must_use]
+    pub fn is_undecided(&self) -> bool {
+        self.present().is_doubtful()
     }
 
     /// The last innovation of a sensor, and when: of one that counts against the prediction, of a masked one against what all

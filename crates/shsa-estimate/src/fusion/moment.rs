@@ -5,7 +5,7 @@ use crate::method::{Innovation, Measurement};
 use shsa_core::time::Time;
 
 /// All that changes with measurements.
-#[derive(Debug, PartialEq)]
+#[derive(Debug)]
 pub(super) struct Past {
     /// Of the method.
     pub(super) memory: Vec<f64>,
@@ -15,6 +15,21 @@ pub(super) struct Past {
     pub(super) last_used: Option<Time>,
     /// The model had no value, and no measurement has counted since.
     pub(super) is_lost: bool,
+    /// Whether a sensor is in conflict, so that `doubt` goes on: the method's memory, so uncertain that the sensor would fit.
+    pub(super) is_doubted: bool,
+    pub(super) doubt: Vec<f64>,
+}
+
+// Written out: an old doubt is no part of what holds.
+impl PartialEq for Past {
+    fn eq(&self, other: &Past) -> bool {
+        let parts = |it: &Past| (it.last_used, it.is_lost, it.is_doubted);
+        let is_same = self.memory == other.memory
+            && self.watches == other.watches
+            && self.controls == other.controls
+            && parts(self) == parts(other);
+        is_same && (!self.is_doubted || self.doubt == other.doubt)
+    }
 }
 
 // Written out: a derived `clone_from` would allocate.
@@ -24,6 +39,7 @@ impl Clone for Past {
             memory: self.memory.clone(),
             watches: self.watches.clone(),
             controls: self.controls.clone(),
+            doubt: self.doubt.clone(),
             ..*self
         }
     }
@@ -33,6 +49,11 @@ impl Clone for Past {
         self.watches.clone_from(&from.watches);
         self.controls.clone_from(&from.controls);
         (self.last_used, self.is_lost) = (from.last_used, from.is_lost);
+        self.is_doubted = from.is_doubted;
+        // What is left of an old doubt is nothing.
+        if from.is_doubted {
+            self.doubt.clone_from(&from.doubt);
+        }
     }
 }
 
@@ -44,6 +65,8 @@ impl Past {
             controls: vec![0.0; controls],
             last_used: None,
             is_lost: false,
+            is_doubted: false,
+            doubt: vec![0.0; memory_len],
         }
     }
 
@@ -54,18 +77,14 @@ impl Past {
         }
     }
 
-    /// A measurement of this sensor counts: it is no more in conflict, and the others have been backed by it.
-    pub(super) fn accept(&mut self, sensor: usize) {
-        for (place, watch) in self.watches.iter_mut().enumerate() {
-            watch.accept(place == sensor);
-        }
+    /// A measurement of this sensor counts: it is no more in conflict.
+    pub(super) fn accept(&mut self, sensor: usize, at: Time) {
+        self.watches.get_mut(sensor).into_iter().for_each(|watch| watch.accept(at));
     }
 
     /// A measurement is too far off.
-    pub(super) fn reject(&mut self, measurement: &Measurement, innovation: Innovation) {
-        if let Some(watch) = self.watches.get_mut(measurement.sensor) {
-            watch.reject(measurement, innovation);
-        }
+    pub(super) fn reject(&mut self, measurement: &Measurement) {
+        self.watches.get_mut(measurement.sensor).into_iter().for_each(|watch| watch.reject(measurement));
     }
 
     /// Whether a sensor is in conflict and nothing decides it.

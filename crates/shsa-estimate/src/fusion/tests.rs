@@ -112,6 +112,51 @@ proptest! {
     }
 }
 
+/// The speed every 100 ms, and every 200 ms the only position, which is where nothing has reckoned it from 20 s on; between `gap`
+/// and 20 s it says nothing. What is told of moments: the truth, and what is known.
+fn only_position(jump: f64, gap: i64, seed: u64) -> Vec<(i64, f64, Option<f64>)> {
+    let (method, gate) = (Kalman::new(line(), &[0.0, 0.0], &spread(), Loss::Square), Gate::new(0.999, 5));
+    let options = Options { gate: Some(gate), unknown_after: Span(1_000_000_000), ..OPTIONS };
+    let mut fusion = Fusion::new(Box::new(method.unwrap()), Time(0), 3, 0, options).unwrap();
+    let (mut random, mut told) = (Random::new(seed), Vec::new());
+    for at in (100..=40_000_i64).step_by(100) {
+        let truth = at as f64 / 1000.0 + if at > 20_000 { jump } else { 0.0 };
+        let mut noisy = |value: f64, variance: f64| value + variance.sqrt() * random.normal();
+        fusion.measure(millis(at), measured(1, noisy(1.0, 0.1)));
+        if at % 200 == 0 && (at <= gap || at > 20_000) {
+            fusion.measure(millis(at), measured(0, noisy(truth, 0.5)));
+        }
+        told.push((at, truth, fusion.estimate(millis(at)).map(|it| it.mean[0])));
+    }
+    told
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    /// However far it jumps: after its patience nothing is told, and 5 s after the last one that counted what it says.
+    #[test]
+    fn the_only_position_is_not_locked_out_by_reckoning(jump in 12.0..1e6_f64, is_back: bool, seed: u64) {
+        for (at, truth, known) in only_position(if is_back { -jump } else { jump }, 20_000, seed) {
+            let is_right = known.is_some_and(|it| (it - truth).abs() < 3.0);
+            match at {
+                10_000..=20_000 | 25_800.. => prop_assert!(is_right, "{at}: {known:?} for {truth}"),
+                21_300..25_000 => prop_assert!(known.is_none(), "{at}: {known:?} for {truth}"),
+                _ => {}
+            }
+        }
+    }
+
+    /// Where it had been away for longer than predictions may go on, it is taken back as soon as it has said so six times.
+    #[test]
+    fn after_a_gap_the_only_position_is_taken_back(jump in 60.0..1e6_f64, seed: u64) {
+        for (at, truth, known) in only_position(jump, 10_000, seed).into_iter().filter(|it| it.0 > 21_500) {
+            let error = (known.unwrap_or(f64::NAN) - truth).abs();
+            prop_assert!(error < 3.0, "{at}: {known:?} for {truth}");
+        }
+    }
+}
+
 #[test]
 fn measurements_of_one_moment_are_stacked_in_declared_order() {
     let after = |order: [usize; 3]| {

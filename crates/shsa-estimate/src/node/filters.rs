@@ -93,11 +93,18 @@ impl Filters {
         let Filters { all, witnesses, .. } = self;
         let Some((together, rest)) = witnesses.split_first_mut() else { return };
         let from = if all.is_known(at) { &*all } else { &*together };
-        // The first set leaves out nothing.
-        if let Some(witness) =
-            set.checked_sub(1).and_then(|place| rest.get_mut(place)).filter(|_| from.is_known(at))
-        {
-            witness.begin_as(from);
-        }
+        begin(rest, set, from, at);
     }
+
+    /// Lets the filter without this set begin anew from what all say together: what was reckoned for so long bears no witness.
+    pub(super) fn anchor_together(&mut self, set: usize, at: Time) {
+        let Some((together, rest)) = self.witnesses.split_first_mut() else { return };
+        begin(rest, set, together, at);
+    }
+}
+
+/// The first set leaves out nothing, and is not among these.
+fn begin(rest: &mut [Fusion], set: usize, from: &Fusion, at: Time) {
+    let witness = set.checked_sub(1).and_then(|place| rest.get_mut(place));
+    witness.into_iter().filter(|_| from.is_known(at)).for_each(|witness| witness.begin_as(from));
 }

@@ -19,6 +19,7 @@ pub(super) struct Inlet {
     /// The newest moment that it has said something about.
     newest: Option<Time>,
     refused: u64,
+    ahead: u64,
 }
 
 impl Inlet {
@@ -28,6 +29,7 @@ impl Inlet {
             has_formula: input.noise.is_some(),
             newest: None,
             refused: 0,
+            ahead: 0,
         };
         fusion.inputs.iter().map(inlet).collect()
     }
@@ -44,7 +46,6 @@ impl Inlet {
             self.refused = self.refused.saturating_add(1);
             return None;
         }
-        self.newest = self.newest.max(Some(at));
         Some((at, interval.midpoint(), own))
     }
 
@@ -57,6 +58,21 @@ impl Inlet {
             (false, false) if self.signal.noise.is_some() => Some(deviation(&self.signal)),
             (false, false) => Some(interval.width() * UNIFORM),
         }
+    }
+
+    /// It has spoken about a moment.
+    pub(super) fn hear(&mut self, at: Time) {
+        self.newest = self.newest.max(Some(at));
+    }
+
+    /// A stamp was too far ahead of its reception.
+    pub(super) fn refuse_ahead(&mut self) {
+        self.ahead = self.ahead.saturating_add(1);
+    }
+
+    /// How many stamps were.
+    pub(super) fn ahead(&self) -> u64 {
+        self.ahead
     }
 
     /// How much was refused before it came to the filters.

@@ -5,7 +5,8 @@
 //! too long without one, with a control input that says nothing, or while inputs contradict each other and nothing decides.
 //!
 //! A node is begun anew where it could not find back: after a contradiction that has lasted, as after a power cycle of what it
-//! rests on, and where all that comes is older than it can go back to, as after a jump of the clocks.
+//! rests on, and where all that comes is older than it can go back to, as after a jump of the clocks. A stamp that is further ahead
+//! of its reception than the horizon is not taken for time: it would make all right ones too late.
 
 mod each;
 mod build;
@@ -32,7 +33,7 @@ use told::Outputs;
 
 /// After so many rejections in a row others decide about an input.
 const PATIENCE: u32 = 5;
-/// After so many measurements that come too late, with none between them that counts, the clocks have jumped.
+/// After so many measurements that come too late, or are too far ahead, with none between them that counts, the clocks have jumped.
 const ALL_TOO_LATE: u32 = 12;
 
 /// One fusion at work.
@@ -50,6 +51,9 @@ struct Node {
     has_measured: bool,
     /// Measurements in a row that came too late.
     too_late: u32,
+    /// By how much the clocks of all inputs run ahead of the reception, and what in a row was further ahead.
+    lead: Span,
+    ahead: u32,
     /// Since when nothing is known though measurements come.
     lost_since: Option<Time>,
     /// When the next estimate is due, of a node with a period.
@@ -89,6 +93,8 @@ impl Node {
             newest: None,
             has_measured: false,
             too_late: 0,
+            lead: Span::ZERO,
+            ahead: 0,
             lost_since: None,
             due: None,
             restarts: 0,
@@ -99,6 +105,11 @@ impl Node {
     fn measure(&mut self, place: usize, heard: Heard<'_>, now: Time) {
         let Some(inlet) = self.inlets.get_mut(place) else { return };
         let Some((at, value, deviation)) = inlet.read(heard) else { return };
+        if !self.is_time(at, now) {
+            self.inlets.get_mut(place).into_iter().for_each(Inlet::refuse_ahead);
+            return;
+        }
+        self.inlets.get_mut(place).into_iter().for_each(|inlet| inlet.hear(at));
         if self.newest.is_none() {
             self.begin(at);
         }
@@ -106,7 +117,7 @@ impl Node {
         let measurement = Measurement { sensor: place, value, variance };
         self.filters.trust(place, heard.is_trusted);
         let verdict = self.filters.measure(at, measurement);
-        self.count(verdict, at);
+        self.count(verdict, at, now);
         if !matches!(verdict, Verdict::TooLate | Verdict::Duplicate) {
             self.advance(at, now);
             self.outputs.expect(at, measurement);
@@ -116,7 +127,8 @@ impl Node {
     /// A control input says something.
     fn steer(&mut self, place: usize, heard: Heard<'_>, now: Time) {
         let Some(steering) = self.steering.get_mut(place) else { return };
-        let Some((at, value)) = steering.read(heard, now) else { return };
+        let most = now + self.lead + self.settings.horizon;
+        let Some((at, value)) = steering.read(heard, now).filter(|(at, _)| *at <= most) else { return };
         if self.newest.is_none() {
             self.begin(at);
         }
@@ -141,15 +153,37 @@ impl Node {
         }
     }
 
-    fn count(&mut self, verdict: Verdict, at: Time) {
+    fn count(&mut self, verdict: Verdict, at: Time, now: Time) {
+        // Where the one that runs ahead came first, all others seem late, and are not.
+        let is_right = self.lead > Span::ZERO && at - now <= self.settings.horizon;
         match verdict {
-            Verdict::Used => (self.has_measured, self.too_late) = (true, 0),
+            Verdict::Used => {
+                self.has_measured = true;
+                self.too_late = if self.lead > Span::ZERO && !is_right { self.too_late } else { 0 };
+            }
             Verdict::TooLate => self.too_late += 1,
             _ => {}
         }
         if self.too_late >= ALL_TOO_LATE {
+            self.lead = Span::ZERO;
             self.begin_anew(at);
         }
+    }
+
+    /// Whether a stamp is not too far ahead of its reception. Where all are, the clocks are, and it begins anew with that.
+    fn is_time(&mut self, at: Time, now: Time) -> bool {
+        let lead = at - now;
+        if lead <= self.lead + self.settings.horizon {
+            self.ahead = 0;
+            return true;
+        }
+        self.ahead += 1;
+        let are_all = self.ahead >= ALL_TOO_LATE;
+        if are_all {
+            (self.lead, self.ahead) = (lead, 0);
+            self.begin_anew(at);
+        }
+        are_all
     }
 
     fn advance(&mut self, at: Time, now: Time) {
@@ -186,12 +220,13 @@ impl Node {
         }
     }
 
-    /// Nothing is known: where measurements come all the same and that lasts, the node is begun anew.
+    /// Nothing is known: where measurements come all the same and that lasts, the node is begun anew. A conflict ends before.
     fn look_after(&mut self, newest: Time, received: Time, now: Time) {
         let hears = received == now && self.has_measured;
+        let lasts = self.settings.unknown_after.times(if self.filters.all().is_undecided() { 6 } else { 1 });
         match self.lost_since {
             None if hears => self.lost_since = Some(now),
-            Some(since) if hears && now - since > self.settings.unknown_after => self.begin_anew(newest),
+            Some(since) if hears && now - since > lasts => self.begin_anew(newest),
             _ => {}
         }
     }
@@ -199,12 +234,14 @@ impl Node {
     fn measurements(&self, input: usize) -> Measurements {
         let counts = self.filters.all().counts(input).unwrap_or_default();
         let refused = self.inlets.get(input).map_or(0, Inlet::refused);
+        let ahead = self.inlets.get(input).map_or(0, Inlet::ahead);
         Measurements {
             used: counts.used,
             duplicate: counts.duplicate,
             too_late: counts.too_late,
             rejected: counts.rejected.saturating_add(refused),
             masked: counts.masked,
+            ahead,
             restarts: self.restarts,
         }
     }

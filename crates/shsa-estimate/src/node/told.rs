@@ -65,6 +65,9 @@ struct Prediction {
     is_anchored: bool,
     /// Since when it contradicts what is measured.
     contradicts_since: Option<Time>,
+    /// For how long what was reckoned without the input bears witness about it, and when it spoke last.
+    reckoned: Span,
+    heard: Option<Time>,
 }
 
 /// The last innovation of the filter over all inputs is so many times less uncertain, in variance, before a prediction that hangs on
@@ -77,6 +80,12 @@ const CONTRADICTS: f64 = 9.0;
 const LONGEST: Span = Span::from_millis(10_000);
 
 impl Prediction {
+    /// Whether the input speaks again after so long that what was reckoned bears no witness about it.
+    fn is_back(&mut self, at: Time) -> bool {
+        let before = self.heard.replace(at);
+        self.is_anchored && before.is_some_and(|before| at - before > self.reckoned)
+    }
+
     /// Lets it begin anew where it has become vague beside what is known with all and no contradiction would be lost with that,
     /// or where it has contradicted for long: what it says then is of the past.
     fn anchor(&mut self, known: Option<Innovation>, own: f64, at: Time, filters: &mut Filters) {
@@ -125,7 +134,17 @@ impl Outputs {
             let computed = Computed::new(knowledge, it.signal, CERTAIN);
             let set = sets.binary_search(&it.without).ok()?;
             let is_anchored = it.is_anchored;
-            Some(Prediction { computed, input: it.input, set, is_anchored, contradicts_since: None })
+            let reckoned = model.settings.unknown_after.times(5);
+            let (contradicts_since, heard) = (None, None);
+            Some(Prediction {
+                computed,
+                input: it.input,
+                set,
+                is_anchored,
+                contradicts_since,
+                reckoned,
+                heard,
+            })
         });
         let n = model.states.len();
         Ok(Outputs {
@@ -145,6 +164,7 @@ impl Outputs {
     pub(super) fn forget(&mut self) {
         self.told = None;
         self.expected.fill(None);
+        self.predictions.iter_mut().for_each(|it| it.heard = None);
     }
 
     pub(super) fn control(&mut self, place: usize, value: f64) {
@@ -175,6 +195,11 @@ impl Outputs {
             let known =
                 filters.innovation(prediction.set, prediction.input).filter(|(about, _)| *about == at);
             let own = measurement.variance.unwrap_or(0.0);
+            let contradicts = known.is_some_and(|(_, it)| it.normalized_square() > CONTRADICTS);
+            if prediction.is_back(at) && contradicts {
+                filters.anchor_together(prediction.set, at);
+                continue;
+            }
             if let Some((_, innovation)) = known
                 && innovation.variance - own <= VAGUE * VAGUE * own
             {

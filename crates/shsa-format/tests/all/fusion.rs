@@ -155,3 +155,39 @@ fn a_clock_that_jumps_stops_nothing() {
     let measured = engine.measurements(0, 2);
     assert!(measured.used > 300 && measured.restarts == 0, "{measured:?}");
 }
+
+/// A stamp that is seconds ahead of its reception is not taken for time: what the others say counts as before.
+#[test]
+fn a_stamp_in_the_future_makes_nothing_else_too_late() {
+    let knowledge = knowledge("kalman");
+    let radar = knowledge.signal("/radar").unwrap();
+    for ahead in [Span(700_000_000), Span(9_000_000_000)] {
+        let mut engine = engine(&knowledge);
+        for number in 0..100 {
+            let mut observations = moment(&knowledge, number);
+            // The very first one, too.
+            for observation in observations.iter_mut().filter(|it| it.signal == radar && number % 50 == 0) {
+                observation.stamp = observation.stamp + ahead;
+            }
+            observations.reverse();
+            feed(&mut engine, observations);
+        }
+        let measured = [0, 1, 2].map(|input| engine.measurements(0, input));
+        assert!(measured.iter().all(|it| it.too_late == 0 && it.restarts == 0), "{measured:?}");
+        assert_eq!((measured[0].used, measured[1].used, measured[2].ahead), (100, 100, 2), "{measured:?}");
+    }
+}
+
+/// Where the clocks of all run ahead, that is what their time is.
+#[test]
+fn clocks_that_all_run_ahead_are_followed() {
+    let knowledge = knowledge("kalman");
+    let mut engine = engine(&knowledge);
+    for number in 0..100 {
+        let mut observations = moment(&knowledge, number);
+        observations.iter_mut().for_each(|it| it.stamp = it.stamp + Span(3_000_000_000));
+        feed(&mut engine, observations);
+    }
+    let measured = engine.measurements(0, 0);
+    assert!(measured.used > 90 && measured.ahead < 6 && measured.restarts == 1, "{measured:?}");
+}
