@@ -113,6 +113,9 @@ struct VerdictForm {
     /// Whether only comparisons can clear it. Left away by earlier versions.
     #[serde(default)]
     contradicted: bool,
+    /// Whether it may serve where nothing else is left. Left away by earlier versions.
+    #[serde(default)]
+    unproven: bool,
     relapses: u32,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     cleared_ns: Option<i64>,
@@ -270,6 +273,7 @@ impl From<&Remembered> for VerdictForm {
             alone: record.alone,
             convicted: record.failed_by_detector,
             contradicted: record.contradicted,
+            unproven: record.unproven,
             relapses: record.relapses,
             cleared_ns: record.cleared.map(|time| time.0),
             said: record.said.map(bounds),
@@ -292,6 +296,7 @@ impl VerdictForm {
             alone: self.alone,
             failed_by_detector: self.convicted,
             contradicted: self.contradicted,
+            unproven: self.unproven,
             cleared: self.cleared_ns.map(Time),
             relapses: self.relapses,
             said: self.said.map(|said| interval(said.lo, said.hi)),
