@@ -1,9 +1,7 @@
 //! The state that outlasts the process, as JSON: what was known before a restart.
 //!
-//! `{"state": "shsa-state-2", "time_ns": 5, "verdicts": [..], "absences": [..], "trends": [..],
-//! "orders": [..], "needs": [..]}`; everything
-//! by name, times in nanoseconds, values in SI; reasons by their codes. Reading is strict: a key that is unknown, or another
-//! version, is an error.
+//! `{"state": "shsa-state-2", "time_ns": 5, "verdicts": [..], "absences": [..], "trends": [..], "orders": [..], "needs": [..]}`;
+//! everything by name, times in nanoseconds, values in SI; reasons by their codes. An unknown key or version is an error.
 
 mod because;
 
@@ -79,8 +77,7 @@ pub fn read_state(text: &str) -> Result<Snapshot, StateError> {
     if head.state != FORMAT && head.state != WITH_WORDS {
         return Err(StateError::Version(head.state));
     }
-    let form: StateForm = serde_json::from_str(text)?;
-    form.snapshot()
+    serde_json::from_str::<StateForm>(text)?.snapshot()
 }
 
 /// A state as it is written.
@@ -110,10 +107,9 @@ struct VerdictForm {
     alone: bool,
     /// Whether its own readings have shown the fault.
     convicted: bool,
-    /// Whether only comparisons can clear it. Left away by earlier versions.
+    /// Whether only comparisons can clear it, and whether it may serve where nothing else is left. Not in earlier versions.
     #[serde(default)]
     contradicted: bool,
-    /// Whether it may serve where nothing else is left. Left away by earlier versions.
     #[serde(default)]
     unproven: bool,
     relapses: u32,

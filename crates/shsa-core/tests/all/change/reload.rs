@@ -208,7 +208,7 @@ proptest! {
         }
         changed.run(rest);
         prop_assert!(steady.about(&BALLOON).len() > 500);
-        prop_assert_eq!(difference(&steady.about(&BALLOON), &changed.about(&BALLOON)), None);
+        prop_assert_eq!(super::difference(&steady.about(&BALLOON), &changed.about(&BALLOON)), None);
     }
 
     #[test]
@@ -228,7 +228,7 @@ proptest! {
             changed.change(seconds, &[]);
         }
         changed.run(rest);
-        prop_assert_eq!(difference(&steady.said, &changed.said), None);
+        prop_assert_eq!(super::difference(&steady.said, &changed.said), None);
         let statuses = |stage: &Stage| {
             let needs = stage.engine.knowledge().needs().ids();
             needs.map(|need| format!("{:?}", stage.engine.need_status(need))).collect::<Vec<_>>()
@@ -236,13 +236,6 @@ proptest! {
         prop_assert_eq!(statuses(&steady), statuses(&changed));
         prop_assert_eq!(records(&steady), records(&changed));
     }
-}
-
-/// The first place at which two runs differ, and what each says from there on: all that they say fills a book.
-fn difference<T: PartialEq + core::fmt::Debug>(one: &[T], other: &[T]) -> Option<String> {
-    let at = (0..one.len().max(other.len())).find(|&at| one.get(at) != other.get(at))?;
-    let rest = |said: &[T]| format!("{:#?}", said.iter().skip(at).take(3).collect::<Vec<_>>());
-    Some(format!("at {at}: {} and {}", rest(one), rest(other)))
 }
 
 /// How the ways have run at the end, in 12 decimals: what a moment adds to a sum is added in another order after a change.
