@@ -1,9 +1,7 @@
 //! The state that outlasts the process, as JSON: what was known before a restart.
 //!
-//! `{"state": "shsa-state-2", "time_ns": 5, "verdicts": [..], "absences": [..], "trends": [..],
-//! "orders": [..], "needs": [..]}`; everything
-//! by name, times in nanoseconds, values in SI; reasons by their codes. Reading is strict: a key that is unknown, or another
-//! version, is an error.
+//! `{"state": "shsa-state-2", "time_ns": 5, "verdicts": [..], "absences": [..], "trends": [..], "orders": [..], "needs": [..]}`;
+//! everything by name, times in nanoseconds, values in SI; reasons by their codes. An unknown key or version is an error.
 
 mod because;
 
@@ -79,8 +77,7 @@ pub fn read_state(text: &str) -> Result<Snapshot, StateError> {
     if head.state != FORMAT && head.state != WITH_WORDS {
         return Err(StateError::Version(head.state));
     }
-    let form: StateForm = serde_json::from_str(text)?;
-    form.snapshot()
+    serde_json::from_str::<StateForm>(text)?.snapshot()
 }
 
 /// A state as it is written.
@@ -110,9 +107,11 @@ struct VerdictForm {
     alone: bool,
     /// Whether its own readings have shown the fault.
     convicted: bool,
-    /// Whether only comparisons can clear it. Left away by earlier versions.
+    /// Whether only comparisons can clear it, and whether it may serve where nothing else is left. Not in earlier versions.
     #[serde(default)]
     contradicted: bool,
+    #[serde(default)]
+    unproven: bool,
     relapses: u32,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     cleared_ns: Option<i64>,
@@ -270,6 +269,7 @@ impl From<&Remembered> for VerdictForm {
             alone: record.alone,
             convicted: record.failed_by_detector,
             contradicted: record.contradicted,
+            unproven: record.unproven,
             relapses: record.relapses,
             cleared_ns: record.cleared.map(|time| time.0),
             said: record.said.map(bounds),
@@ -292,6 +292,7 @@ impl VerdictForm {
             alone: self.alone,
             failed_by_detector: self.convicted,
             contradicted: self.contradicted,
+            unproven: self.unproven,
             cleared: self.cleared_ns.map(Time),
             relapses: self.relapses,
             said: self.said.map(|said| interval(said.lo, said.hi)),

@@ -63,6 +63,7 @@ impl Monitor {
             let capacity = way.outputs.capacity();
             way.outputs = old.outputs;
             way.outputs.make_room(capacity);
+            way.measured = old.measured;
             way.late.extend(old.late.iter().take(way.late.capacity()));
             Some(WayIndex(u32::try_from(at).unwrap_or(u32::MAX)))
         };
@@ -83,6 +84,7 @@ impl Monitor {
                     pair.trend = before.trend;
                     pair.disagreement = before.disagreement;
                     pair.due = before.due;
+                    pair.known = before.known;
                     if pair.due.is_some()
                         && let Some(awaited) = self.awaited.get_mut(pair.other.0 as usize)
                     {

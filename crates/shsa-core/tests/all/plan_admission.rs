@@ -108,7 +108,9 @@ pub(crate) fn seeds(usual: u64) -> std::ops::Range<u64> {
 }
 
 /// Of substitutions by the same relations the search gives the best that is admitted, the oracle knows only the best of all.
-fn check(
+///
+/// How many of the oracle's are refused.
+pub(crate) fn check(
     seed: u64,
     found: &[(Substitution, f64)],
     all: &[(Substitution, f64)],

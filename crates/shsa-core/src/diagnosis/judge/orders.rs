@@ -19,6 +19,8 @@ pub struct Record {
     pub failed_by_detector: bool,
     /// Whether only comparisons can clear it: they have contradicted it.
     pub contradicted: bool,
+    /// Whether it may serve, uncertain, where nothing else is left: for its probation nothing has spoken against it or for it.
+    pub unproven: bool,
     /// When it was last trusted again.
     pub cleared: Option<Time>,
     /// How often it was accused again soon after it was trusted again, in a row; each doubles its probation.
@@ -123,25 +125,38 @@ impl Judge {
                 said,
                 failed_by_detector,
                 contradicted,
+                unproven,
                 ..
             } = state_of;
-            (*component, Record { verdict, alone, failed_by_detector, contradicted, cleared, relapses, said })
+            let record = Record {
+                verdict,
+                alone,
+                failed_by_detector,
+                contradicted,
+                unproven,
+                cleared,
+                relapses,
+                said,
+            };
+            (*component, record)
         })
     }
 
     /// Goes on with what was thought before a restart: an accusation stands until evidence that is new speaks against it.
     pub fn recall(&mut self, component: Component, record: Record) {
-        let Record { verdict, alone, failed_by_detector, contradicted, cleared, relapses, said } = record;
-        let relapses = relapses.min(super::MOST_RELAPSES);
-        let accused = ComponentState {
+        let Record { verdict, alone, failed_by_detector, contradicted, unproven, cleared, relapses, said } =
+            record;
+        let state_of = ComponentState {
             verdict,
             alone,
             failed_by_detector,
             contradicted,
+            unproven,
+            cleared,
+            relapses: relapses.min(super::MOST_RELAPSES),
             said,
             ..ComponentState::default()
         };
-        let state_of = ComponentState { cleared, relapses, ..accused };
         self.put(component, state_of);
     }
 }

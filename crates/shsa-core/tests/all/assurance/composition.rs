@@ -13,12 +13,12 @@ use shsa_core::substitution::Way;
 use std::collections::BTreeMap;
 
 /// The evaluation by the definition.
-struct Oracle<'a> {
-    world: &'a World,
-    knowledge: &'a KnowledgeBase,
-    way: &'a Way,
+pub(super) struct Oracle<'a> {
+    pub(super) world: &'a World,
+    pub(super) knowledge: &'a KnowledgeBase,
+    pub(super) way: &'a Way,
     /// Of whom which evidence counts as true.
-    is_true: &'a dyn Fn(&str, usize) -> bool,
+    pub(super) is_true: &'a dyn Fn(&str, usize) -> bool,
 }
 
 impl Oracle<'_> {
@@ -74,7 +74,7 @@ impl Oracle<'_> {
     }
 
     /// Whether the need can give something.
-    fn is_served(&self) -> bool {
+    pub(super) fn is_served(&self) -> bool {
         let name = &self.world.draft.needs[0].variable.text;
         let contract = &self.world.contracts[name];
         match contract.gives.is_empty() {

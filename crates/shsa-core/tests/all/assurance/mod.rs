@@ -5,6 +5,7 @@
 
 mod drawn;
 mod composition;
+mod search;
 mod definition;
 
 use crate::plan_support::Random;
