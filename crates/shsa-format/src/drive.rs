@@ -120,29 +120,32 @@ impl Run {
     }
 
     /// Drives a new engine over observations that are not kept, in the order of their reception; `span` is when they begin
-    /// and end. `publish` takes what the needs are served with, so that only events grow with time.
+    /// and end. `look` sees the run after each of them, with what the needs were served with since; that is dropped then, so that only events
+    /// grow with time.
     ///
     /// # Errors
-    /// The first of `observations`, `record` and `publish`.
+    /// The first of `observations`, `record` and `look`.
     pub fn streamed<E>(
         knowledge: &KnowledgeBase,
         span: (Time, Time),
         options: Options,
         observations: impl Iterator<Item = Result<Observation, E>>,
         mut record: impl FnMut(Given<'_>) -> Result<(), E>,
-        mut publish: impl FnMut(&KnowledgeBase, Publication) -> Result<(), E>,
+        mut look: impl FnMut(&mut Run) -> Result<(), E>,
     ) -> Result<Run, E> {
         let mut run = Run::with(knowledge, options, span.0);
         for observation in observations {
             let observation = observation?;
             run.pass_until(observation.received, &mut record)?;
             run.take(&Input::Observation(observation), &mut record)?;
-            run.publications.drain(..).try_for_each(|publication| publish(knowledge, publication))?;
+            look(&mut run)?;
+            run.publications.clear();
         }
         let end = span.1.max(run.last);
         run.pass_until(end, &mut record)?;
         run.take(&Input::Tick(end), &mut record)?;
-        run.publications.drain(..).try_for_each(|publication| publish(knowledge, publication))?;
+        look(&mut run)?;
+        run.publications.clear();
         Ok(run)
     }
 

@@ -2,6 +2,7 @@
 
 mod analyze;
 mod assure;
+mod bands;
 mod bus;
 mod calibrate;
 mod campaign;

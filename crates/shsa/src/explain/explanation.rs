@@ -20,23 +20,38 @@ use shsa_format::words;
 const MOST_LISTED: usize = 12;
 
 /// A part of the answer.
-pub(super) struct Section {
-    pub(super) title: &'static str,
-    pub(super) items: Vec<Item>,
+pub(crate) struct Section {
+    pub(crate) title: &'static str,
+    pub(crate) items: Vec<Item>,
 }
 
 /// A statement with what stands behind it.
-pub(super) struct Item {
-    pub(super) text: String,
-    pub(super) notes: Vec<String>,
+pub(crate) struct Item {
+    pub(crate) text: String,
+    pub(crate) notes: Vec<String>,
+}
+
+/// What is known about a signal at a moment, with the names of its model.
+pub(super) struct Testimony<'a> {
+    pub(super) signal: &'a str,
+    pub(super) words: Words<'a>,
+    pub(super) evidence: &'a Evidence,
+    /// The decision; `None` when a moment without one is explained.
+    pub(super) event: Option<&'a Event>,
 }
 
 /// An inquiry with the names of its model.
 pub(super) struct Explanation<'a> {
     pub(super) inquiry: &'a Inquiry,
-    pub(super) words: Words<'a>,
-    /// The decision; `None` when a moment without one is explained.
-    pub(super) event: Option<&'a Event>,
+    pub(super) testimony: Testimony<'a>,
+}
+
+impl<'a> std::ops::Deref for Explanation<'a> {
+    type Target = Testimony<'a>;
+
+    fn deref(&self) -> &Testimony<'a> {
+        &self.testimony
+    }
 }
 
 fn item(text: impl Into<String>) -> Item {
@@ -48,11 +63,8 @@ impl<'a> Explanation<'a> {
         let knowledge = known(inquiry, source, &inquiry.focus);
         let words = Words { knowledge, first: inquiry.run.first };
         let event = inquiry.focus.event.and_then(|number| inquiry.run.events.get(number));
-        Explanation { inquiry, words, event }
-    }
-
-    pub(super) fn evidence(&self) -> &'a Evidence {
-        &self.inquiry.focus.evidence
+        let (signal, evidence) = (&*inquiry.signal, &inquiry.focus.evidence);
+        Explanation { inquiry, testimony: Testimony { signal, words, evidence, event } }
     }
 
     pub(super) fn time(&self) -> Time {
@@ -83,6 +95,21 @@ impl<'a> Explanation<'a> {
     }
 
     pub(super) fn sections(&self) -> Vec<Section> {
+        let mut sections = self.heard();
+        sections.push(Section { title: "What came of it", items: self.aftermath() });
+        sections.push(Section { title: "The needs", items: self.needs() });
+        sections.retain(|section| !section.items.is_empty());
+        sections
+    }
+}
+
+impl<'a> Testimony<'a> {
+    pub(super) fn evidence(&self) -> &'a Evidence {
+        self.evidence
+    }
+
+    /// What the witnesses have said, and who else it could have been.
+    pub(super) fn heard(&self) -> Vec<Section> {
         let mut sections = vec![
             Section { title: "In plain words", items: self.plain() },
             Section { title: "What spoke against it", items: self.compared(Speaks::Against) },
@@ -94,8 +121,6 @@ impl<'a> Explanation<'a> {
             let items = self.would_clear().into_iter().map(item).collect();
             sections.push(Section { title: "What would have cleared it", items });
         }
-        sections.push(Section { title: "What came of it", items: self.aftermath() });
-        sections.push(Section { title: "The needs", items: self.needs() });
         sections.retain(|section| !section.items.is_empty());
         sections
     }
@@ -115,7 +140,7 @@ impl<'a> Explanation<'a> {
     fn plain(&self) -> Vec<Item> {
         let all = self.evidence().comparisons.len();
         let (against, speaks_for) = (self.conflicts().count(), self.supports().count());
-        let signal = &self.inquiry.signal;
+        let signal = self.signal;
         let parts = match all {
             0 => {
                 format!("No comparison speaks about {signal}: nothing else in the model knows what it says.")
@@ -135,7 +160,7 @@ impl<'a> Explanation<'a> {
 
     /// Why this verdict follows.
     fn reason(&self) -> Option<String> {
-        let signal = &self.inquiry.signal;
+        let signal = self.signal;
         let untold: Vec<&str> = self.untold().iter().map(|rival| self.words.signal(rival.signal)).collect();
         let is_compared = self.conflicts().next().is_some();
         match (

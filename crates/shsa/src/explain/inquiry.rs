@@ -98,7 +98,7 @@ fn blamed(run: &Run, number: usize) -> Option<String> {
 }
 
 /// Whether an event says that a signal is not to be trusted.
-pub(super) fn is_accusation(event: &Event) -> bool {
+pub(crate) fn is_accusation(event: &Event) -> bool {
     event.signal.is_some()
         && matches!(event.kind, EventKind::Suspected | EventKind::Failed | EventKind::Silent)
 }

@@ -15,11 +15,17 @@ use crate::replay::{Source, SourceArguments, drive, read_one, written};
 use crate::show;
 use anyhow::{Context, bail};
 use chart::{drawings, variables};
-use explanation::Explanation;
+pub(crate) use explanation::Section;
+pub(crate) use inquiry::is_accusation;
+pub(crate) use page::list as listed_items;
+pub(crate) use text::subject;
+
+use explanation::{Explanation, Testimony};
 use inquiry::inquire;
 use question::{Question, asked, files};
-use shsa_core::engine::Options;
-use shsa_core::time::Span;
+use shsa_core::engine::{Event, Evidence, Options};
+use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::time::{Span, Time};
 use shsa_format::story;
 use shsa_message::span::parse_span;
 use std::fs::File;
@@ -82,6 +88,18 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         false => writeln!(output, "{}", text::text(&explanation))?,
     }
     Ok(outcome)
+}
+
+/// What the witnesses have said of the signal of a decision, in sections; times count from `first`.
+pub(crate) fn testimony(
+    known: &KnowledgeBase,
+    first: Time,
+    evidence: &Evidence,
+    event: &Event,
+) -> Vec<Section> {
+    let words = words::Words { knowledge: known, first };
+    let signal = words.signal(evidence.signal);
+    Testimony { signal, words, evidence, event: Some(event) }.heard()
 }
 
 /// What goes into the run.

@@ -33,7 +33,7 @@ pub(super) fn page(explanation: &Explanation<'_>, drawings: &[Timeline], model: 
     document(&escaped(&headline), "explanation", &lead, &body)
 }
 
-fn list(items: &[Item]) -> String {
+pub(crate) fn list(items: &[Item]) -> String {
     let item = |item: &Item| {
         let notes: String =
             item.notes.iter().map(|note| format!("<div class=\"note\">{}</div>", escaped(note))).collect();

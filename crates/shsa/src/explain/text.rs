@@ -44,7 +44,7 @@ pub(super) fn list(run: &Run) -> String {
 }
 
 /// The signal, or the variable of the need, that an event is about.
-pub(super) fn subject<'k>(known: &'k KnowledgeBase, event: &Event) -> &'k str {
+pub(crate) fn subject<'k>(known: &'k KnowledgeBase, event: &Event) -> &'k str {
     match (event.signal, event.variable) {
         (Some(signal), _) => &known.signals()[signal].name,
         (None, Some(variable)) => &known.variables()[variable].name,

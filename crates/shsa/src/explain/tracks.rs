@@ -1,39 +1,22 @@
 //! What the ways of knowing a variable said over time, and when they disagreed: recorded while an engine runs.
 
+use crate::bands::{Giver, Watched, joined};
 use shsa_core::alignment::Sample;
 use shsa_core::circle;
 use shsa_core::engine::{Engine, Evidence, Side};
 use shsa_core::interval::Interval;
-use shsa_core::knowledge::{KnowledgeBase, SignalId, Variable, VariableId};
-use shsa_core::monitor::WayIndex;
-use shsa_core::substitution::Way;
+use shsa_core::knowledge::{Variable, VariableId};
 use shsa_core::time::{Span, Time, Validity};
 
 /// So many ways that rest on the accused, and so many others, are drawn: more cannot be told apart.
 const MOST_ACCUSED: usize = 2;
 const MOST_OTHERS: usize = 5;
 
-/// What gives the values of a track.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Giver {
-    Way(WayIndex, Way),
-    /// The values of a signal that is compared with nothing.
-    Signal(SignalId),
-}
-
 /// The values of one way.
 pub(super) struct Track {
     pub(super) giver: Giver,
     pub(super) is_accused: bool,
     pub(super) samples: Vec<Sample>,
-}
-
-/// A comparison under watch.
-struct Watched {
-    /// Which pair of the monitor.
-    pair: usize,
-    /// When it last disagreed, as far as it is known.
-    last: Option<Time>,
 }
 
 /// The values of the ways of knowing a variable in a stretch of time.
@@ -116,16 +99,8 @@ impl Tracks {
 
     /// The stretches of time in which a comparison disagreed, ascending.
     pub(super) fn stretches(&self) -> Vec<Validity> {
-        let mut all = self.disagreements.clone();
-        all.sort_by_key(|each| (each.from, each.to));
-        let mut merged: Vec<Validity> = Vec::new();
-        for next in all {
-            match merged.last_mut().filter(|last| next.from <= last.to) {
-                Some(last) => last.to = last.to.max(next.to),
-                None => merged.push(next),
-            }
-        }
         let inside = Validity { from: self.from, to: self.to };
+        let merged = joined(self.disagreements.clone(), Span::ZERO);
         merged.into_iter().filter_map(|each| each.intersection(inside)).collect()
     }
 }
@@ -134,23 +109,8 @@ impl Track {
     fn look(&mut self, engine: &Engine, (from, to): (Time, Time)) {
         let after = self.samples.last().map_or(from, |last| last.validity.to);
         let is_first = self.samples.is_empty();
-        let is_new = |sample: &Sample| {
-            sample.validity.to <= to
-                && (sample.validity.to > after || (is_first && sample.validity.to == after))
-        };
-        match &self.giver {
-            Giver::Way(index, _) => {
-                let Some(way) = engine.monitor().way(*index) else { return };
-                let newest = way.outputs.newest_first().take_while(|sample| sample.validity.to >= after);
-                let mut new: Vec<Sample> = newest.filter(|sample| is_new(sample)).copied().collect();
-                new.reverse();
-                self.samples.append(&mut new);
-            }
-            Giver::Signal(signal) => {
-                let newest = engine.monitor().ports().find(*signal).and_then(|port| port.newest());
-                self.samples.extend(newest.filter(|sample| is_new(sample)));
-            }
-        }
+        let Track { giver, samples, .. } = self;
+        giver.news(engine, (after, is_first), to, |sample| samples.push(sample));
     }
 
     /// Shifts what it says by whole turns: the first sample to where `begin` puts it, each other one beside the one before.
@@ -160,33 +120,6 @@ impl Track {
             sample.value = circle::nearest(sample.value, before, turn);
             before = sample.value;
         }
-    }
-
-    /// In words, as in the legend.
-    pub(super) fn name(&self, knowledge: &KnowledgeBase) -> String {
-        match &self.giver {
-            Giver::Way(_, way) => way.describe(knowledge),
-            Giver::Signal(signal) => knowledge.signals()[*signal].name.clone(),
-        }
-    }
-}
-
-impl Watched {
-    /// The stretch of time about which the two have newly disagreed.
-    fn look(&mut self, engine: &Engine) -> Option<Validity> {
-        let pair = engine.monitor().residuals().get(self.pair)?;
-        let last = pair.disagreement?.time;
-        if self.last.replace(last).is_some_and(|before| before == last) {
-            return None;
-        }
-        let outputs = &engine.monitor().way(pair.way)?.outputs;
-        let newest = outputs.newest(0)?.validity;
-        let spacing = outputs.newest(1).map_or(Span::ZERO, |before| newest.to - before.validity.to);
-        // Half a step to both sides, and a little: what follows step by step is one stretch.
-        let half = Span(spacing.0 / 2 + spacing.0 / 8);
-        // Where its band stands.
-        let middle = newest.from + Span(newest.length().0 / 2);
-        Some(Validity { from: middle - half, to: middle + half })
     }
 }
 

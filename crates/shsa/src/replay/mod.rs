@@ -1,6 +1,7 @@
 //! `shsa replay`: the whole loop over recordings, with faults injected if wanted.
 
 mod drive;
+mod picture;
 mod reload;
 mod report;
 mod source;
@@ -15,12 +16,14 @@ use crate::outcome::Outcome;
 use crate::show;
 use crate::watch::Watching;
 use anyhow::{Context, bail};
-use report::Part;
+use picture::Recorder;
+use report::{Made, Part};
+use sha2::{Digest, Sha256};
 use shsa_core::engine::Options;
 use shsa_format::drive::{Given, Run};
 use shsa_format::journal::JournalWriter;
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -71,6 +74,9 @@ pub(crate) struct Arguments {
     /// Write every value that the needs are served with, as JSON lines.
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Write a page for the browser with the needs, signals and decisions of the whole replay; it needs nothing else.
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
@@ -89,11 +95,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             sources.len()
         );
     }
-    let [mut journal, output] = written(arguments)?;
+    let [mut journal, output, page] = written(arguments)?;
     let began = Instant::now();
     let options = arguments.options();
-    let runs: Vec<Run> =
-        sources.iter().map(|source| play(source, options, journal.take())).collect::<anyhow::Result<_>>()?;
+    let mut recorders: Vec<Recorder> = page.iter().flat_map(|_| &sources).map(|_| Recorder::new()).collect();
+    let mut onlookers = recorders.iter_mut();
+    let runs: Vec<Run> = sources
+        .iter()
+        .map(|source| play(source, options, journal.take(), onlookers.next()))
+        .collect::<anyhow::Result<_>>()?;
     let elapsed = began.elapsed();
     let clean = |source: &Source| Some(drive(source.clean.as_ref()?, source.span, options, give));
     let clean: Vec<Option<Run>> =
@@ -103,7 +113,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(output) = output {
         values::write_values(&parts, output)?;
     }
-    finish(arguments, &parts, elapsed)
+    finish(arguments, &parts, elapsed, page.map(|file| (file, &*recorders)))
 }
 
 impl Arguments {
@@ -112,15 +122,25 @@ impl Arguments {
     }
 }
 
-/// Opens what is to be written: journal and values.
-fn written(arguments: &Arguments) -> anyhow::Result<[Option<BufWriter<File>>; 2]> {
+/// Opens what is to be written: journal, values and the page.
+fn written(arguments: &Arguments) -> anyhow::Result<[Option<BufWriter<File>>; 3]> {
     let reloads = arguments.source.reload.iter().map(|reload| &reload.path);
     let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).chain(reloads).collect();
-    written::open([arguments.journal.as_deref(), arguments.output.as_deref()], &read)
+    let Arguments { journal, output, report, .. } = arguments;
+    written::open([journal.as_deref(), output.as_deref(), report.as_deref()], &read)
 }
 
-fn finish(arguments: &Arguments, parts: &[Part<'_>], elapsed: Duration) -> anyhow::Result<Outcome> {
+fn finish(
+    arguments: &Arguments,
+    parts: &[Part<'_>],
+    elapsed: Duration,
+    page: Option<(BufWriter<File>, &[Recorder])>,
+) -> anyhow::Result<Outcome> {
     let report = report::Report::new(parts, arguments.watching.budget()).context("nothing to replay")?;
+    if let Some((mut file, recorders)) = page {
+        let page = report.page(recorders, &made(arguments)?);
+        file.write_all(page.as_bytes()).and_then(|()| file.flush()).context("cannot write the report")?;
+    }
     report.print(arguments.json, elapsed)?;
     Ok(match (report.all_met(), parts.iter().any(|part| part.source.degraded)) {
         (false, _) => Outcome::No,
@@ -129,17 +149,46 @@ fn finish(arguments: &Arguments, parts: &[Part<'_>], elapsed: Duration) -> anyho
     })
 }
 
-fn play(source: &Source, options: Options, journal: Option<BufWriter<File>>) -> anyhow::Result<Run> {
+/// The model and the command, as the report tells them.
+fn made(arguments: &Arguments) -> anyhow::Result<Made> {
+    let path = &arguments.model;
+    let bytes = std::fs::read(path).with_context(|| format!("cannot read {} again", path.display()))?;
+    let hash = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    let words = std::env::args().skip(1).map(|word| quoted(&word));
+    let command = std::iter::once("shsa".to_owned()).chain(words).collect::<Vec<String>>().join(" ");
+    let model = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    Ok(Made { model, text: String::from_utf8_lossy(&bytes).into_owned(), hash, command })
+}
+
+/// A word as a shell reads it.
+fn quoted(word: &str) -> String {
+    let is_plain = |char: char| char.is_alphanumeric() || "-_./=:,@+%".contains(char);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
+}
+
+fn play(
+    source: &Source,
+    options: Options,
+    journal: Option<BufWriter<File>>,
+    mut recorder: Option<&mut Recorder>,
+) -> anyhow::Result<Run> {
     let Source { eras, span, .. } = source;
-    let (Some(journal), Some(first)) = (journal, eras.first()) else {
-        return drive(eras, *span, options, give);
+    let mut journal = match (journal, eras.first()) {
+        (Some(journal), Some(first)) => Some(JournalWriter::new(journal, &first.knowledge)?),
+        _ => None,
     };
-    let mut journal = JournalWriter::new(journal, &first.knowledge)?;
     let run = drive(eras, *span, options, |run, given| {
-        journal.record(given)?;
-        give(run, given)
+        journal.as_mut().map_or(Ok(()), |journal| journal.record(given))?;
+        let published = run.publications.len();
+        run.give(given);
+        recorder.as_mut().into_iter().for_each(|recorder| recorder.look(run, published));
+        Ok(())
     })?;
-    journal.flush()?;
+    journal.as_mut().map_or(Ok(()), JournalWriter::flush)?;
+    recorder.into_iter().for_each(|recorder| recorder.end(&run));
     Ok(run)
 }
 

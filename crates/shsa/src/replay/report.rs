@@ -3,6 +3,11 @@
 mod needs;
 mod json;
 mod text;
+mod strip;
+mod bands;
+mod page;
+
+pub(super) use page::Made;
 
 use super::Source;
 use crate::unwatched;

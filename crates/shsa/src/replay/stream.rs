@@ -1,6 +1,7 @@
 //! Replays recordings that are too long to be kept: they are read while they are replayed.
 
 use super::drive::{PROGRESS_STEP, progress};
+use super::picture::Recorder;
 use super::report::Part;
 use super::{Arguments, Source, finish, is_journal, values, written};
 use crate::outcome::Outcome;
@@ -36,7 +37,8 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
     let survey = recording::survey(&arguments.recordings, &wanted, &options)?;
     let (true, Some(span)) = (survey.can_stream, survey.span) else { return Ok(None) };
     survey.recording.warnings.iter().for_each(show::warn);
-    let [journal, mut values] = written(arguments)?;
+    let [journal, mut values, page] = written(arguments)?;
+    let mut recorder = page.is_some().then(Recorder::new);
     let mut journal = journal.map(|file| JournalWriter::new(file, knowledge)).transpose()?;
     let began = Instant::now();
     let signals: Vec<SignalId> = knowledge.signals().ids().collect();
@@ -54,11 +56,15 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
         }
         Ok(journal.as_mut().map_or(Ok(()), |journal| journal.record(given))?)
     };
-    let publish = |knowledge: &KnowledgeBase, publication| match &mut values {
-        Some(values) => values::write_value(knowledge, &publication, None, values),
-        None => Ok(()),
+    let look = |run: &mut Run| -> anyhow::Result<()> {
+        recorder.as_mut().into_iter().for_each(|recorder| recorder.look(run, 0));
+        let values = values.as_mut();
+        values.map_or(Ok(()), |values| {
+            run.publications.iter().try_for_each(|it| values::write_value(knowledge, it, None, values))
+        })
     };
-    let run = Run::streamed(knowledge, span, arguments.options(), observations, record, publish)?;
+    let run = Run::streamed(knowledge, span, arguments.options(), observations, record, look)?;
+    recorder.as_mut().into_iter().for_each(|recorder| recorder.end(&run));
     progress.finish_and_clear();
     if let Some(mut journal) = journal {
         journal.flush()?;
@@ -66,7 +72,8 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
     values.as_mut().map(BufWriter::<File>::flush).transpose()?;
     let source = source(knowledge, survey);
     let parts = [Part { run: &run, clean: None, source: &source }];
-    finish(arguments, &parts, began.elapsed()).map(Some)
+    let page = page.zip(recorder.as_ref().map(std::slice::from_ref));
+    finish(arguments, &parts, began.elapsed(), page).map(Some)
 }
 
 fn observation(signals: &[SignalId], sample: Sample) -> Option<Observation> {

@@ -21,6 +21,7 @@ mod plan;
 mod reference;
 mod reload;
 mod replay;
+mod report;
 mod scan;
 mod service;
 mod sessions;

@@ -93,11 +93,13 @@ const BREAK: f64 = 3.5;
 const WARM: usize = 2;
 const COLD: usize = 5;
 
-const RULES: [Rule; 15] = [
+const RULES: [Rule; 17] = [
     Rule { class: "head", light: "font-size:16px;font-weight:600", dark: "" },
     Rule { class: "grid", light: "stroke:#e3e7eb;stroke-width:1", dark: "stroke:#2b323a" },
     Rule { class: "axis", light: "stroke:#57606a;stroke-width:1", dark: "stroke:#a0aab5" },
-    Rule { class: "shade", light: "fill:#f3e3a2;opacity:.55", dark: "fill:#6a5a14;opacity:.55" },
+    Rule { class: "shade", light: "fill:url(#shsa-hatch)", dark: "" },
+    Rule { class: "hatch", light: "fill:#f3e3a2;fill-opacity:.55", dark: "fill:#6a5a14;fill-opacity:.35" },
+    Rule { class: "stroke", light: "fill:none;stroke:#8a6d00;stroke-opacity:.5", dark: "stroke:#e0c040" },
     Rule { class: "mark", light: "fill:none;stroke:#1d232b;stroke-width:1.3", dark: "stroke:#e4e8ee" },
     Rule { class: "edge", light: "fill:none;stroke-width:1.6;stroke-linejoin:round", dark: "" },
     Rule { class: "fill", light: "stroke:none;fill:currentColor;fill-opacity:.1", dark: "" },
@@ -206,6 +208,13 @@ impl<'a> View<'a> {
     }
 
     fn shade(&self, sheet: &mut Sheet) {
+        if !self.timeline.shaded.is_empty() {
+            sheet.put(format_args!(
+                "<defs><pattern id=\"shsa-hatch\" width=\"7\" height=\"7\" patternUnits=\"userSpaceOnUse\">\
+                 <rect class=\"shsa-hatch\" width=\"7\" height=\"7\"/>\
+                 <path class=\"shsa-stroke\" d=\"M-1 1L1 -1M0 7L7 0M6 8L8 6\"/></pattern></defs>"
+            ));
+        }
         for &(from, to) in &self.timeline.shaded {
             if !(TIME.shows(from) && TIME.shows(to) && from <= to) {
                 continue;
@@ -287,7 +296,11 @@ impl<'a> View<'a> {
             // At the right end the name stands left of its line.
             let end = self.left + WIDTH + 20.0;
             let from = if x + 5.0 + width > end { x - 5.0 - width } else { x + 5.0 };
-            let row = free.iter().position(|free| *free <= from.min(x)).unwrap_or(MARK_ROWS - 1);
+            let Some(row) = free.iter().position(|free| *free <= from.min(x)) else {
+                // Its name would lie on another one.
+                self.unnamed(sheet, x, &text);
+                continue;
+            };
             free[row] = from.max(x) + if from < x { 8.0 } else { width + 8.0 };
             let y = MARKS + MARK_LINE * row as f64 + 12.0;
             let line = format!("M{} {}V{}", px(x), px(y - 9.0), px(TOP + HEIGHT));
@@ -295,6 +308,13 @@ impl<'a> View<'a> {
             let at = format!("class=\"shsa-text\" font-size=\"12\" x=\"{}\" y=\"{}\"", px(from), px(y));
             sheet.text(format_args!("{at}"), &text);
         }
+    }
+
+    fn unnamed(&self, sheet: &mut Sheet, x: f64, text: &str) {
+        let (line, text) = (format!("M{} {}V{}", px(x), px(TOP), px(TOP + HEIGHT)), escaped(text));
+        sheet.put(format_args!(
+            "<path class=\"shsa-mark\" stroke-dasharray=\"5 3\" d=\"{line}\"><title>{text}</title></path>"
+        ));
     }
 
     fn has_place(&self, mark: &Mark) -> bool {

@@ -1,7 +1,7 @@
 //! Who else it could have been, and what would have cleared the signal.
 
 use super::super::words::listed;
-use super::{Explanation, Item, MOST_LISTED, item};
+use super::{Item, MOST_LISTED, Testimony, item};
 use shsa_core::diagnosis::Component;
 use shsa_core::diagnosis::Verdict;
 use shsa_core::diagnosis::candidates as diagnosis;
@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 /// No rival is likelier than another when only their number matters.
 const EQUAL_PRIOR: f64 = 0.01;
 
-impl<'a> Explanation<'a> {
+impl<'a> Testimony<'a> {
     /// Signals that nothing tells from the accused.
     pub(super) fn untold(&self) -> Vec<&'a Rival> {
         self.evidence().rivals.iter().filter(|rival| rival.explains_all()).collect()
@@ -30,7 +30,7 @@ impl<'a> Explanation<'a> {
 
     /// Whether another signal could be to blame alone, and why not.
     fn rival(&self, rival: &Rival) -> Item {
-        let (name, signal) = (self.words.signal(rival.signal), &self.inquiry.signal);
+        let (name, signal) = (self.words.signal(rival.signal), self.signal);
         let text = match (rival.verdict, rival.explains_all()) {
             (Verdict::Failed, _) => format!("{name}: it has failed, too"),
             (_, true) => format!("{name}: not ruled out, it is part of every disagreement with {signal}"),
@@ -86,7 +86,7 @@ impl<'a> Explanation<'a> {
 
     /// What would have told the signal from the others, or spoken for it.
     pub(in super::super) fn would_clear(&self) -> Vec<String> {
-        let (evidence, signal) = (self.evidence(), &self.inquiry.signal);
+        let (evidence, signal) = (self.evidence(), self.signal);
         if self.conflicts().next().is_none() {
             let absent =
                 self.event.and_then(|event| event.symptom).is_some_and(|it| it != Symptom::Inconsistent);

@@ -134,7 +134,7 @@ impl Report<'_> {
         })
     }
 
-    fn missing(&self, signal: SignalId) -> usize {
+    pub(super) fn missing(&self, signal: SignalId) -> usize {
         self.source.missing.get(&self.knowledge.signals()[signal].name).copied().unwrap_or(0)
     }
 }

@@ -1,0 +1,94 @@
+//! What ways of knowing say while an engine runs, and when two of them disagree: what is new, step by step.
+
+use shsa_core::alignment::Sample;
+use shsa_core::engine::Engine;
+use shsa_core::knowledge::{KnowledgeBase, SignalId};
+use shsa_core::monitor::WayIndex;
+use shsa_core::substitution::Way;
+use shsa_core::time::{Span, Time, Validity};
+
+/// What gives the values of a band.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Giver {
+    Way(WayIndex, Way),
+    /// The values of a signal that is compared with nothing.
+    Signal(SignalId),
+}
+
+impl Giver {
+    /// Hands over what it has said later than `after` and until `to`, oldest first; `is_first`: at `after`, too.
+    pub(crate) fn news(
+        &self,
+        engine: &Engine,
+        (after, is_first): (Time, bool),
+        to: Time,
+        mut take: impl FnMut(Sample),
+    ) {
+        let is_new = |sample: &Sample| {
+            let time = sample.validity.to;
+            time <= to && (time > after || (is_first && time == after))
+        };
+        match self {
+            Giver::Way(index, _) => {
+                let Some(way) = engine.monitor().way(*index) else { return };
+                let newest = || way.outputs.newest_first().take_while(|sample| sample.validity.to >= after);
+                let known = newest().count();
+                for back in (0..known).rev() {
+                    way.outputs.newest(back).copied().filter(is_new).into_iter().for_each(&mut take);
+                }
+            }
+            Giver::Signal(signal) => {
+                let newest = engine.monitor().ports().find(*signal).and_then(|port| port.newest());
+                newest.copied().filter(is_new).into_iter().for_each(take);
+            }
+        }
+    }
+
+    /// In words, as in a legend.
+    pub(crate) fn name(&self, knowledge: &KnowledgeBase) -> String {
+        match self {
+            Giver::Way(_, way) => way.describe(knowledge),
+            Giver::Signal(signal) => knowledge.signals()[*signal].name.clone(),
+        }
+    }
+}
+
+/// A comparison under watch.
+pub(crate) struct Watched {
+    /// Which pair of the monitor.
+    pub(crate) pair: usize,
+    /// When it last disagreed, as far as it is known.
+    pub(crate) last: Option<Time>,
+}
+
+impl Watched {
+    /// The stretch of time about which the two have newly disagreed.
+    pub(crate) fn look(&mut self, engine: &Engine) -> Option<Validity> {
+        let pair = engine.monitor().residuals().get(self.pair)?;
+        let last = pair.disagreement?.time;
+        if self.last.replace(last).is_some_and(|before| before == last) {
+            return None;
+        }
+        let outputs = &engine.monitor().way(pair.way)?.outputs;
+        let newest = outputs.newest(0)?.validity;
+        let spacing = outputs.newest(1).map_or(Span::ZERO, |before| newest.to - before.validity.to);
+        // Half a step to both sides, and a little: what follows step by step is one stretch.
+        let half = Span(spacing.0 / 2 + spacing.0 / 8);
+        // Where its band stands.
+        let middle = newest.from + Span(newest.length().0 / 2);
+        Some(Validity { from: middle - half, to: middle + half })
+    }
+}
+
+/// Stretches of time in ascending order, those joined between which lies no more than `slack`.
+pub(crate) fn joined(mut all: Vec<Validity>, slack: Span) -> Vec<Validity> {
+    all.sort_by_key(|each| (each.from, each.to));
+    let mut merged: Vec<Validity> = Vec::new();
+    for next in all {
+        match merged.last_mut().filter(|last| next.from <= last.to + slack) {
+            Some(last) => last.to = last.to.max(next.to),
+            None => merged.push(next),
+        }
+    }
+    merged
+}
