@@ -1,5 +1,6 @@
 //! What ways of knowing say while an engine runs, and when two of them disagree: what is new, step by step.
 
+use core::ops::{Bound, RangeBounds};
 use shsa_core::alignment::Sample;
 use shsa_core::engine::Engine;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
@@ -16,22 +17,17 @@ pub(crate) enum Giver {
 }
 
 impl Giver {
-    /// Hands over what it has said later than `after` and until `to`, oldest first; `is_first`: at `after`, too.
-    pub(crate) fn news(
-        &self,
-        engine: &Engine,
-        (after, is_first): (Time, bool),
-        to: Time,
-        mut take: impl FnMut(Sample),
-    ) {
+    /// Hands over what it has said from one moment, or after it, until `to`, oldest first.
+    pub(crate) fn news(&self, engine: &Engine, from: Bound<Time>, to: Time, mut take: impl FnMut(Sample)) {
         let is_new = |sample: &Sample| {
             let time = sample.validity.to;
-            time <= to && (time > after || (is_first && time == after))
+            (from, Bound::Included(to)).contains(&time)
         };
+        let is_late = |sample: &&Sample| (from, Bound::Unbounded).contains(&sample.validity.to);
         match self {
             Giver::Way(index, _) => {
                 let Some(way) = engine.monitor().way(*index) else { return };
-                let newest = || way.outputs.newest_first().take_while(|sample| sample.validity.to >= after);
+                let newest = || way.outputs.newest_first().take_while(is_late);
                 let known = newest().count();
                 for back in (0..known).rev() {
                     way.outputs.newest(back).copied().filter(is_new).into_iter().for_each(&mut take);

@@ -1,6 +1,7 @@
 //! What the ways of knowing a variable said over time, and when they disagreed: recorded while an engine runs.
 
 use crate::bands::{Giver, Watched, joined};
+use core::ops::Bound;
 use shsa_core::alignment::Sample;
 use shsa_core::circle;
 use shsa_core::engine::{Engine, Evidence, Side};
@@ -107,10 +108,9 @@ impl Tracks {
 
 impl Track {
     fn look(&mut self, engine: &Engine, (from, to): (Time, Time)) {
-        let after = self.samples.last().map_or(from, |last| last.validity.to);
-        let is_first = self.samples.is_empty();
+        let last = self.samples.last().map(|last| Bound::Excluded(last.validity.to));
         let Track { giver, samples, .. } = self;
-        giver.news(engine, (after, is_first), to, |sample| samples.push(sample));
+        giver.news(engine, last.unwrap_or(Bound::Included(from)), to, |sample| samples.push(sample));
     }
 
     /// Shifts what it says by whole turns: the first sample to where `begin` puts it, each other one beside the one before.

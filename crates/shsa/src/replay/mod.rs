@@ -138,7 +138,7 @@ fn finish(
 ) -> anyhow::Result<Outcome> {
     let report = report::Report::new(parts, arguments.watching.budget()).context("nothing to replay")?;
     if let Some((mut file, recorders)) = page {
-        let page = report.page(recorders, &made(arguments)?);
+        let page = report::Page { report: &report }.write(recorders, &made(arguments)?);
         file.write_all(page.as_bytes()).and_then(|()| file.flush()).context("cannot write the report")?;
     }
     report.print(arguments.json, elapsed)?;

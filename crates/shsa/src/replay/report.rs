@@ -7,7 +7,7 @@ mod strip;
 mod bands;
 mod page;
 
-pub(super) use page::Made;
+pub(super) use page::{Made, Page};
 
 use super::Source;
 use crate::unwatched;

@@ -4,6 +4,7 @@
 use super::thinned::{Stretches, Thinned};
 use crate::bands::{Giver, Watched};
 use crate::explain::{Section, is_accusation, testimony};
+use core::ops::Bound;
 use shsa_core::circle;
 use shsa_core::engine::{Event, Publication, PublishedValue, Quality};
 use shsa_core::interval::Interval;
@@ -263,8 +264,8 @@ impl VariableRecord {
         let wraps = known.variable(name).map(|id| &known.variables()[id]);
         for way in ways {
             let Some(giver) = &way.giver else { continue };
-            let after = way.last.map_or((run.first, true), |last| (last, false));
-            giver.news(&run.engine, after, Time::MAX, |sample| {
+            let from = way.last.map_or(Bound::Included(run.first), Bound::Excluded);
+            giver.news(&run.engine, from, Time::MAX, |sample| {
                 way.last = Some(sample.validity.to);
                 let value = match wraps.and_then(|variable| Some((variable, variable.wraps?))) {
                     Some((variable, turn)) => {
