@@ -2,6 +2,7 @@
 
 mod ticks;
 mod chart;
+mod hatched;
 mod timeline;
 
 pub use timeline::{Band, Mark, Slice, Timeline};

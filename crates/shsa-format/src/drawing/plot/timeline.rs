@@ -1,6 +1,7 @@
 //! Intervals over time: one band for each source, stretches of time shaded, moments marked.
 
 use super::Axis;
+use super::hatched::Hatched;
 use super::ticks::Range;
 use crate::drawing::sheet::{Rule, Sheet, escaped, fitted, px, width_of};
 
@@ -93,13 +94,12 @@ const BREAK: f64 = 3.5;
 const WARM: usize = 2;
 const COLD: usize = 5;
 
-const RULES: [Rule; 17] = [
+const RULES: [Rule; 16] = [
     Rule { class: "head", light: "font-size:16px;font-weight:600", dark: "" },
     Rule { class: "grid", light: "stroke:#e3e7eb;stroke-width:1", dark: "stroke:#2b323a" },
     Rule { class: "axis", light: "stroke:#57606a;stroke-width:1", dark: "stroke:#a0aab5" },
-    Rule { class: "shade", light: "fill:url(#shsa-hatch)", dark: "" },
-    Rule { class: "hatch", light: "fill:#f3e3a2;fill-opacity:.55", dark: "fill:#6a5a14;fill-opacity:.35" },
-    Rule { class: "stroke", light: "fill:none;stroke:#8a6d00;stroke-opacity:.5", dark: "stroke:#e0c040" },
+    Rule { class: "shade", light: "fill:#f3e3a2;fill-opacity:.55", dark: "fill:#6a5a14;fill-opacity:.35" },
+    Rule { class: "hatch", light: "fill:none;stroke:#8a6d00;stroke-opacity:.5", dark: "stroke:#e0c040" },
     Rule { class: "mark", light: "fill:none;stroke:#1d232b;stroke-width:1.3", dark: "stroke:#e4e8ee" },
     Rule { class: "edge", light: "fill:none;stroke-width:1.6;stroke-linejoin:round", dark: "" },
     Rule { class: "fill", light: "stroke:none;fill:currentColor;fill-opacity:.1", dark: "" },
@@ -208,24 +208,13 @@ impl<'a> View<'a> {
     }
 
     fn shade(&self, sheet: &mut Sheet) {
-        if !self.timeline.shaded.is_empty() {
-            sheet.put(format_args!(
-                "<defs><pattern id=\"shsa-hatch\" width=\"7\" height=\"7\" patternUnits=\"userSpaceOnUse\">\
-                 <rect class=\"shsa-hatch\" width=\"7\" height=\"7\"/>\
-                 <path class=\"shsa-stroke\" d=\"M-1 1L1 -1M0 7L7 0M6 8L8 6\"/></pattern></defs>"
-            ));
-        }
         for &(from, to) in &self.timeline.shaded {
             if !(TIME.shows(from) && TIME.shows(to) && from <= to) {
                 continue;
             }
             let (from, to) = (self.x_at(from), self.x_at(to));
-            let (x, width) = (px(from), px((to - from).max(1.5)));
-            let (y, height, name) = (px(TOP), px(HEIGHT), escaped(&self.timeline.shade));
-            sheet.put(format_args!(
-                "<rect class=\"shsa-shade\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\">\
-                 <title>{name}</title></rect>"
-            ));
+            let name = escaped(&self.timeline.shade);
+            Hatched { x: from, y: TOP, width: (to - from).max(1.5), height: HEIGHT }.draw(sheet, &name);
         }
     }
 
@@ -341,10 +330,8 @@ impl<'a> View<'a> {
             y += LEGEND_LINE;
         }
         if !self.timeline.shaded.is_empty() {
-            let (x, top) = (px(self.left), px(y - 7.0));
-            sheet.put(format_args!(
-                "<rect class=\"shsa-shade\" x=\"{x}\" y=\"{top}\" width=\"34\" height=\"14\"/>"
-            ));
+            let name = escaped(&self.timeline.shade);
+            Hatched { x: self.left, y: y - 7.0, width: 34.0, height: 14.0 }.draw(sheet, &name);
             text(sheet, y, &self.timeline.shade);
             y += LEGEND_LINE;
         }

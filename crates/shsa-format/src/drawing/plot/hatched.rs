@@ -1,0 +1,44 @@
+//! A rectangle that is hatched, so that it is told apart without its colour.
+//!
+//! The strokes are drawn one by one: a pattern would need an `id`, and several drawings of one page would share it.
+
+use crate::drawing::sheet::{Sheet, px};
+use std::fmt::Write;
+
+/// How far two strokes are apart along the edges, in pixels.
+const STEP: f64 = 7.0;
+
+/// In pixels, from its upper left corner.
+pub(super) struct Hatched {
+    pub(super) x: f64,
+    pub(super) y: f64,
+    pub(super) width: f64,
+    pub(super) height: f64,
+}
+
+impl Hatched {
+    /// Draws it; `name`, which is escaped already, is what a pointer that rests on it shows.
+    pub(super) fn draw(&self, sheet: &mut Sheet, name: &str) {
+        let &Hatched { x, y, width, height } = self;
+        let (left, top, wide, high) = (px(x), px(y), px(width), px(height));
+        sheet.put(format_args!(
+            "<rect class=\"shsa-shade\" x=\"{left}\" y=\"{top}\" width=\"{wide}\" height=\"{high}\">"
+        ));
+        sheet.put(format_args!(
+            "<title>{name}</title></rect><path class=\"shsa-hatch\" d=\"{}\"/>",
+            self.strokes()
+        ));
+    }
+
+    /// From the lower left to the upper right. On each stroke x + y is a multiple of the step, so that those of neighbours meet.
+    fn strokes(&self) -> String {
+        let (right, bottom) = (self.x + self.width, self.y + self.height);
+        let first = ((self.x + self.y) / STEP).ceil() * STEP;
+        let sums = (0..).map(|at| first + STEP * f64::from(at)).take_while(|sum| *sum < right + bottom);
+        sums.fold(String::new(), |mut path, sum| {
+            let (from, to) = (self.x.max(sum - bottom), right.min(sum - self.y));
+            let _ = write!(path, "M{} {}L{} {}", px(from), px(sum - from), px(to), px(sum - to));
+            path
+        })
+    }
+}
