@@ -60,8 +60,7 @@ fn the_best_admissible_is_found_and_not_the_best_refused() {
         let need = knowledge.needs().ids().next().unwrap();
         let root = knowledge.needs()[need].variable;
         let moment = Moment::random(random, &knowledge);
-        let options =
-            Options { forbidden_signals: moment.lost.iter().copied().collect(), ..Options::default() };
+        let options = Options { forbidden_signals: moment.lost.to_vec(), ..Options::default() };
         let assurance = Assurance::new(&knowledge).unwrap();
         let read = |contract, watched: &Watched, _: &Way| {
             Reading::lasting(moment.truth(&knowledge, contract, &watched.name))
