@@ -44,28 +44,15 @@ type Ground = (WayIndex, WayIndex);
 
 #[derive(Clone, Copy, Debug, Default)]
 struct ComponentState {
-    /// Suspect or failed.
-    verdict: Option<Verdict>,
-    /// Whether it was the only one accused: it explains disagreements as a failed signal does.
-    alone: bool,
+    /// What outlasts a restart.
+    record: Record,
     /// Since when all evidence speaks for it.
     clean_since: Option<Time>,
-    /// When it was last trusted again, and how often it was accused again soon after: each time doubles its probation.
-    cleared: Option<Time>,
-    relapses: u32,
-    /// What it said when it was accused. While it still says the same, it is the plant that came back to it.
-    said: Option<Interval>,
+    /// Since when nothing speaks against it.
+    quiet_since: Option<Time>,
     /// When it was accused, and for which common cause.
     accused: Option<Time>,
     cause: Option<CauseId>,
-    /// Its own readings have shown the fault: no comparison is needed to accuse it.
-    failed_by_detector: bool,
-    /// Comparisons have spoken against it while its readings were where they could be: only comparisons clear it.
-    contradicted: bool,
-    /// Since when nothing speaks against it.
-    quiet_since: Option<Time>,
-    /// Nothing has spoken against it for its probation, and nothing for it: it may serve where nothing else is left.
-    unproven: bool,
     /// The operator vouches for it.
     cleared_by_operator: bool,
 }
@@ -135,7 +122,7 @@ impl Judge {
                     let Some(same) = lineage.relation(id).map(Component::Relation) else { continue };
                     match evidence.pairs().iter().any(|pair| rests_on(evidence, pair, same)) {
                         true => self.put(same, *state_of),
-                        false if state_of.verdict.is_some() => dropped.push((same, false)),
+                        false if state_of.record.verdict.is_some() => dropped.push((same, false)),
                         false => {}
                     }
                     continue;
@@ -145,17 +132,17 @@ impl Judge {
             let Some(namesake) = lineage.namesake(id) else { continue };
             match lineage.signal(id) {
                 Some(signal)
-                    if state_of.verdict.is_none()
-                        || state_of.failed_by_detector
+                    if state_of.record.verdict.is_none()
+                        || state_of.record.failed_by_detector
                         || inheritance.compared.contains(signal) =>
                 {
                     self.put(Component::Signal(signal), *state_of);
-                    if state_of.failed_by_detector && !inheritance.is_whole {
+                    if state_of.record.failed_by_detector && !inheritance.is_whole {
                         // What contradicted it may be gone.
                         self.next_review = Some(Time::MIN);
                     }
                 }
-                same if state_of.verdict.is_some() => {
+                same if state_of.record.verdict.is_some() => {
                     dropped.push((Component::Signal(namesake), same.is_none()));
                 }
                 _ => {}
@@ -200,7 +187,7 @@ impl Judge {
         let is_tolerable = |origin: SignalId| {
             let component = Component::Signal(origin);
             self.may_use(component)
-                || self.state_of(component).unproven && !self.forbidden.contains(&component)
+                || self.state_of(component).record.unproven && !self.forbidden.contains(&component)
         };
         self.trusts_all() || self.foundations[signal].iter().all(is_tolerable)
     }
@@ -226,8 +213,9 @@ impl Judge {
     /// that nothing speaks against any more.
     #[must_use]
     pub fn distrusted_relations(&self, tolerant: bool) -> Vec<RelationId> {
-        let is_accused =
-            |state_of: &ComponentState| state_of.verdict.is_some() && !(tolerant && state_of.unproven);
+        let is_accused = |state_of: &ComponentState| {
+            state_of.record.verdict.is_some() && !(tolerant && state_of.record.unproven)
+        };
         let accused = self.standings.iter().filter(|(_, state_of)| is_accused(state_of));
         let all: BTreeSet<Component> =
             accused.map(|(component, _)| *component).chain(self.forbidden.iter().copied()).collect();
@@ -256,10 +244,10 @@ impl Judge {
 
     fn put(&mut self, component: Component, state_of: ComponentState) {
         self.standings.insert(component, state_of);
-        if state_of.verdict.is_none() {
+        if state_of.record.verdict.is_none() {
             self.grounds.remove(&component);
         }
-        match state_of.verdict == Some(Verdict::Failed) || self.forbidden.contains(&component) {
+        match state_of.record.verdict == Some(Verdict::Failed) || self.forbidden.contains(&component) {
             true => self.discounted.insert(component),
             false => self.discounted.remove(&component),
         };
@@ -267,13 +255,13 @@ impl Judge {
 
     /// Suspect or failed.
     fn accusation(&self, component: Component) -> Option<Verdict> {
-        self.standings.get(&component).and_then(|state_of| state_of.verdict)
+        self.standings.get(&component).and_then(|state_of| state_of.record.verdict)
     }
 
     /// How long all evidence must speak for a signal before it is trusted again; each relapse doubles it.
     #[must_use]
     pub fn probation_of(&self, signal: SignalId) -> Span {
-        self.probation(self.state_of(Component::Signal(signal)).relapses)
+        self.probation(self.state_of(Component::Signal(signal)).record.relapses)
     }
 
     fn probation(&self, relapses: u32) -> Span {
@@ -283,10 +271,11 @@ impl Judge {
     /// How often in a row something has been accused soon after it was trusted again, when it is accused now.
     fn relapses(&self, component: Component, now: Time) -> u32 {
         let before = self.state_of(component);
-        let soon = |cleared: Time| now - cleared <= self.probation(before.relapses).times(RELAPSE_PROBATIONS);
-        match (before.verdict, before.cleared) {
-            (Some(_), _) => before.relapses,
-            (None, Some(cleared)) if soon(cleared) => (before.relapses + 1).min(MOST_RELAPSES),
+        let soon =
+            |cleared: Time| now - cleared <= self.probation(before.record.relapses).times(RELAPSE_PROBATIONS);
+        match (before.record.verdict, before.record.cleared) {
+            (Some(_), _) => before.record.relapses,
+            (None, Some(cleared)) if soon(cleared) => (before.record.relapses + 1).min(MOST_RELAPSES),
             _ => 0,
         }
     }
@@ -301,7 +290,7 @@ impl Judge {
             })
         };
         match self.accusation(Component::Signal(signal)) {
-            Some(_) if self.state_of(Component::Signal(signal)).unproven => Verdict::Unknown,
+            Some(_) if self.state_of(Component::Signal(signal)).record.unproven => Verdict::Unknown,
             Some(verdict) => verdict,
             None if self.state_of(Component::Signal(signal)).cleared_by_operator || witnessed() => {
                 Verdict::Healthy
@@ -315,26 +304,21 @@ impl Judge {
     pub fn fail_by_detector(&mut self, signal: SignalId, now: Time) -> bool {
         let component = Component::Signal(signal);
         let before = self.state_of(component);
-        if before.verdict == Some(Verdict::Failed) {
-            self.put(
-                component,
-                ComponentState { clean_since: None, quiet_since: None, unproven: false, ..before },
-            );
-            return before.unproven;
+        if before.record.verdict == Some(Verdict::Failed) {
+            let record = Record { unproven: false, ..before.record };
+            self.put(component, ComponentState { record, clean_since: None, quiet_since: None, ..before });
+            return before.record.unproven;
         }
-        let relapses = self.relapses(component, now);
-        let verdict = Some(Verdict::Failed);
-        let failed_by_detector = ComponentState {
-            verdict,
+        let record = Record {
+            verdict: Some(Verdict::Failed),
             alone: true,
-            relapses,
-            cleared: before.cleared,
-            accused: Some(now),
+            relapses: self.relapses(component, now),
+            cleared: before.record.cleared,
             failed_by_detector: true,
-            contradicted: before.verdict.is_some(),
-            ..ComponentState::default()
+            contradicted: before.record.verdict.is_some(),
+            ..Record::default()
         };
-        self.put(component, failed_by_detector);
+        self.put(component, ComponentState { record, accused: Some(now), ..ComponentState::default() });
         self.failed_by_detector.insert(component);
         true
     }

@@ -6,7 +6,7 @@ use super::evidence::{Dispute, rests_on, rests_on_any, tells_apart};
 use super::recovery::MOST_GROUNDS;
 use super::testimony::Testimony;
 use super::verdict::{Blame, Decision, Verdict};
-use super::{ComponentState, Ground, Review, said};
+use super::{ComponentState, Ground, Record, Review, said};
 use crate::diagnosis::candidates::{Component, explain};
 use crate::monitor::{Residual, ResidualState};
 use crate::time::Span;
@@ -136,18 +136,21 @@ impl<T: Testimony> Review<'_, T> {
     fn set(&mut self, component: Component, case: &Case<'_>, choice: Option<&[Component]>) {
         let verdict = if choice.is_none() { Verdict::Failed } else { Verdict::Suspect };
         let before = self.judge.state_of(component);
-        if before.verdict >= Some(verdict) {
+        if before.record.verdict >= Some(verdict) {
             return;
         }
         let relapses = self.judge.relapses(component, self.now);
         let said = said(self.evidence, component).filter(|_| has_moved(self.evidence, component));
-        let state_of = ComponentState {
+        let record = Record {
             verdict: Some(verdict),
             alone: choice.is_none_or(|choice| choice.len() <= 1),
-            clean_since: None,
             said,
             relapses,
-            cleared: before.cleared,
+            cleared: before.record.cleared,
+            ..Record::default()
+        };
+        let state_of = ComponentState {
+            record,
             accused: Some(self.now),
             cause: case.cause_of(component),
             ..ComponentState::default()

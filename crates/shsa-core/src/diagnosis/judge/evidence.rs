@@ -1,6 +1,6 @@
 //! What the pairs of a monitor say, as comparisons of components.
 
-use super::{Component, ComponentState, Judge, JudgeOptions, Testimony, said};
+use super::{Component, ComponentState, Judge, JudgeOptions, Record, Testimony, said};
 use crate::diagnosis::candidates::Comparison;
 use crate::knowledge::{CauseId, IdVec, KnowledgeBase, PRIOR, RelationId, SignalId, SignalSet};
 use crate::monitor::{Residual, ResidualState, WatchedWay, WayIndex};
@@ -234,7 +234,7 @@ impl Judge {
         pair: &Residual,
         component: Component,
     ) -> bool {
-        let mut alone = self.standings.iter().filter(|(other, it)| it.alone && **other != component);
+        let mut alone = self.standings.iter().filter(|(other, it)| it.record.alone && **other != component);
         alone.any(|(other, _)| rests_on(evidence, pair, *other))
     }
 
@@ -262,7 +262,7 @@ impl Judge {
     /// Whether a signal that is suspect or failed, and usually moves, still says exactly what it said when it was accused.
     #[must_use]
     pub fn stands_still(&self, component: Component, evidence: &impl Testimony, now: Time) -> bool {
-        let ComponentState { said: before, accused, .. } = self.state_of(component);
+        let ComponentState { record: Record { said: before, .. }, accused, .. } = self.state_of(component);
         let is_still = |signal| evidence.frozen(signal).is_still_since(accused.unwrap_or(Time::MAX), now);
         before.is_some()
             && before == said(evidence, component)

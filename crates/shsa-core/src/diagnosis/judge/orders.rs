@@ -9,15 +9,15 @@ use crate::time::Time;
 use alloc::vec::Vec;
 
 /// What is thought of a signal or relation, as far as evidence alone does not bring it back.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Record {
     /// Suspect or failed; `None` for what is trusted again and remembered for its relapses.
     pub verdict: Option<Verdict>,
     /// Whether it was the only one accused: it explains disagreements as a failed signal does.
     pub alone: bool,
-    /// Whether its own readings have shown the fault.
+    /// Whether its own readings have shown the fault: no comparison is needed to accuse it.
     pub failed_by_detector: bool,
-    /// Whether only comparisons can clear it: they have contradicted it.
+    /// Whether only comparisons can clear it: they have contradicted it while its readings were where they could be.
     pub contradicted: bool,
     /// Whether it may serve, uncertain, where nothing else is left: for its probation nothing has spoken against it or for it.
     pub unproven: bool,
@@ -25,7 +25,7 @@ pub struct Record {
     pub cleared: Option<Time>,
     /// How often it was accused again soon after it was trusted again, in a row; each doubles its probation.
     pub relapses: u32,
-    /// What it said when it was accused, SI: while it says the same, nothing clears it.
+    /// What it said when it was accused, SI: while it says the same, it is the plant that came back to it, and nothing clears it.
     pub said: Option<Interval>,
 }
 
@@ -116,47 +116,12 @@ impl Judge {
 
     /// What is to be remembered of everything that was ever accused, by component.
     pub fn records(&self) -> impl Iterator<Item = (Component, Record)> + '_ {
-        self.standings.iter().map(|(component, state_of)| {
-            let &ComponentState {
-                verdict,
-                alone,
-                cleared,
-                relapses,
-                said,
-                failed_by_detector,
-                contradicted,
-                unproven,
-                ..
-            } = state_of;
-            let record = Record {
-                verdict,
-                alone,
-                failed_by_detector,
-                contradicted,
-                unproven,
-                cleared,
-                relapses,
-                said,
-            };
-            (*component, record)
-        })
+        self.standings.iter().map(|(component, state_of)| (*component, state_of.record))
     }
 
     /// Goes on with what was thought before a restart: an accusation stands until evidence that is new speaks against it.
     pub fn recall(&mut self, component: Component, record: Record) {
-        let Record { verdict, alone, failed_by_detector, contradicted, unproven, cleared, relapses, said } =
-            record;
-        let state_of = ComponentState {
-            verdict,
-            alone,
-            failed_by_detector,
-            contradicted,
-            unproven,
-            cleared,
-            relapses: relapses.min(super::MOST_RELAPSES),
-            said,
-            ..ComponentState::default()
-        };
-        self.put(component, state_of);
+        let record = Record { relapses: record.relapses.min(super::MOST_RELAPSES), ..record };
+        self.put(component, ComponentState { record, ..ComponentState::default() });
     }
 }

@@ -13,7 +13,7 @@
 //! right now and then.
 
 use super::evidence::{rests_on, rests_on_any};
-use super::{Component, ComponentState, Decision, Ground, Proof, Review, Testimony, Verdict};
+use super::{Component, ComponentState, Decision, Ground, Proof, Record, Review, Testimony, Verdict};
 use crate::knowledge::SignalId;
 use crate::monitor::{Residual, ResidualState};
 use alloc::collections::BTreeSet;
@@ -76,8 +76,9 @@ impl<T: Testimony> Review<'_, T> {
         (state_of.clean_since, state_of.quiet_since) = (None, None);
         let ground = ground?;
         // While it is where it could not be, that is no news.
-        state_of.contradicted |= state_of.failed_by_detector && is_home(self.evidence, component);
-        let was_unproven = core::mem::take(&mut state_of.unproven);
+        state_of.record.contradicted |=
+            state_of.record.failed_by_detector && is_home(self.evidence, component);
+        let was_unproven = core::mem::take(&mut state_of.record.unproven);
         let grounds = self.judge.grounds.entry(component).or_default();
         if grounds.len() < MOST_GROUNDS {
             grounds.insert(ground);
@@ -90,19 +91,19 @@ impl<T: Testimony> Review<'_, T> {
         let state_of = self.judge.standings.get_mut(&component)?;
         state_of.clean_since = None;
         let since = *state_of.quiet_since.get_or_insert(self.now);
-        let may_serve = match state_of.verdict {
-            Some(Verdict::Failed) => state_of.failed_by_detector && !is_contradicted,
+        let may_serve = match state_of.record.verdict {
+            Some(Verdict::Failed) => state_of.record.failed_by_detector && !is_contradicted,
             _ => true,
         };
-        if state_of.unproven || !may_serve {
+        if state_of.record.unproven || !may_serve {
             return None;
         }
-        let probation = self.judge.probation(self.judge.state_of(component).relapses);
+        let probation = self.judge.probation(self.judge.state_of(component).record.relapses);
         if self.now < since + probation {
             self.judge.look_again(since + probation);
             return None;
         }
-        self.judge.standings.get_mut(&component)?.unproven = true;
+        self.judge.standings.get_mut(&component)?.record.unproven = true;
         Some(Decision::Unproven(component, probation))
     }
 
@@ -118,8 +119,9 @@ impl<T: Testimony> Review<'_, T> {
         // Only a culprit that it was compared with explains why it was suspected.
         let compared =
             |pair: &Residual| rests_on(evidence, pair, component) && rests_on_any(evidence, pair, culprits);
-        let explained = before.verdict == Some(Verdict::Suspect) && evidence.pairs().iter().any(compared);
-        let probation = self.judge.probation(before.relapses);
+        let explained =
+            before.record.verdict == Some(Verdict::Suspect) && evidence.pairs().iter().any(compared);
+        let probation = self.judge.probation(before.record.relapses);
         if !explained && self.now < since + probation {
             if let Some(state_of) = self.judge.standings.get_mut(&component) {
                 state_of.clean_since = Some(since);
@@ -129,7 +131,7 @@ impl<T: Testimony> Review<'_, T> {
             return None;
         }
         Some(match (component, self.acquit(component)) {
-            (Component::Signal(signal), _) if before.failed_by_detector => {
+            (Component::Signal(signal), _) if before.record.failed_by_detector => {
                 Decision::Recovered(signal, probation, proof)
             }
             (_, cleared) => cleared,
@@ -138,11 +140,9 @@ impl<T: Testimony> Review<'_, T> {
 
     /// It is trusted again.
     fn acquit(&mut self, component: Component) -> Decision {
-        let relapses = self.judge.state_of(component).relapses;
-        self.judge.put(
-            component,
-            ComponentState { cleared: Some(self.now), relapses, ..ComponentState::default() },
-        );
+        let relapses = self.judge.state_of(component).record.relapses;
+        let record = Record { cleared: Some(self.now), relapses, ..Record::default() };
+        self.judge.put(component, ComponentState { record, ..ComponentState::default() });
         Decision::Cleared(component)
     }
 
@@ -157,15 +157,18 @@ impl<T: Testimony> Review<'_, T> {
             Err(against) => return Weighed::Against(against),
         };
         let state_of = self.judge.state_of(component);
-        if !state_of.failed_by_detector && self.is_groundless(component, &grounds) {
+        if !state_of.record.failed_by_detector && self.is_groundless(component, &grounds) {
             return Weighed::Groundless;
         }
         if self.judge.stands_still(component, evidence, now) {
             return Weighed::Against(None);
         }
         let is_met = grounds.agree > 0 || (grounds.witnessed && grounds.silent == 0);
-        let has_returned =
-            || state_of.failed_by_detector && !state_of.contradicted && is_home(self.evidence, component);
+        let has_returned = || {
+            state_of.record.failed_by_detector
+                && !state_of.record.contradicted
+                && is_home(self.evidence, component)
+        };
         match () {
             () if is_met => Weighed::For(Proof::Witness),
             () if has_returned() => Weighed::For(Proof::Return),
@@ -211,7 +214,7 @@ impl<T: Testimony> Review<'_, T> {
                 let others = self.judge.priors.sharing(cause).iter().map(|signal| Component::Signal(*signal));
                 let stands = |other: Component| {
                     self.judge.accuses(other)
-                        && (self.judge.state_of(other).failed_by_detector
+                        && (self.judge.state_of(other).record.failed_by_detector
                             || self.judge.grounds.contains_key(&other))
                 };
                 !others.filter(|other| *other != component).any(stands)
