@@ -48,8 +48,8 @@ impl Options {
     }
 }
 
-/// Rejections in a row that are no glitch any more.
-const REPEATED: u32 = 3;
+/// A sensor that is rejected more often than this in a row contradicts what is known.
+const MOST_REJECTIONS: u32 = 3;
 
 /// What is known of a moment.
 #[derive(Clone, Copy, Debug)]
@@ -376,7 +376,7 @@ impl Fusion {
     pub fn is_consistent(&self, deviations: f64) -> bool {
         let counting = self.present().watches.iter().zip(&self.masked).filter(|(_, is_masked)| !**is_masked);
         let is_far = |watch: &Watch| watch.drift().is_some_and(|drift| drift.abs() > deviations);
-        !counting.map(|(watch, _)| watch).any(|watch| watch.rejections > REPEATED || is_far(watch))
+        !counting.map(|(watch, _)| watch).any(|watch| watch.rejections > MOST_REJECTIONS || is_far(watch))
     }
 
     /// What became of a sensor's measurements.

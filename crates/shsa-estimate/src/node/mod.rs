@@ -44,6 +44,8 @@ struct Node {
     filters: Filters,
     inlets: Vec<Inlet>,
     steering: Vec<Steering>,
+    /// See [`Options::reckoned`].
+    reckoned: Span,
     outputs: Outputs,
     /// The newest moment that anything was said about, and when that was received.
     newest: Option<(Time, Time)>,
@@ -87,7 +89,8 @@ impl Node {
             filters: Filters::new(model.inputs.len(), &sets, || make(options), witness)?,
             inlets: Inlet::all(knowledge, model),
             steering: Steering::all(knowledge, model),
-            outputs: Outputs::new(knowledge, model, &sets)?,
+            outputs: Outputs::new(knowledge, model, &sets, options.reckoned())?,
+            reckoned: options.reckoned(),
             model: model.clone(),
             settings,
             newest: None,
@@ -223,7 +226,8 @@ impl Node {
     /// Nothing is known: where measurements come all the same and that lasts, the node is begun anew. A conflict ends before.
     fn look_after(&mut self, newest: Time, received: Time, now: Time) {
         let hears = received == now && self.has_measured;
-        let lasts = self.settings.unknown_after.times(if self.filters.all().is_undecided() { 6 } else { 1 });
+        let decided_within = if self.filters.all().is_undecided() { self.reckoned } else { Span::ZERO };
+        let lasts = decided_within + self.settings.unknown_after;
         match self.lost_since {
             None if hears => self.lost_since = Some(now),
             Some(since) if hears && now - since > lasts => self.begin_anew(newest),

@@ -127,6 +127,7 @@ impl Outputs {
         knowledge: &KnowledgeBase,
         model: &Fusion,
         sets: &[Vec<usize>],
+        reckoned: Span,
     ) -> Result<Outputs, Error> {
         let outputs = model.outputs.iter();
         let outputs = outputs.map(|output| Computed::new(knowledge, output.signal, output.confidence));
@@ -134,7 +135,6 @@ impl Outputs {
             let computed = Computed::new(knowledge, it.signal, CERTAIN);
             let set = sets.binary_search(&it.without).ok()?;
             let is_anchored = it.is_anchored;
-            let reckoned = model.settings.unknown_after.times(5);
             let (contradicts_since, heard) = (None, None);
             Some(Prediction {
                 computed,
