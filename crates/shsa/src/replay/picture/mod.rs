@@ -4,3 +4,4 @@ mod thinned;
 mod recorder;
 
 pub(super) use recorder::{NeedRecord, Recorder, VariableRecord, WayRecord};
+pub(super) use thinned::Stretches;

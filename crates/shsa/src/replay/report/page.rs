@@ -2,11 +2,11 @@
 
 use super::bands::chart;
 use super::needs::NeedReport;
-use super::strip::{Look, Piece, strip};
+use super::strip::{Look, Piece, key, strip};
 use super::{Part, Report, difference_from_si, verdict};
 use crate::explain::listed_items;
 use crate::page::{document, section};
-use crate::replay::picture::{NeedRecord, Recorder};
+use crate::replay::picture::{NeedRecord, Recorder, Stretches};
 use shsa_core::engine::{Event, EventKind};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::{Time, Validity};
@@ -23,6 +23,16 @@ const NEEDS: &str = "What had to be known, and how much of the time it was: a va
     count. Below each strip stand the bands of all ways of knowing it; hatched is where two of them cannot both be right.";
 const SIGNALS: &str = "Every input, how often it came, and when it was not trusted.";
 const EVENTS: &str = "Every decision, with what spoke for and against it.";
+
+/// How a need may be served, and how a signal may be accused: the looks of their strips.
+const SERVED: [(Look, &str); 4] = [
+    (Look::Good, "from its own source"),
+    (Look::Substitute, "from a substitute"),
+    (Look::Doubtful, "uncertain"),
+    (Look::Bad, "not served"),
+];
+const ACCUSED: [(Look, &str); 3] =
+    [(Look::Substitute, "silent"), (Look::Doubtful, "suspected"), (Look::Bad, "failed")];
 
 /// How a page was made.
 pub(in crate::replay) struct Made {
@@ -153,7 +163,8 @@ impl Page<'_> {
             );
         }
         format!(
-            "<div class=\"wide\" tabindex=\"0\"><table class=\"list\">{head}<tbody>\n{rows}</tbody></table></div>\n{KEY_OF_SIGNALS}"
+            "<div class=\"wide\" tabindex=\"0\"><table class=\"list\">{head}<tbody>\n{rows}</tbody></table></div>\n{}",
+            key(&ACCUSED)
         )
     }
 
@@ -171,15 +182,6 @@ impl Page<'_> {
     }
 }
 
-const KEY_OF_NEEDS: &str = "<p class=\"key\"><span><svg class=\"sample\" viewBox=\"0 0 24 12\" aria-hidden=\"true\"><rect class=\"good\" width=\"24\" height=\"12\"/></svg> from its own source</span>\
-    <span><svg class=\"sample\" viewBox=\"0 0 24 12\" aria-hidden=\"true\"><rect class=\"substitute\" y=\"4\" width=\"24\" height=\"8\"/></svg> from a substitute</span>\
-    <span><svg class=\"sample\" viewBox=\"0 0 24 12\" aria-hidden=\"true\"><rect class=\"doubtful\" y=\"2\" width=\"24\" height=\"10\"/></svg> uncertain</span>\
-    <span><svg class=\"sample\" viewBox=\"0 0 24 12\" aria-hidden=\"true\"><rect class=\"bad\" width=\"24\" height=\"12\"/></svg> not served</span></p>\n";
-
-const KEY_OF_SIGNALS: &str = "<p class=\"key\"><span><svg class=\"sample\" viewBox=\"0 0 24 12\" aria-hidden=\"true\"><rect class=\"substitute\" y=\"4\" width=\"24\" height=\"8\"/></svg> silent</span>\
-    <span><svg class=\"sample\" viewBox=\"0 0 24 12\" aria-hidden=\"true\"><rect class=\"doubtful\" y=\"2\" width=\"24\" height=\"10\"/></svg> suspected</span>\
-    <span><svg class=\"sample\" viewBox=\"0 0 24 12\" aria-hidden=\"true\"><rect class=\"bad\" width=\"24\" height=\"12\"/></svg> failed</span></p>\n";
-
 /// A verdict with a sign, so that it is told without colour, too.
 fn signed(verdict: &str) -> String {
     let (class, sign) = match verdict {
@@ -194,7 +196,7 @@ fn signed(verdict: &str) -> String {
 
 /// When a need was served, and how.
 fn served(part: &Part<'_>, record: &NeedRecord) -> String {
-    let of = |stretches: Vec<Validity>, look: Look, name: &'static str| {
+    let of = |stretches: Vec<Validity>, (look, name): (Look, &'static str)| {
         let begins = part.run.first;
         stretches.into_iter().map(move |each| Piece {
             from: (each.from - begins).seconds(),
@@ -203,14 +205,16 @@ fn served(part: &Part<'_>, record: &NeedRecord) -> String {
             name: name.to_owned(),
         })
     };
-    let pieces: Vec<Piece> = of(record.good.get(), Look::Good, "from its own source")
-        .chain(of(record.substitute.get(), Look::Substitute, "from a substitute"))
-        .chain(of(record.uncertain.get(), Look::Doubtful, "uncertain"))
-        .chain(of(record.outages.get(), Look::Bad, "not served"))
+    let stretches = [&record.good, &record.substitute, &record.uncertain, &record.outages];
+    let pieces: Vec<Piece> = stretches
+        .into_iter()
+        .map(Stretches::get)
+        .zip(SERVED)
+        .flat_map(|(all, shown)| of(all, shown))
         .collect();
     let outages = record.outages.get().len();
     let label = format!("{} over time: {} without a value", record.signal, counted(outages, "stretch"));
-    strip(&pieces, part.duration().seconds(), &label) + KEY_OF_NEEDS
+    strip(&pieces, part.duration().seconds(), &label) + &key(&SERVED)
 }
 
 /// What served a need, and from when to when.

@@ -58,3 +58,16 @@ pub(super) fn strip(pieces: &[Piece], length: f64, label: &str) -> String {
         escaped(label)
     )
 }
+
+/// What the looks of a strip mean.
+pub(super) fn key(looks: &[(Look, &str)]) -> String {
+    let sample = |&(look, name): &(Look, &str)| {
+        let (class, top) = look.drawn();
+        format!(
+            "<span><svg class=\"sample\" viewBox=\"0 0 24 12\" aria-hidden=\"true\">\
+             <rect class=\"{class}\" y=\"{top}\" width=\"24\" height=\"{}\"/></svg> {name}</span>",
+            12 - top
+        )
+    };
+    format!("<p class=\"key\">{}</p>\n", looks.iter().map(sample).collect::<String>())
+}
