@@ -87,6 +87,8 @@ impl Runtime {
         let Options { name, engine, form, wiring, sandbox, .. } = options;
         let (inbox, clock) = (bridge.inbox().clone(), bridge.inbox().clock().clone());
         inbox.attend()?;
+        // Before any input is subscribed to: who others are is known before there is a value, with which a need would be taken.
+        let ownership = Ownership::new(&name, bridge.as_ref())?;
         let output_options = OutputOptions { form, wiring };
         let healer = |model: Model| Healer::new(model, engine, output_options.clone(), bridge.as_mut());
         let mut healers = models.into_iter().map(healer).collect::<Result<Vec<_>, _>>()?;
@@ -106,7 +108,6 @@ impl Runtime {
         let tally = bus::serve(&name, bridge.as_mut(), desk.clone(), guard.clone())?;
         let stop: Arc<AtomicBool> = Arc::default();
         let handle = Handle { desk, stop: stop.clone(), listeners: log.listeners() };
-        let ownership = Ownership::new(&name, bridge.as_ref())?;
         let federation = if options.join { Federation::new(&name, &healers, bridge.as_mut())? } else { None };
         let session = Session {
             name,
