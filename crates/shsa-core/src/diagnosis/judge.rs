@@ -39,6 +39,9 @@ const MOST_RELAPSES: u32 = 6;
 /// A signal that is accused again within this many of its probations has relapsed.
 const RELAPSE_PROBATIONS: i64 = 4;
 
+/// A decision changes what the evidence means for others: the evidence is taken in again, at most so often at one moment.
+const MOST_ROUNDS: usize = 4;
+
 /// A comparison, by its slower and its faster way.
 type Ground = (WayIndex, WayIndex);
 
@@ -78,6 +81,16 @@ pub struct Judge {
     failed_by_detector: BTreeSet<Component>,
     /// When to look again without a change of evidence.
     next_review: Option<Time>,
+    /// The comparisons that a suspicion waits for.
+    awaited: Vec<Awaited>,
+}
+
+/// A comparison that may yet decide, by its place among all pairs.
+#[derive(Clone, Copy, Debug)]
+struct Awaited {
+    pair: usize,
+    /// How often the pair had been compared when the judge began to wait.
+    made: u64,
 }
 
 impl Judge {
@@ -99,6 +112,7 @@ impl Judge {
             discounted: BTreeSet::new(),
             failed_by_detector: BTreeSet::new(),
             next_review: None,
+            awaited: Vec::new(),
         }
     }
 
@@ -170,6 +184,14 @@ impl Judge {
     #[must_use]
     pub fn next_review(&self) -> Option<Time> {
         self.next_review
+    }
+
+    /// Whether a comparison that a suspicion waits for has been made since the last review: [`Judge::review`] must be called,
+    /// although no relationship has changed. Complexity: O(comparisons that are waited for), none in most systems.
+    #[must_use]
+    pub fn has_heard(&self, evidence: &impl Testimony) -> bool {
+        let pairs = evidence.pairs();
+        self.awaited.iter().any(|it| pairs.get(it.pair).is_none_or(|pair| pair.made != it.made))
     }
 
     /// Whether neither a signal nor anything that it is derived from is suspect, failed or forbidden; an estimator leaves out what
@@ -329,8 +351,16 @@ impl Judge {
     pub fn review(&mut self, evidence: &impl Testimony, now: Time) -> Vec<Decision> {
         self.next_review = None;
         let mut review = Review { judge: self, evidence, now, decisions: Vec::new() };
-        review.accuse();
-        review.clear();
+        for _ in 0..MOST_ROUNDS {
+            let before = review.decisions.len();
+            review.judge.awaited.clear();
+            review.accuse();
+            review.clear();
+            if review.decisions.len() == before {
+                return review.decisions;
+            }
+        }
+        review.judge.look_again(now);
         review.decisions
     }
 

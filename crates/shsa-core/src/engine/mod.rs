@@ -306,7 +306,8 @@ impl Engine {
         }
         self.waiting = false;
         let evidence_changed = self.monitor.settle(now);
-        let review_due = self.judge.next_review().is_some_and(|due| due <= now);
+        let review_due =
+            self.judge.next_review().is_some_and(|due| due <= now) || self.judge.has_heard(&self.monitor);
         let mut trust_changed = self.report_findings(now);
         trust_changed |= self.report_changes(now);
         if evidence_changed || review_due || trust_changed || is_intervention {

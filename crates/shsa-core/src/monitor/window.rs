@@ -288,17 +288,8 @@ impl Window {
     /// Whether there have been enough comparisons since `moment` for a conflict to show.
     #[must_use]
     pub fn confirmed_since(&self, moment: Time) -> bool {
-        self.last.is_some_and(|last| last - moment >= self.confirms_after())
-    }
-
-    /// When there will have been enough, if comparisons go on.
-    #[must_use]
-    pub fn confirms_by(&self, moment: Time) -> Time {
-        moment + self.confirms_after() + self.period
-    }
-
-    fn confirms_after(&self) -> Span {
-        self.period.times(i64::from(self.k) - 1) + self.lag
+        let enough = self.period.times(i64::from(self.k) - 1) + self.lag;
+        self.last.is_some_and(|last| last - moment >= enough)
     }
 }
 

@@ -6,7 +6,7 @@ use super::evidence::{Dispute, rests_on, rests_on_any, tells_apart};
 use super::recovery::MOST_GROUNDS;
 use super::testimony::Testimony;
 use super::verdict::{Blame, Decision, Verdict};
-use super::{ComponentState, Ground, Record, Review, said};
+use super::{Awaited, ComponentState, Ground, Record, Review, said};
 use crate::diagnosis::candidates::{Component, explain};
 use crate::monitor::{Residual, ResidualState};
 use crate::time::Span;
@@ -120,15 +120,18 @@ impl<T: Testimony> Review<'_, T> {
                 && tells_apart(evidence, now, pair, accused)
                 && !self.judge.is_explained(evidence, pair, None)
         };
-        let open = || evidence.pairs().iter().filter(is_open);
-        let Some(latency) = open().map(latency).max() else { return true };
+        let open = || evidence.pairs().iter().enumerate().filter(|(_, pair)| is_open(pair));
+        let Some(latency) = open().map(|(_, pair)| latency(pair)).max() else { return true };
         let deadline = since + latency.times(2).min(Span(shows.0 - shows.0 / 4));
         if now >= deadline {
             return true;
         }
-        // By then those that only had too little time will have spoken.
-        let spoken = open().map(|pair| pair.window.confirms_by(onset)).filter(|at| *at > now).max();
-        self.judge.look_again(spoken.map_or(deadline, |at| at.min(deadline)));
+        // Until then, only what is open can settle it: by a comparison, or by falling silent.
+        let stale = open().filter_map(|(_, pair)| pair.window.stale_at()).filter(|at| *at > now).min();
+        let awaited =
+            open().map(|(number, pair)| Awaited { pair: number, made: pair.made }).collect::<Vec<_>>();
+        self.judge.awaited.extend(awaited);
+        self.judge.look_again(stale.map_or(deadline, |at| at.min(deadline)));
         false
     }
 
