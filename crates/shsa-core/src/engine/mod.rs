@@ -51,6 +51,15 @@ use provider::{Provider, Situation};
 use ready_sources::ReadySources;
 use ways::Lost;
 
+/// A signal that has spoken after a silence. Until its probation is over it serves only where nothing else can, unless the
+/// silence was that before its first value: then it has never failed.
+#[derive(Clone, Copy, Debug)]
+struct Return {
+    signal: SignalId,
+    since: Time,
+    is_first: bool,
+}
+
 /// The loop of monitor, analyse, plan and execute over one knowledge base.
 #[derive(Debug)]
 pub struct Engine {
@@ -68,8 +77,8 @@ pub struct Engine {
     waiting: bool,
     /// Silences and returns since the last settling.
     changes: Vec<Change>,
-    /// Signals that speak again after silence, and since when: not used before their probation is over.
-    returning: Vec<(SignalId, Time)>,
+    /// Signals that have spoken after a silence, until their probation is over.
+    returning: Vec<Return>,
     probation: Span,
     /// Signals that were accused before a restart and have given no value since: their first one is news to the judge.
     unheard: Vec<SignalId>,
@@ -169,7 +178,7 @@ impl Engine {
     #[inline]
     fn deadlines(&self, now: Time) -> impl Iterator<Item = Time> + '_ {
         let stages = self.monitor.timeouts().next_deadline().into_iter().chain(self.judge.next_review());
-        let returns = self.returning.iter().map(|(_, since)| *since + self.probation);
+        let returns = self.returning.iter().map(|it| it.since + self.probation);
         let needs = self.providers.iter().filter_map(move |provider| provider.next_deadline(now));
         let fused = self.estimators.as_ref().filter(|_| self.has_fusions).and_then(|it| it.next_deadline());
         // What was due until now has been done: a driver that obeys never waits in vain.
@@ -327,7 +336,7 @@ impl Engine {
     fn lost(&self, proven: bool, trusts: impl Fn(SignalId) -> bool) -> Lost {
         let present = |signal: SignalId| {
             self.monitor.timeouts().absence(signal).is_none()
-                && !(proven && self.returning.iter().any(|(returning, _)| *returning == signal))
+                && !(proven && self.returning.iter().any(|it| it.signal == signal && !it.is_first))
         };
         let usable = |signal: SignalId| {
             self.knowledge.is_available(signal)

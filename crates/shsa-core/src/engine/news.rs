@@ -1,7 +1,7 @@
 //! Tells what has changed in the trust of signals and relations at a moment: faults, silences, returns, verdicts.
 
 use super::message::Output;
-use super::{Engine, events};
+use super::{Engine, Return, events};
 use crate::diagnosis::{Component, Decision};
 use crate::knowledge::SignalId;
 use crate::monitor::{Absence, Finding};
@@ -34,11 +34,15 @@ impl Engine {
         let mut changed = false;
         for change in core::mem::take(&mut self.changes) {
             self.judge.lapse(change.signal);
-            let until_now = self.returning.iter().position(|(signal, _)| *signal == change.signal);
+            let until_now = self.returning.iter().position(|it| it.signal == change.signal);
             until_now.map(|at| self.returning.swap_remove(at));
             match change.absence {
                 None => {
-                    self.returning.push((change.signal, now));
+                    self.returning.push(Return {
+                        signal: change.signal,
+                        since: now,
+                        is_first: change.is_first,
+                    });
                     // A need that nothing serves takes it at once.
                     changed = true;
                 }
@@ -59,11 +63,10 @@ impl Engine {
     }
 
     fn report_returns(&mut self, now: Time) -> bool {
-        let over = |(_, since): &(SignalId, Time)| now - *since >= self.probation;
-        let mut returned: Vec<SignalId> =
-            self.returning.iter().filter(|entry| over(entry)).map(|(signal, _)| *signal).collect();
+        let over = |it: &&Return| now - it.since >= self.probation;
+        let mut returned: Vec<SignalId> = self.returning.iter().filter(over).map(|it| it.signal).collect();
         returned.sort_unstable();
-        self.returning.retain(|(signal, _)| !returned.contains(signal));
+        self.returning.retain(|it| !returned.contains(&it.signal));
         // Of a signal that is not trusted, the judge tells when it is again.
         for &signal in returned.iter().filter(|signal| self.judge.trusts(**signal)) {
             let event = events::returned(&self.knowledge, signal, self.probation, now);

@@ -198,7 +198,7 @@ impl Engine {
             return false;
         }
         let count = self.returning.len();
-        self.returning.retain(|(returning, _)| Some(*returning) != signal);
+        self.returning.retain(|it| Some(it.signal) != signal);
         if !self.judge.clear_by_operator(component) && self.returning.len() == count {
             return false;
         }

@@ -8,9 +8,9 @@
 use super::message::Output;
 use super::provider::Succession;
 use super::snapshot::Accusation;
-use super::{Engine, events};
+use super::{Engine, Return, events};
 use crate::diagnosis::Component;
-use crate::knowledge::{IdVec, KnowledgeBase, Lineage, NeedId, SignalId};
+use crate::knowledge::{IdVec, KnowledgeBase, Lineage, NeedId};
 use crate::time::{Span, Time};
 use alloc::collections::BTreeMap;
 
@@ -44,7 +44,7 @@ impl Engine {
         self.inherit_estimators(&mut old, lineage);
         self.outputs.append(&mut old.outputs);
         self.outputs.push_back(Output::Reloaded(now));
-        let source = |(signal, since): &(SignalId, Time)| Some((lineage.source(*signal)?, *since));
+        let source = |it: &Return| Some(Return { signal: lineage.source(it.signal)?, ..*it });
         self.returning = old.returning.iter().filter_map(source).collect();
         self.unheard = old.unheard.iter().filter_map(|signal| lineage.signal(*signal)).collect();
         let orders = old.standing_orders();

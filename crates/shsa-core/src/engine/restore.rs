@@ -3,11 +3,11 @@
 //! A new engine has no evidence yet, and the absence of evidence is no reason to trust what had failed. So verdicts, silences,
 //! orders and sources go on. An accusation ends by evidence that the new engine has gathered itself, never by a restart.
 
-use super::Engine;
 use super::message::Output;
 use super::operator::find_need;
 use super::provider::Resumption;
 use super::snapshot::{Missing, Published, Remembered, Served, Snapshot, Trending};
+use super::{Engine, Return};
 use crate::alignment::Sample;
 use crate::diagnosis::{Component, Record};
 use crate::interval::Interval;
@@ -34,7 +34,7 @@ impl Engine {
             });
         let missing = self.knowledge.signals().enumerate().filter_map(|(id, signal)| {
             let absence = self.absence(id);
-            let is_missing = absence.is_some() || self.returning.iter().any(|(it, _)| *it == id);
+            let is_missing = absence.is_some() || self.returning.iter().any(|it| it.signal == id);
             is_missing.then(|| Missing { signal: signal.name.clone(), absence })
         });
         Snapshot {
@@ -152,7 +152,7 @@ impl Engine {
             // Without a timeout, silence is nothing to wait for the end of.
             Some(Absence::Silent) if self.knowledge.signals()[signal].timeout.is_none() => {}
             Some(absence) => self.monitor.expect_absent(signal, absence),
-            None => self.returning.push((signal, now)),
+            None => self.returning.push(Return { signal, since: now, is_first: false }),
         }
     }
 }

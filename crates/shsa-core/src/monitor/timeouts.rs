@@ -23,6 +23,8 @@ struct Voice {
     /// What was wrong with all that came after that.
     wrong: Option<Absence>,
     absence: Option<Absence>,
+    /// It was absent before the start and has not spoken since.
+    was_absent: bool,
     /// When it came under watch, where that was after the start.
     since: Option<Time>,
 }
@@ -36,6 +38,8 @@ pub struct Change {
     pub absence: Option<Absence>,
     /// When it last gave a possible value; `None` when it never did.
     pub last_valid: Option<Time>,
+    /// Whether it gives its first possible value: it does not come back from anything.
+    pub is_first: bool,
 }
 
 /// Watches every signal for silence.
@@ -57,6 +61,7 @@ impl Timeouts {
             valid: None,
             wrong: None,
             absence: None,
+            was_absent: false,
             since: None,
         };
         Timeouts {
@@ -85,6 +90,7 @@ impl Timeouts {
     /// A signal was absent before the start; it counts as that until it speaks.
     pub(super) fn expect_absent(&mut self, signal: SignalId, absence: Absence) {
         self.voices[signal].absence = Some(absence);
+        self.voices[signal].was_absent = true;
     }
 
     /// Whether a signal has ever given a possible value.
@@ -113,11 +119,12 @@ impl Timeouts {
             return None;
         }
         voice.wrong = None;
-        voice.valid = Some(now);
+        let last_valid = voice.valid.replace(now);
         voice.absence.take()?;
+        let is_first = last_valid.is_none() && !core::mem::take(&mut voice.was_absent);
         // It may fall silent again before the bound that was computed without it.
         self.quiet_until = self.quiet_until.min(voice.deadline(now));
-        Some(Change { signal, absence: None, last_valid: Some(now) })
+        Some(Change { signal, absence: None, last_valid, is_first })
     }
 
     /// Whether a signal says nothing usable now.
@@ -153,7 +160,7 @@ impl Timeouts {
             let wrong = voice.wrong.unwrap_or(Absence::Invalid);
             let absence = if voice.spoke_since(last) { wrong } else { Absence::Silent };
             voice.absence = Some(absence);
-            report(Change { signal, absence: Some(absence), last_valid: voice.valid });
+            report(Change { signal, absence: Some(absence), last_valid: voice.valid, is_first: false });
         }
         self.quiet_until = next;
     }

@@ -120,3 +120,11 @@ fn who_speaks_first_after_a_silence_of_all_is_good_when_another_one_agrees() {
     // Who lies is never good.
     assert_eq!(good(&after_a_silence(Some(9.0), 4_480)), None);
 }
+
+/// Its time-out passes before its first value, at 1.089 s: it has no fault to recover from, and serves with its next value.
+#[test]
+fn a_source_that_begins_late_waits_for_no_probation() {
+    let outputs = run(|signal, ms, right| (signal != 0 || ms >= 1_000).then_some(right));
+    let good = publications(&outputs).find(|publication| publication.quality == Quality::Good).unwrap();
+    assert_eq!(good.time, Time((1_089 + PERIOD_MS) * MS));
+}
