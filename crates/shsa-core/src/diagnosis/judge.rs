@@ -128,6 +128,8 @@ impl Judge {
         inheritance: &Inheritance,
     ) -> Vec<(Component, bool)> {
         self.next_review = old.next_review;
+        // The pairs have other places now: any evidence makes the review that finds the awaited ones again.
+        self.awaited.extend(old.awaited.first().map(|it| Awaited { pair: usize::MAX, ..*it }));
         let mut dropped = Vec::new();
         for (&component, state_of) in &old.standings {
             let id = match component {
