@@ -244,9 +244,14 @@ impl<'a> Checker<'a> {
             .collect();
         let known = parameters.iter().map(String::as_str).chain(self.scope.names()).chain(builtin::WORDS);
         let near = nearest(name, known).map(ToString::to_string);
-        let problem =
-            Problem::error(span.clone(), format!("`{name}` is not defined")).with_nearest(near.as_deref());
-        self.report(problem);
+        let message = format!("`{name}` is not defined");
+        if near.is_none() && Unit::parse(name).is_ok() {
+            let help = format!(
+                "`{name}` is a unit: write it behind a number and without parentheses, as in `2 m/s/A`"
+            );
+            return self.error(span, message, help);
+        }
+        self.report(Problem::error(span.clone(), message).with_nearest(near.as_deref()));
         None
     }
 

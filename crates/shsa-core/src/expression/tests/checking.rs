@@ -111,6 +111,10 @@ fn every_unknown_name_is_reported_with_the_nearest() {
          [pie] `pie` is not defined -- did you mean `pi`?",
     );
     check_problems("min + 1", "[min] `min` is a function -- write `min(vector) or min(x, y)`");
+    check_problems(
+        "2 A/(kN*speed)",
+        "[kN] `kN` is not defined -- `kN` is a unit: write it behind a number and without parentheses, as in `2 m/s/A`",
+    );
     check_problems("speed(2)", "[speed(2)] `speed` is no function -- a product is written `*`");
     check_problems("sqrt(1, 2)", "[sqrt(1, 2)] `sqrt` with 2 arguments -- write `sqrt(x)`");
     check_problems("clamp01()", "[clamp01()] `clamp01` with 0 arguments -- write `clamp01(x)`");
