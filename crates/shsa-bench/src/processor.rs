@@ -46,7 +46,7 @@ fn nanoseconds_in(schedstat: &str) -> Option<f64> {
 
 /// A line of the status of a process that holds kibibytes, in bytes; `who` is its number, or `self`.
 ///
-/// `VmHWM` is the largest resident memory so far, `VmRSS` that of now. Not a number where the system does not tell it.
+/// `VmHWM` is the largest resident memory so far, `VmRSS` that of now, `RssAnon` the part of it that no file backs. Not a number where the system does not tell it.
 pub(super) fn memory_bytes(who: &str, line: &str) -> f64 {
     let status = fs::read_to_string(format!("/proc/{who}/status")).unwrap_or_default();
     let value = status.lines().find_map(|each| each.strip_prefix(line)?.strip_prefix(':'));

@@ -295,7 +295,7 @@ fn sentences(soak: &Soak) -> Vec<String> {
             soak.cores
         ),
         format!(
-            "Resident memory: {:.2} MiB after the warm-up, {:.2} MiB at the end; {:+.3} MiB an hour, 95 % within {:.3}: {}.",
+            "Memory of its own (`RssAnon`): {:.2} MiB after the warm-up, {:.2} MiB at the end; {:+.3} MiB an hour, 95 % within {:.3}: {}.",
             mib(first),
             mib(last),
             mib(memory.slope * 3_600.0),
@@ -333,10 +333,10 @@ grows, grows surely and by more than a fiftieth in the run; load average {} at t
 fn memory_chart(soak: &Soak) -> Chart {
     let points = soak.windows.iter().map(|window| Point::exact(window.at, window.memory)).collect();
     Chart {
-        title: "Resident memory of the instance".into(),
+        title: "Memory of the instance".into(),
         x: axis("time", "s", Scale::Linear),
         y: axis("memory", "B", Scale::Linear),
-        series: vec![Series { name: "resident".into(), points }],
+        series: vec![Series { name: "RssAnon".into(), points }],
     }
 }
 

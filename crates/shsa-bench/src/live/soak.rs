@@ -34,7 +34,7 @@ pub(super) struct Soak {
 pub(super) struct Window {
     /// Its middle, seconds from the beginning.
     pub(super) at: f64,
-    /// Mean resident memory, bytes.
+    /// Mean memory of its own, bytes.
     pub(super) memory: f64,
     /// From the publisher through the instance to the consumer.
     pub(super) latency: Quantiles,

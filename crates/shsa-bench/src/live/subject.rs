@@ -128,11 +128,12 @@ impl Subject {
         }
     }
 
-    /// Resident memory, bytes: in memory, of this whole process.
+    /// Memory of its own, bytes: pages that no file backs. Those of the program's file come and go as the kernel likes. In
+    /// memory, of this whole process.
     pub(super) fn memory_bytes(&self) -> f64 {
         match self {
-            Subject::Process { child, .. } => memory_bytes(&child.0.id().to_string(), "VmRSS"),
-            Subject::Thread { .. } => memory_bytes("self", "VmRSS"),
+            Subject::Process { child, .. } => memory_bytes(&child.0.id().to_string(), "RssAnon"),
+            Subject::Thread { .. } => memory_bytes("self", "RssAnon"),
         }
     }
 }
