@@ -47,18 +47,10 @@ use alloc::boxed::Box;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::vec::Vec;
 use contracts::Contracts;
+use news::Return;
 use provider::{Provider, Situation};
 use ready_sources::ReadySources;
 use ways::Lost;
-
-/// A signal that has spoken after a silence. Until its probation is over it serves only where nothing else can, unless the
-/// silence was that before its first value: then it has never failed.
-#[derive(Clone, Copy, Debug)]
-struct Return {
-    signal: SignalId,
-    since: Time,
-    is_first: bool,
-}
 
 /// The loop of monitor, analyse, plan and execute over one knowledge base.
 #[derive(Debug)]

@@ -1,12 +1,21 @@
 //! Tells what has changed in the trust of signals and relations at a moment: faults, silences, returns, verdicts.
 
 use super::message::Output;
-use super::{Engine, Return, events};
+use super::{Engine, events};
 use crate::diagnosis::{Component, Decision};
 use crate::knowledge::SignalId;
 use crate::monitor::{Absence, Finding};
 use crate::time::Time;
 use alloc::vec::Vec;
+
+/// A signal that has spoken after a silence. Until its probation is over it serves only where nothing else can, unless the
+/// silence was that before its first value: then it has never failed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Return {
+    pub(super) signal: SignalId,
+    pub(super) since: Time,
+    pub(super) is_first: bool,
+}
 
 impl Engine {
     /// Tells of signals whose own readings show a fault; whether anything has changed.

@@ -6,9 +6,10 @@
 //! So nothing of the old knowledge base stays, and nothing grows with the number of changes.
 
 use super::message::Output;
+use super::news::Return;
 use super::provider::Succession;
 use super::snapshot::Accusation;
-use super::{Engine, Return, events};
+use super::{Engine, events};
 use crate::diagnosis::Component;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, NeedId};
 use crate::time::{Span, Time};

@@ -3,11 +3,12 @@
 //! A new engine has no evidence yet, and the absence of evidence is no reason to trust what had failed. So verdicts, silences,
 //! orders and sources go on. An accusation ends by evidence that the new engine has gathered itself, never by a restart.
 
+use super::Engine;
 use super::message::Output;
+use super::news::Return;
 use super::operator::find_need;
 use super::provider::Resumption;
 use super::snapshot::{Missing, Published, Remembered, Served, Snapshot, Trending};
-use super::{Engine, Return};
 use crate::alignment::Sample;
 use crate::diagnosis::{Component, Record};
 use crate::interval::Interval;
