@@ -31,7 +31,10 @@ fn fields_of_models() {
     };
     check("check", &of(&["check tank.yaml", "check bad.yaml"]));
     check("plan", &of(&["plan tank.yaml level --all", "plan tank.yaml level --max-width 0.001 --why"]));
-    check("plan --contingency", &of(&["plan tank.yaml --contingency --pairs"]));
+    check(
+        "plan --contingency",
+        &of(&["plan tank.yaml --contingency --pairs", "plan PROJECT/models/stop.yaml --contingency"]),
+    );
     let models = ["car", "quad", "husky", "cell", "watertank"]
         .map(|name| format!("analyze PROJECT/models/{name}.yaml"));
     let analyses = models.iter().map(String::as_str).chain(["analyze tank.yaml"]).collect::<Vec<_>>();
