@@ -43,7 +43,7 @@ fn read(c: &mut Criterion) {
 }
 
 fn write(c: &mut Criterion) {
-    let provenance = Provenance { quality: Quality::Substitute, source: "wheel_2, turn".into() };
+    let provenance = Provenance::new(Quality::Substitute, "wheel_2, turn");
     let value = RawValue::Interval { lo: 11.9, hi: 12.4 };
     let mut group = c.benchmark_group("write");
     let like = Writer::like(field("speed.value"), SIZE_LIMIT).expect("good path");

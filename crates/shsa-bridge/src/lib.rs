@@ -32,7 +32,7 @@ pub use clock::Clock;
 pub use error::BridgeError;
 pub use inbox::{Absence, DirectReader, Inbox, Losses};
 pub use own::OwnBus;
-pub use provenance::{Provenance, Quality};
+pub use provenance::{Admission, Provenance, Quality};
 pub use question::{Question, Server, Taker};
 
 use bytes::Bytes;

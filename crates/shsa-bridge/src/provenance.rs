@@ -2,7 +2,9 @@
 //!
 //! The names and numbers of the status codes are those of OPC 10000-4 (Services), 7.39, and 10000-8 (Data Access), 6.3.
 
-use std::fmt;
+use shsa_core::assurance::Ground;
+use shsa_message::json;
+use std::fmt::{self, Write};
 
 /// How far a value can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -68,4 +70,37 @@ pub struct Provenance {
     pub quality: Quality,
     /// What it is computed from: signals and relations, as events name them.
     pub source: String,
+    /// What safety contracts say of it; `None` where they demand nothing.
+    pub admission: Option<Admission>,
+}
+
+impl Provenance {
+    /// Of something of which no contract demands anything.
+    #[must_use]
+    pub fn new(quality: Quality, source: impl Into<String>) -> Provenance {
+        Provenance { quality, source: source.into(), admission: None }
+    }
+}
+
+/// On which ground safety contracts let a value go out, and the integrity level that is given with it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Admission {
+    /// Why it may go out.
+    pub ground: Ground,
+    /// The level with its scale (`SIL 2`); `None` where none is given.
+    pub level: Option<String>,
+    /// The place of the level on its scale, the lowest is 1; 0 where none is given. Another instance reads it as a number.
+    pub rank: u32,
+}
+
+impl Admission {
+    /// The members of a JSON object that tell it, each after a comma.
+    pub(crate) fn push_members(&self, text: &mut String) {
+        let _cannot_fail = write!(text, r#","admitted":"{}","level":"#, self.ground.name());
+        match &self.level {
+            Some(level) => json::push_quoted(level, text),
+            None => text.push_str("null"),
+        }
+        let _cannot_fail = write!(text, r#","rank":{}"#, self.rank);
+    }
 }

@@ -12,7 +12,8 @@ use contract::{Asking, Middleware, until};
 use real::{Script, python};
 use serde_json::json;
 use shsa_bridge::mqtt::{MqttBridge, Options, Presence, Version};
-use shsa_bridge::{Bridge, BridgeError, Inbox, Link, Outgoing, Payload, Provenance, Quality};
+use shsa_bridge::{Admission, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, Provenance, Quality};
+use shsa_core::assurance::Ground;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use std::path::Path;
@@ -100,7 +101,9 @@ fn a_client_that_is_not_ours_is_heard_and_hears() {
         );
         let beside = (message.quality, message.stamp.map(|stamp| stamp.0));
         assert_eq!(beside, if version == Version::V5 { (Some(Quality::Bad), Some(7)) } else { (None, None) });
-        let provenance = Provenance { quality: Quality::Substitute, source: "wheel_2, turn".into() };
+        let level = Some("SIL 2".to_owned());
+        let admission = Some(Admission { ground: Ground::Met, level, rank: 2 });
+        let provenance = Provenance { admission, ..Provenance::new(Quality::Substitute, "wheel_2, turn") };
         let value = Payload::Value(RawValue::Interval { lo: 1.0, hi: 2.0 });
         let outgoing = Outgoing { provenance: Some(&provenance), ..Outgoing::new("healed", Time(5), value) };
         bridge.publish(outgoing).unwrap();
@@ -109,6 +112,7 @@ fn a_client_that_is_not_ours_is_heard_and_hears() {
         let expected = json!({
             "publisher": bridge.publisher().to_string(), "stamp_ns": "5",
             "quality": "UncertainSubstituteValue", "status": "1083244544", "source": "wheel_2, turn",
+            "admitted": "met", "level": "SIL 2", "rank": "2",
         });
         assert_eq!(heard["properties"], if version == Version::V5 { expected } else { json!({}) });
     }

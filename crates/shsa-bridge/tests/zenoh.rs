@@ -8,7 +8,10 @@ use bytes::Bytes;
 use real::{Script, eventually, free_port, python};
 use serde_json::{Value, json};
 use shsa_bridge::zenoh::{Mode, Options, Presence, Secret, ZenohBridge};
-use shsa_bridge::{Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, Provenance, Quality};
+use shsa_bridge::{
+    Admission, Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, Provenance, Quality,
+};
+use shsa_core::assurance::Ground;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use std::path::{Path, PathBuf};
@@ -174,7 +177,9 @@ fn an_independent_client_is_heard_and_hears() {
     assert_eq!((received.stamp, received.quality), (None, None));
     assert_eq!(received.message_type.as_deref(), Some("std/number"));
 
-    let provenance = Provenance { quality: Quality::Substitute, source: "odom through travelled".into() };
+    let admission = Some(Admission { ground: Ground::Warned, level: None, rank: 0 });
+    let provenance =
+        Provenance { admission, ..Provenance::new(Quality::Substitute, "odom through travelled") };
     let message = Outgoing { provenance: Some(&provenance), ..Outgoing::new("dmin", Time(7), number(0.25)) };
     bridge.publish(message).unwrap();
     let heard = peer.next_with("key");
@@ -185,6 +190,8 @@ fn an_independent_client_is_heard_and_hears() {
     assert_eq!(beside["quality"], json!("UncertainSubstituteValue"));
     assert_eq!(beside["publisher"], json!(bridge.publisher().to_string()));
     assert_eq!(beside["source"], json!("odom through travelled"));
+    let admission = (&beside["admitted"], &beside["level"], &beside["rank"]);
+    assert_eq!(admission, (&json!("warned"), &Value::Null, &json!(0)));
 }
 
 fn unhex(digits: &str) -> Vec<u8> {
@@ -202,7 +209,7 @@ fn own_messages_do_not_come_back_and_others_know_whose_they_are() {
     }
     warm_up(&mut a, &mut b, "/x");
     warm_up(&mut b, &mut a, "/x");
-    let provenance = Provenance { quality: Quality::LastUsable, source: String::new() };
+    let provenance = Provenance::new(Quality::LastUsable, "");
     let message = Outgoing { provenance: Some(&provenance), ..Outgoing::new("/x", Time(9), number(3.0)) };
     a.publish(message).unwrap();
     let message = next(&mut b);

@@ -5,10 +5,12 @@ use super::ownership::Ability;
 use crate::error::RuntimeError;
 use serde_json::{Value, json};
 use shsa_bridge::payload::Writer;
-use shsa_bridge::{Bridge, BridgeError, Clock, Outgoing, Payload, Provenance, Quality};
+use shsa_bridge::{Admission, Bridge, BridgeError, Clock, Outgoing, Payload, Provenance, Quality};
+use shsa_core::assurance::{Admitted, Ground};
 use shsa_core::engine::{self, EventKind, Publication};
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId};
 use shsa_core::reason::ServedBy;
+use shsa_core::statement::Scales;
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::Unit;
 use shsa_format::wiring::Form;
@@ -35,6 +37,8 @@ pub(super) struct Outlet {
     /// For so long there must have been sound values without a break before it is settled.
     probation: Span,
     provenance: Provenance,
+    /// What the provenance's admission says in words.
+    admitted: Admitted,
     /// What the provenance says at its end about where the value was computed.
     place: &'static str,
     shape: Shape,
@@ -84,7 +88,8 @@ impl Outlet {
             unit: variable.unit.clone(),
             max_age: need.max_age,
             probation: need.switching.probation,
-            provenance: Provenance { quality: Quality::Bad, source: String::new() },
+            provenance: Provenance::new(Quality::Bad, ""),
+            admitted: Admitted::default(),
             place: "",
             shape,
             served: true,
@@ -100,6 +105,7 @@ impl Outlet {
     pub(super) fn succeeding(&self, before: &Outlet) -> Outlet {
         Outlet {
             provenance: before.provenance.clone(),
+            admitted: before.admitted,
             place: before.place,
             served: before.served,
             known: before.known,
@@ -154,6 +160,19 @@ impl Outlet {
         if !self.is_settled && self.is_sound() && self.is_able(now) {
             let since = *self.sound_since.get_or_insert(now);
             self.is_settled = now - since >= self.probation;
+        }
+    }
+
+    /// The value that goes out next is admitted by contracts on this ground.
+    pub(super) fn certify(&mut self, admitted: Admitted, scales: &Scales) {
+        if self.admitted != admitted {
+            let admission = || Admission {
+                ground: admitted.ground,
+                level: admitted.level.map(|level| scales.written(level)),
+                rank: admitted.level.map_or(0, |level| level.rank + 1),
+            };
+            self.provenance.admission = (admitted.ground != Ground::Undemanded).then(admission);
+            self.admitted = admitted;
         }
     }
 
@@ -279,10 +298,16 @@ impl Outlet {
         }
     }
 
+    /// On which ground contracts admit what serves it now; `None` while nothing does.
+    pub(super) fn admitted(&self, now: Time) -> Option<Admitted> {
+        let is_served = !matches!(self.quality(now), Quality::LastUsable | Quality::Bad);
+        is_served.then_some(self.admitted)
+    }
+
     /// The words of the status topic.
     pub(super) fn status(&self, now: Time, clock: &Clock) -> Value {
         let quality = self.quality(now);
-        json!({
+        let mut status = json!({
             "variable": self.variable,
             "signal": self.topic,
             "quality": quality.name(),
@@ -290,6 +315,13 @@ impl Outlet {
             "source": (quality != Quality::Bad).then_some(&self.provenance.source),
             "last_ns": self.last.map(|last| clock.by_wall(last).0),
             "unwritten": self.unwritten,
-        })
+        });
+        if let (Some(admission), Some(status)) = (&self.provenance.admission, status.as_object_mut()) {
+            let now = self.admitted(now).map(|_| admission);
+            status.insert("admitted".to_owned(), json!(now.map(|it| it.ground.name())));
+            status.insert("level".to_owned(), json!(now.and_then(|it| it.level.as_deref())));
+            status.insert("rank".to_owned(), json!(now.map_or(0, |it| it.rank)));
+        }
+        status
     }
 }

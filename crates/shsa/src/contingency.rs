@@ -1,11 +1,15 @@
 //! `shsa plan --contingency`: what takes over when a signal is lost, before it is.
 
+mod evidence;
+
 use crate::plan::{Names, find_variable};
 use crate::show::{self, Paint, paint};
+use evidence::Contracts;
 use serde_json::{Value, json};
 use shsa_core::knowledge::{KnowledgeBase, SignalId, VariableId};
 use shsa_core::plan::{Contingency, Graph, Options, Preparation, Requirements};
 use shsa_core::substitution::Substitution;
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Of how many substitutions the one that takes over is chosen, as the engine does.
@@ -43,18 +47,21 @@ pub(crate) fn answer(
         (table, variables, excluded)
     };
     let tables: Vec<_> = alike(&variables, preparation, requirements)?.into_iter().map(table).collect();
+    let contracts = Contracts::new(knowledge, &graph);
     let mut prospects = Vec::new();
     for (table, variables, excluded) in &tables {
-        let prospect = |&variable| Prospect::of(knowledge, table, variable, excluded);
+        let prospect = |&variable| Prospect::of(&contracts, table, variable, excluded);
         prospects.extend(variables.iter().map(prospect));
     }
     prospects.sort_by_key(|prospect: &Prospect| prospect.variable);
     Ok(match as_json {
         true => {
             let searches = tables.iter().map(|(table, ..)| table.searches()).sum();
-            to_json(knowledge, preparation.pairs, searches, &prospects).to_string()
+            let mut answer = to_json(knowledge, preparation.pairs, searches, &prospects);
+            answer["needs"] = contracts.to_json(&variables);
+            answer.to_string()
         }
-        false => to_text(knowledge, &prospects),
+        false => [to_text(knowledge, &prospects), contracts.to_text(&variables)].concat(),
     })
 }
 
@@ -98,14 +105,17 @@ struct Prospect<'a> {
 
 impl<'a> Prospect<'a> {
     fn of(
-        knowledge: &KnowledgeBase,
+        contracts: &Contracts<'_>,
         table: &'a Contingency,
         variable: VariableId,
         excluded: &[SignalId],
     ) -> Prospect<'a> {
+        let knowledge = contracts.knowledge;
         let server = |loss: &[SignalId]| {
             let lost = table.with_derived(loss);
-            let substitutions = &table.plan(variable, &lost)?.substitutions;
+            let plan = contracts.plan(table.preparation(), variable, &lost);
+            let plan = plan.map(Cow::Owned).or_else(|| table.plan(variable, &lost).map(Cow::Borrowed))?;
+            let substitutions = &plan.substitutions;
             let is_out = |signal: SignalId| excluded.contains(&signal) || lost.contains(&signal);
             // What only goes on from the last value comes last, as in the engine.
             let fresh = |(substitution, _): &&(Substitution, f64)| !substitution.continues_itself(knowledge);
@@ -116,7 +126,11 @@ impl<'a> Prospect<'a> {
             }))
         };
         let now = server(&[]).flatten();
-        let losses = losses(table, variable).into_iter();
+        let mut losses = losses(table, variable);
+        losses.extend(contracts.observed(variable).map(|signal| vec![signal]));
+        losses.sort_by_key(|loss| (loss.len(), loss.clone()));
+        losses.dedup();
+        let losses = losses.into_iter();
         let after = losses.filter_map(|loss| server(&loss).map(|server| (loss, server))).collect();
         Prospect { table, variable, now, after, complete: table.is_complete(variable) }
     }

@@ -196,7 +196,7 @@ fn payloads_of_a_type_are_read_and_imitated_without_further_ado() {
 
     let mut writer = PayloadWriter::like(field("position[1]"), SIZE_LIMIT).unwrap();
     writer.learn_message(&message("sensor_msgs/msg/JointState", joints(false)));
-    let provenance = Provenance { quality: Quality::Good, source: String::new() };
+    let provenance = Provenance::new(Quality::Good, "");
     let bytes = writer.write(Some(&RawValue::Number(3.0)), Time(1), &provenance).unwrap().unwrap();
     assert_eq!(
         super::tests::read("sensor_msgs/JointState", &["position[1]"], &bytes)[0].clone().unwrap().value,

@@ -1,9 +1,10 @@
 //! What is read of payloads and written into them, one line a case; and any bytes against the JSON of `serde_json`.
 
 use super::*;
-use crate::{Message, Payload, Provenance, Quality};
+use crate::{Admission, Message, Payload, Provenance, Quality};
 use proptest::prelude::*;
 use serde_json::Value;
+use shsa_core::assurance::Ground;
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_message::source::{Field, StampField};
@@ -176,11 +177,29 @@ fn values_that_were_never_encoded_are_passed_on() {
     assert_eq!(readable, [(0, true), (1, true), (2, false)]);
 }
 
+#[test]
+fn an_envelope_tells_the_level() {
+    let admission = |level: Option<&str>, rank| Admission {
+        ground: Ground::Degraded,
+        level: level.map(str::to_owned),
+        rank,
+    };
+    let check = |admission, expected: &str| {
+        let provenance = Provenance { admission: Some(admission), ..Provenance::new(Quality::Good, "a") };
+        let written = Writer::envelope().write(None, Time(0), &provenance).unwrap().unwrap();
+        let text = String::from_utf8(written.to_vec()).unwrap();
+        assert!(text.ends_with(expected), "{text}");
+        serde_json::from_str::<serde_json::Value>(&text).unwrap();
+    };
+    check(admission(Some("ASIL B"), 3), r#""source":"a","admitted":"degraded","level":"ASIL B","rank":3}"#);
+    check(admission(None, 0), r#""source":"a","admitted":"degraded","level":null,"rank":0}"#);
+}
+
 fn written(mut writer: Writer, pattern: &str, value: Option<&RawValue>) -> String {
     if !pattern.is_empty() {
         writer.learn(&pattern.to_owned().into());
     }
-    let provenance = Provenance { quality: Quality::Substitute, source: "a \"b\"".into() };
+    let provenance = Provenance::new(Quality::Substitute, "a \"b\"");
     match writer.write(value, Time(1_500_000_000), &provenance) {
         Ok(None) => "nothing".into(),
         Ok(Some(bytes)) => String::from_utf8(bytes.to_vec()).unwrap(),
@@ -368,7 +387,7 @@ proptest! {
         prop_assert!(said.len() < 600, "{}", said);
         let mut writer = Writer::like(fields[1].clone(), 100).unwrap();
         writer.learn(&bytes.into());
-        let _written = writer.write(Some(&RawValue::Number(1.0)), Time(0), &Provenance { quality: Quality::Good, source: String::new() });
+        let _written = writer.write(Some(&RawValue::Number(1.0)), Time(0), &Provenance::new(Quality::Good, ""));
     }
 
     #[test]
@@ -386,7 +405,7 @@ proptest! {
         let mut writer = Writer::like(field(path, ""), SIZE_LIMIT).unwrap();
         writer.learn(&text.clone().into());
         let new = RawValue::Interval { lo, hi: lo + width };
-        let bytes = writer.write(Some(&new), Time(0), &Provenance { quality: Quality::Good, source: String::new() }).unwrap().unwrap();
+        let bytes = writer.write(Some(&new), Time(0), &Provenance::new(Quality::Good, "")).unwrap().unwrap();
         let after: Value = serde_json::from_slice(&bytes).unwrap();
         let number = after.pointer(path).and_then(Value::as_f64).unwrap();
         prop_assert!(lo <= number && number <= lo + width);

@@ -44,7 +44,8 @@ impl Writer {
 
     /// Writes one JSON object:
     /// `{"value":..,"lo":..,"hi":..,"stamp_ns":..,"quality":"Good","status":0,"source":".."}`. `quality` and `status` are
-    /// the name and the number of an OPC UA status code; `lo` and `hi` are null where no bounds are known.
+    /// the name and the number of an OPC UA status code; `lo` and `hi` are null where no bounds are known. Where a safety contract
+    /// demands something, `"admitted":"met","level":"SIL 2","rank":2` tell on which ground the value goes out, and at which level.
     #[must_use]
     pub fn envelope() -> Writer {
         Writer::without_pattern(Shape::Envelope)
@@ -218,7 +219,7 @@ fn in_letters_of(old: &str, word: &str) -> String {
 }
 
 fn envelope(value: Option<&RawValue>, stamp: Time, provenance: &Provenance) -> String {
-    let Provenance { quality, source } = provenance;
+    let Provenance { quality, source, admission } = provenance;
     let shown = value.map_or_else(|| "null".to_owned(), json_value);
     let (lo, hi) = match value {
         Some(RawValue::Interval { lo, hi }) => (json_number(*lo), json_number(*hi)),
@@ -229,6 +230,9 @@ fn envelope(value: Option<&RawValue>, stamp: Time, provenance: &Provenance) -> S
         r#"{{"value":{shown},"lo":{lo},"hi":{hi},"stamp_ns":{stamp},"quality":"{name}","status":{code},"source":"#
     );
     json::push_quoted(source, &mut text);
+    if let Some(admission) = admission {
+        admission.push_members(&mut text);
+    }
     text.push('}');
     text
 }

@@ -4,16 +4,19 @@
 //!
 //! ```json
 //! {"stamp_ns": 1700000000000000000, "publisher": "5f1a", "quality": "UncertainSubstituteValue",
-//!  "status": 1083244544, "source": "/odom/speed through travelled"}
+//!  "status": 1083244544, "source": "/odom/speed through travelled", "admitted": "met", "level": "SIL 2", "rank": 2}
 //! ```
 //!
 //! `stamp_ns` counts from 1970 by the wall clock, `publisher` is a Zenoh identity in hexadecimal digits, `quality` and
-//! `status` are a status code of OPC UA by name and by number.
+//! `status` are a status code of OPC UA by name and by number. `admitted`, `level` and `rank` are those of an [`Admission`].
+//!
+//! [`Admission`]: crate::Admission
 
 use crate::{Outgoing, PublisherId, Quality};
 use serde::Deserialize;
 use shsa_core::time::Time;
-use std::io::Write;
+use shsa_message::json;
+use std::fmt::Write;
 
 /// Room for what is not the source's name, bytes.
 const WORDS: usize = 96;
@@ -38,17 +41,20 @@ struct Wire<'a> {
 }
 
 pub(super) fn write(message: &Outgoing<'_>, publisher: PublisherId) -> Vec<u8> {
-    let words = message.provenance.map_or(0, |provenance| provenance.source.len() + WORDS);
-    let mut text = Vec::with_capacity(words + WORDS);
+    let words = message.provenance.map_or(0, |provenance| provenance.source.len() + 2 * WORDS);
+    let mut text = String::with_capacity(words + WORDS);
     // Writing to memory cannot fail.
     let _ = write!(text, r#"{{"stamp_ns":{},"publisher":"{publisher}""#, message.stamp.0);
     if let Some(provenance) = message.provenance {
         let quality = provenance.quality;
         let _ = write!(text, r#","quality":"{quality}","status":{},"source":"#, quality.code());
-        let _ = serde_json::to_writer(&mut text, &provenance.source);
+        json::push_quoted(&provenance.source, &mut text);
+        if let Some(admission) = &provenance.admission {
+            admission.push_members(&mut text);
+        }
     }
-    text.push(b'}');
-    text
+    text.push('}');
+    text.into_bytes()
 }
 
 pub(super) fn read(bytes: &[u8]) -> Beside {
@@ -67,13 +73,15 @@ pub(super) fn read(bytes: &[u8]) -> Beside {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Payload, Provenance};
+    use crate::{Admission, Payload, Provenance};
+    use shsa_core::assurance::Ground;
     use shsa_core::observation::RawValue;
 
     #[test]
     fn what_is_written_is_read() {
         let payload = Payload::Value(RawValue::Number(1.0));
-        let provenance = Provenance { quality: Quality::Substitute, source: "a \"quoted\" way".into() };
+        let admission = Some(Admission { ground: Ground::Met, level: Some("SIL 2".to_owned()), rank: 2 });
+        let provenance = Provenance { admission, ..Provenance::new(Quality::Substitute, "a \"quoted\" way") };
         let bare = Outgoing::new("x", Time(-5), payload.clone());
         let told = Outgoing { provenance: Some(&provenance), ..Outgoing::new("x", Time(i64::MAX), payload) };
         let id = PublisherId(0xabc);
@@ -82,7 +90,7 @@ mod tests {
         assert_eq!(read(&write(&told, id)), beside(i64::MAX, Some(Quality::Substitute)));
         assert_eq!(
             String::from_utf8(write(&told, id)).unwrap(),
-            r#"{"stamp_ns":9223372036854775807,"publisher":"abc","quality":"UncertainSubstituteValue","status":1083244544,"source":"a \"quoted\" way"}"#
+            r#"{"stamp_ns":9223372036854775807,"publisher":"abc","quality":"UncertainSubstituteValue","status":1083244544,"source":"a \"quoted\" way","admitted":"met","level":"SIL 2","rank":2}"#
         );
     }
 

@@ -23,7 +23,7 @@ pub use comparisons::{Comparison, Comparisons};
 pub use faults::Faults;
 pub use gaps::{Gap, Obstacle};
 pub use losses::Tolerance;
-pub use prospect::{Candidacy, Prospect};
+pub use prospect::{Candidacy, Failure, Prospect, Serving};
 pub use watch::{Hidden, Watch};
 
 use crate::knowledge::{Id, IdVec, KnowledgeBase, NeedId, RelationId, SignalId, SignalSet};

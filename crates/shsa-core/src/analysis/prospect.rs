@@ -1,9 +1,11 @@
 //! What contracts allow before anything runs: who may serve each need, at which level, on which conditions, and what each loss
 //! takes from it.
 
-use crate::assurance::{Assessment, Assurance, Composition, EvidenceId, Sets, Verdict};
+use crate::assurance::{Admitted, Assessment, Assurance, Composition, EvidenceId, Ground, Sets, Verdict};
 use crate::interval::Truth;
-use crate::knowledge::{EvidenceSource, KnowledgeBase, NeedId, SignalId, SignalSet};
+use crate::knowledge::{
+    ContractId, EvidenceSource, KnowledgeBase, NeedId, Policy, SignalId, SignalSet, Watched,
+};
 use crate::plan::{self, Graph, Limits, Options, Requirements, StopReason};
 use crate::substitution::Way;
 use alloc::vec::Vec;
@@ -26,6 +28,26 @@ pub struct Prospect {
     pub losses: Vec<(SignalId, Option<usize>)>,
     /// Whether these are all ways.
     pub is_complete: bool,
+}
+
+/// What serves a need: the place of the way, on which ground, and at which level.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Serving {
+    /// The way's place.
+    pub way: usize,
+    /// As contracts and the need's policy admit it.
+    pub admitted: Admitted,
+}
+
+/// A piece of evidence, and what serves a need once it fails while all else is as it should be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Failure {
+    /// Who observes it.
+    pub contract: ContractId,
+    /// What is observed.
+    pub watched: Watched,
+    /// What serves the need then; `None` where nothing does.
+    pub then: Option<Serving>,
 }
 
 /// A way that may serve a need, with its contracts.
@@ -76,6 +98,66 @@ impl Prospect {
     }
 }
 
+impl Prospect {
+    /// What serves the need under an assessment of each way, as the need's policy has it. Nobody overrides anything.
+    #[must_use]
+    pub fn serving(
+        &self,
+        knowledge: &KnowledgeBase,
+        assess: impl Fn(&Candidacy) -> Assessment,
+    ) -> Option<Serving> {
+        let policy = Assurance::policy(knowledge, self.need);
+        let assessed: Vec<(usize, Assessment)> = self.ways.iter().map(assess).enumerate().collect();
+        let holds = |(_, it): &&(usize, Assessment)| it.verdict == Verdict::Holds;
+        // Of those that hold the best; the policy `degrade` goes by levels.
+        let highest = |among: &mut dyn Iterator<Item = &(usize, Assessment)>| {
+            let among: Vec<_> = among.collect();
+            let level = among.iter().filter_map(|(_, it)| it.level).max();
+            among.into_iter().find(|(_, it)| it.level == level).copied()
+        };
+        let mut all = assessed.iter();
+        let found = match (policy, all.clone().find(holds)) {
+            (Policy::Degrade, Some(_)) => highest(&mut all.filter(holds)).map(|it| (it, Ground::Met)),
+            (_, Some(first)) => Some((*first, Ground::Met)),
+            (Policy::Stop, None) => None,
+            (Policy::Degrade, None) => {
+                let given = highest(&mut all).filter(|(_, it)| it.level.is_some());
+                given.map(|it| (it, Ground::Degraded))
+            }
+            (Policy::Warn, None) => all.next().map(|it| (*it, Ground::Warned)),
+        };
+        found.map(|((way, it), ground)| Serving { way, admitted: Admitted { ground, level: it.level } })
+    }
+
+    /// What becomes of the need when each piece of evidence fails alone, in the order of contracts. What is observed of the
+    /// source in use fails of the way that serves while nothing does.
+    #[must_use]
+    pub fn failures(&self, knowledge: &KnowledgeBase) -> Vec<Failure> {
+        let serving = self.serving(knowledge, |candidacy| candidacy.at_best).map(|it| it.way);
+        let mut pieces: Vec<(ContractId, &Watched)> = Vec::new();
+        for candidacy in &self.ways {
+            for (_, contract, watched) in candidacy.composition.evidence(knowledge) {
+                if !pieces.iter().any(|(known, it)| (*known, &it.name) == (contract, &watched.name)) {
+                    pieces.push((contract, watched));
+                }
+            }
+        }
+        pieces.sort_by_key(|(contract, _)| *contract);
+        let then = |(contract, watched): (ContractId, &Watched)| {
+            let is_of_source = matches!(watched.source, EvidenceSource::Source(_));
+            let of = self.ways.get(serving.unwrap_or(0)).filter(|_| is_of_source);
+            let then = self.serving(knowledge, |candidacy| {
+                if of.is_some_and(|way| way.way != candidacy.way) {
+                    return candidacy.at_best;
+                }
+                candidacy.while_fails(knowledge, contract, watched)
+            });
+            Failure { contract, watched: watched.clone(), then }
+        };
+        pieces.into_iter().map(then).collect()
+    }
+}
+
 impl Candidacy {
     fn new(
         knowledge: &KnowledgeBase,
@@ -99,6 +181,21 @@ impl Candidacy {
                 .unwrap_or_default();
         }
         Candidacy { way, utility, composition, at_best, conditions, weak }
+    }
+
+    /// What it gives while a piece of evidence is not so, and with it what is measured alike.
+    fn while_fails(&self, knowledge: &KnowledgeBase, contract: ContractId, watched: &Watched) -> Assessment {
+        let composition = &self.composition;
+        let is_it = |of: ContractId, it: &Watched| {
+            let is_told = it.source == EvidenceSource::Told;
+            let is_alike =
+                (it.source, it.within, it.max_age) == (watched.source, watched.within, watched.max_age);
+            is_alike && (!is_told || (of, &it.name) == (contract, &watched.name))
+        };
+        let failing: Vec<EvidenceId> =
+            composition.evidence(knowledge).filter(|(_, of, it)| is_it(*of, it)).map(|(id, ..)| id).collect();
+        let truth = |id| if failing.contains(&id) { Truth::False } else { Truth::True };
+        composition.assess(&composition.supposing(truth))
     }
 
     /// What is left of it when a signal is lost: nothing where it reads the signal, else what holds without what is observed of it.

@@ -259,7 +259,9 @@ impl Assessments {
         for (way, trust) in ways {
             match demanded.place(way).and_then(|at| demanded.ways.get_mut(at)) {
                 Some(known) if known.is_kept => known.trust = known.trust.min(trust),
-                Some(known) => (known.is_kept, known.trust) = (true, trust),
+                Some(known) => {
+                    (known.is_kept, known.is_candidate, known.trust) = (true, true, trust);
+                }
                 None => {
                     let composition = assurance.compose(knowledge, demanded.need, way);
                     demanded.ways.push(Assessed::new(way.clone(), trust, composition));

@@ -97,7 +97,8 @@ impl Instruments<'_> {
 
     fn told(&self, contract: ContractId, watched: &Watched) -> Reading {
         let contract = self.knowledge.contracts().rows()[contract].name.as_str();
-        let is_it = |name: &String| name.split_once('/') == Some((contract, watched.name.as_str()));
+        // Names of signals may hold a slash, those of evidence do not.
+        let is_it = |name: &String| name.rsplit_once('/') == Some((contract, watched.name.as_str()));
         let said = self.attested.into_iter().flatten().find(|(name, _)| is_it(name)).map(|(_, said)| *said);
         said.map_or(Reading::UNKNOWN, |said| Reading::lasting(said.into()))
     }

@@ -4,10 +4,12 @@ use super::change;
 use super::curve::Curve;
 use crate::drive::Run;
 use crate::words;
+use shsa_core::assurance::Ground;
 use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, Event, EventKind, Publication, PublishedValue, Quality};
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, Variable, VariableId};
 use shsa_core::monitor::Symptom;
+use shsa_core::statement::{Level, Scales};
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::Unit;
 
@@ -71,6 +73,10 @@ pub(super) enum Limit {
     LargestWidth(f64),
     /// All values have it.
     Quality(Quality),
+    /// All values are given at this level; `None` at none.
+    Level(Option<Level>),
+    /// All values are let out by contracts on this ground.
+    Admitted(Ground),
 }
 
 /// What an expectation compares with.
@@ -182,7 +188,11 @@ fn check_values(evidence: &Evidence<'_>, need: NeedId, between: Between, limits:
     let mut found = vec![format!("{} values", values.len())];
     for limit in limits {
         let (holds, text) = match limit {
-            Limit::Quality(quality) => check_quality(&values, *quality),
+            Limit::Quality(quality) => alike(&values, quality, |it| it.quality, |it| it.name().to_owned()),
+            Limit::Level(level) => alike(&values, level, |it| it.admitted.level, |it| level_name(*it)),
+            Limit::Admitted(ground) => {
+                alike(&values, ground, |it| it.admitted.ground, |it| it.name().to_owned())
+            }
             Limit::LargestWidth(limit) => {
                 let scale = unit.as_ref().map_or(1.0, |unit| unit.scale);
                 let widths = values.iter().map(|value| (value.time, width(value) / scale));
@@ -213,7 +223,7 @@ impl Limit {
         match self {
             Limit::None => (middles.is_empty(), None),
             // What is asked of the values themselves, not of their middles.
-            Limit::LargestWidth(_) | Limit::Quality(_) => (true, None),
+            Limit::LargestWidth(_) | Limit::Quality(_) | Limit::Level(_) | Limit::Admitted(_) => (true, None),
             Limit::LongestGap(limit) => {
                 let times = middles.iter().map(|(time, _)| *time);
                 let times: Vec<Time> = [between.from].into_iter().chain(times).chain([between.to]).collect();
@@ -254,10 +264,20 @@ fn largest(
     }
 }
 
-fn check_quality(values: &[&Publication], quality: Quality) -> (bool, Option<String>) {
-    let other = values.iter().find(|value| value.quality != quality);
-    let text = other.map(|value| format!("{} at {:.2} s", value.quality.name(), value.time.seconds()));
+/// Whether all values are alike in something, and which is the first that is not.
+fn alike<T: PartialEq>(
+    values: &[&Publication],
+    expected: &T,
+    of: impl Fn(&Publication) -> T,
+    name: impl Fn(&T) -> String,
+) -> (bool, Option<String>) {
+    let other = values.iter().find(|value| of(value) != *expected);
+    let text = other.map(|value| format!("{} at {:.2} s", name(&of(value)), value.time.seconds()));
     (other.is_none() && !values.is_empty(), text)
+}
+
+fn level_name(level: Option<Level>) -> String {
+    level.map_or_else(|| "no level".to_owned(), |level| Scales::standard().written(level))
 }
 
 fn width(publication: &Publication) -> f64 {

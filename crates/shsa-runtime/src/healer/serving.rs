@@ -6,7 +6,7 @@ use crate::wiring::{Note, Situation, Takeover};
 use serde_json::{Value, json};
 use shsa_bridge::Clock;
 use shsa_bridge::{Bridge, BridgeError, Quality};
-use shsa_core::assurance::{self, Lacking};
+use shsa_core::assurance::{self, Admitted, Lacking};
 use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{self, EventKind, NeedAssurance, NeedStatus, Order, Publication, Subject};
 use shsa_core::knowledge::{NeedId, SignalId};
@@ -16,7 +16,7 @@ use shsa_format::event;
 
 /// What has become of a value.
 pub(in super::super) struct Served {
-    /// Whether the quality of the need, or who may serve it, has changed with the value.
+    /// Whether the quality or the level of the need, or who may serve it, has changed with the value.
     pub(in super::super) is_news: bool,
     /// The names under which it was not sent, and why.
     pub(in super::super) failed: Vec<(String, BridgeError)>,
@@ -26,6 +26,7 @@ pub(in super::super) struct Served {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) struct Standing {
     quality: Quality,
+    admitted: Option<Admitted>,
     /// The stage of its takeover, and the quality under the name that is taken.
     takeover: Option<(&'static str, Quality)>,
 }
@@ -55,8 +56,10 @@ impl Healer {
             (false, false) => "",
         });
         let time = publication.time;
-        let before = (outlet.quality(time), outlet.ability(time));
+        let standing = |outlet: &Outlet| (outlet.quality(time), outlet.admitted(time), outlet.ability(time));
+        let before = standing(outlet);
         outlet.note(publication, quality);
+        outlet.certify(publication.admitted, self.engine.knowledge().contracts().scales());
         let is_ours = is_ours(outlet.topic());
         // We may have been suspended since it was decided.
         let is_fresh = outlet.is_fresh(time, bridge.inbox().clock().now());
@@ -67,8 +70,7 @@ impl Healer {
             self.outlets[publication.need].leave();
             Vec::new()
         };
-        let outlet = &self.outlets[publication.need];
-        let after = (outlet.quality(time), outlet.ability(time));
+        let after = standing(&self.outlets[publication.need]);
         Served { is_news: after != before, failed }
     }
 
@@ -81,8 +83,10 @@ impl Healer {
     ) -> Vec<(String, BridgeError)> {
         let clock = bridge.inbox().clock();
         let (stamp, now) = (Outlet::stamp(publication, clock), clock.now());
-        let Healer { outlets, takeovers, backlog, .. } = self;
+        let Healer { outlets, takeovers, backlog, engine, .. } = self;
         let outlet = &mut outlets[publication.need];
+        // One that is sent again has the level of its own time.
+        outlet.certify(publication.admitted, engine.knowledge().contracts().scales());
         let mut failed = Vec::new();
         let mut follow = |name: &str, sent: Result<(), BridgeError>| {
             backlog.follow(name, publication, sent.as_ref().copied(), now);
@@ -278,6 +282,7 @@ impl Healer {
     pub(in super::super) fn standings(&self, now: Time) -> impl Iterator<Item = Standing> + Clone {
         self.outlets.enumerate().map(move |(id, outlet)| Standing {
             quality: outlet.quality(now),
+            admitted: outlet.admitted(now),
             takeover: self.takeover_of(id).map(|takeover| (takeover.stage(), self.quality_of(takeover, now))),
         })
     }

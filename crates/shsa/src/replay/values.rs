@@ -54,8 +54,9 @@ fn value_json(knowledge: &KnowledgeBase, publication: &Publication) -> Value {
     let Admitted { ground, level } = publication.admitted;
     if let (true, Some(told)) = (ground != Ground::Undemanded, told.as_object_mut()) {
         told.insert("admitted".to_owned(), json!(ground.name()));
-        let level = level.map(|level| knowledge.contracts().scales().written(level));
-        told.insert("level".to_owned(), json!(level));
+        let written = level.map(|level| knowledge.contracts().scales().written(level));
+        told.insert("level".to_owned(), json!(written));
+        told.insert("rank".to_owned(), json!(level.map_or(0, |level| level.rank + 1)));
     }
     told
 }

@@ -132,7 +132,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         outlets,
         pace,
         figures: Figures::new()?,
-        provenance: Provenance { quality: Quality::Good, source },
+        provenance: Provenance::new(Quality::Good, source),
         stop,
         until: arguments.duration.map(|duration| clock.now() + duration),
         bus: arguments.bus.bus.clone(),

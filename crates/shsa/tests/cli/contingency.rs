@@ -39,7 +39,7 @@ fn of(answer: &Value, at: usize) -> Vec<(String, Value, Value)> {
 fn what_takes_over_as_json() {
     let folder = folder();
     let answer = folder.json("plan m.yaml --contingency", 0);
-    assert_eq!(keys(&answer), ["pairs", "searches", "variables"]);
+    assert_eq!(keys(&answer), ["pairs", "searches", "variables", "needs"]);
     let flow = &answer["variables"][0];
     let expected = ["variable", "needed_as", "now", "losses", "unhealed", "complete"];
     assert_eq!(keys(flow), expected);
@@ -107,6 +107,73 @@ fn what_cannot_be_asked() {
     folder.refuses("plan bare.yaml --contingency", &["no needs", "name a variable"]);
     let told = folder.ends("plan bare.yaml a --contingency", 0).stdout;
     assert!(told.starts_with("a: nothing can provide it now\n"), "{told}");
+}
+
+/// What serves the first need when each piece of evidence fails: its source and level, or `-`.
+fn after_failures(answer: &Value) -> Vec<String> {
+    let served = |it: &Value| match it["source"].as_str() {
+        Some(source) => format!("{source}, {} ({})", it["level"], it["admitted"].as_str().unwrap()),
+        None => "-".to_owned(),
+    };
+    let row = |it: &Value| format!("{} of {}: {}", it["evidence"], it["of"], served(&it["then"]));
+    let need = &answer["needs"][0];
+    let rows = need["evidence"].as_array().unwrap().iter().map(row).map(|row| row.replace('"', ""));
+    std::iter::once(format!("now: {}", served(&need["now"]).replace('"', ""))).chain(rows).collect()
+}
+
+#[test]
+fn what_contracts_do_not_admit_takes_nothing_over() {
+    let folder = Folder::with(&[("stop.yaml", include_bytes!("../../../../models/stop.yaml").as_slice())]);
+    let answer = folder.json("plan stop.yaml --contingency", 0);
+    let lost: Vec<(String, Value)> = of(&answer, 0).into_iter().map(|(lost, by, _)| (lost, by)).collect();
+    let expected = [
+        ("/lidar/nearest", json!(["together"])),
+        ("/sonar/nearest", json!([])),
+        ("/camera/nearest", json!([])),
+        // It serves nobody, but evidence of the platform is about it.
+        ("/computer/idle", Value::Null),
+    ];
+    assert_eq!(lost, expected.map(|(lost, by)| (lost.to_owned(), by)));
+    // Without contracts the sonar alone would take over.
+    let bare = include_str!("../../../../models/stop.yaml").split_once("platform:").unwrap().0;
+    folder.write("bare.yaml", bare);
+    let bare = folder.json("plan bare.yaml --contingency", 0);
+    assert_eq!((&of(&bare, 0)[0].1, &bare["needs"]), (&json!(["by_sonar"]), &json!([])));
+}
+
+#[test]
+fn what_each_piece_of_evidence_would_take_away() {
+    let model = include_str!("../../../../models/stop.yaml");
+    let folder = Folder::with(&[("stop.yaml", model.as_bytes())]);
+    let lidar = "/lidar/nearest, SIL 2 (met)";
+    let both = "/sonar/nearest, /camera/nearest by together, SIL 2 (met)";
+    let expected = |without_computer: &str| {
+        vec![
+            format!("now: {lidar}"),
+            format!("spare of computer: {without_computer}"),
+            format!("fresh of /lidar/nearest: {both}"),
+            format!("sound of /lidar/nearest: {both}"),
+            format!("fresh of /sonar/nearest: {lidar}"),
+            format!("sound of /sonar/nearest: {lidar}"),
+            format!("fresh of /camera/nearest: {lidar}"),
+            format!("sound of /camera/nearest: {lidar}"),
+        ]
+    };
+    let under = |policy: &str| {
+        folder.write("policy.yaml", format!("{model}    policy: {policy}\n"));
+        after_failures(&folder.json("plan policy.yaml --contingency", 0))
+    };
+    assert_eq!(after_failures(&folder.json("plan stop.yaml --contingency", 0)), expected("-"));
+    assert_eq!(under("warn"), expected("/lidar/nearest, SIL 2 (warned)"));
+    assert_eq!(under("degrade"), expected("/lidar/nearest, SIL 2 (degraded)"));
+    let told = folder.ends("plan stop.yaml dmin --contingency", 0).stdout;
+    let expected = "
+dmin by contract: now /lidar/nearest, SIL 2
+evidence that fails      serves then                                  level
+spare of computer        nothing
+fresh of /lidar/nearest  /sonar/nearest, /camera/nearest by together  SIL 2
+";
+    assert!(told.contains(expected), "{told}");
 }
 
 /// A variable with two stand-ins: the values of one are wide, those of the other old.

@@ -31,7 +31,10 @@ fn fields_of_models() {
     };
     check("check", &of(&["check tank.yaml", "check bad.yaml"]));
     check("plan", &of(&["plan tank.yaml level --all", "plan tank.yaml level --max-width 0.001 --why"]));
-    check("plan --contingency", &of(&["plan tank.yaml --contingency --pairs"]));
+    check(
+        "plan --contingency",
+        &of(&["plan tank.yaml --contingency --pairs", "plan PROJECT/models/stop.yaml --contingency"]),
+    );
     let models = ["car", "quad", "husky", "cell", "watertank"]
         .map(|name| format!("analyze PROJECT/models/{name}.yaml"));
     let analyses = models.iter().map(String::as_str).chain(["analyze tank.yaml"]).collect::<Vec<_>>();
@@ -71,6 +74,17 @@ fn fields_of_recordings() {
             "replay fused.yaml run.csv",
         ]),
     );
+    let values = |command: &str| -> Vec<Value> {
+        let ended = folder.run(&format!("{command} --output out.jsonl"));
+        assert!(ended.stderr.is_empty() || !ended.stdout.is_empty(), "{}", ended.stderr);
+        folder.read("out.jsonl").lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    };
+    let certified = "contracts: { level: { asks: { right: { error: at most 1 m, level: SIL 1 } } }, \
+        /level: { gives: { right: { error: at most 0.5 m, level: SIL 2 } } } }\n";
+    folder.write("certified.yaml", format!("{}{certified}", tank::MODEL));
+    let certified = values("replay certified.yaml run.csv");
+    assert!(certified.iter().any(|it| it["level"] == "SIL 2" && it["rank"] == 2), "{:?}", certified.first());
+    check("replay --output", &[values("replay tank.yaml run.csv"), certified].concat());
     check(
         "explain",
         &of(&["explain tank.yaml run.csv", "explain PROJECT/stories/02-fallback-by-value.yaml"]),

@@ -17,6 +17,7 @@ mod embedded;
 mod endurance;
 mod isolation;
 mod joining;
+mod levels;
 mod outage;
 mod package;
 mod prometheus;

@@ -21,6 +21,8 @@ pub(super) struct Assessed {
     /// Its evidence has changed since it was assessed.
     pub(super) is_stale: bool,
     pub(super) is_kept: bool,
+    /// It may serve; else it is only here because it serves still, and nothing is given by it any more.
+    pub(super) is_candidate: bool,
     /// It would serve if it met what is demanded.
     pub(super) is_preferred: bool,
     /// That it does not is not told yet.
@@ -43,6 +45,7 @@ impl Assessed {
             admitted: None,
             is_stale: true,
             is_kept: true,
+            is_candidate: true,
             is_preferred: false,
             is_news: true,
             told: None,

@@ -22,7 +22,7 @@ impl Demanded {
     pub(super) fn forget(&mut self) {
         let running = self.running.and_then(|at| self.ways.get(at)).map(|it| it.way.clone());
         self.ways.retain(|it| it.is_kept || Some(&it.way) == running.as_ref());
-        self.ways.iter_mut().for_each(|it| it.is_kept = false);
+        self.ways.iter_mut().for_each(|it| it.is_candidate = core::mem::take(&mut it.is_kept));
         self.running = running.and_then(|way| self.ways.iter().position(|it| it.way == way));
     }
 
@@ -90,7 +90,8 @@ impl Demanded {
     /// What is given at best by those who are trusted as well as a way, or better: whether what is demanded, and the highest
     /// level of those who give that, or of all.
     fn best(&self, trust: Trust) -> (bool, Option<Level>) {
-        let trusted = || self.ways.iter().filter(|it| it.trust <= trust).map(|it| it.assessment);
+        let trusted =
+            || self.ways.iter().filter(|it| it.is_candidate && it.trust <= trust).map(|it| it.assessment);
         let any_holds = trusted().any(|it| it.verdict == Verdict::Holds);
         let among = trusted().filter(|it| !any_holds || it.verdict == Verdict::Holds);
         (any_holds, among.filter_map(|it| it.level).max())

@@ -5,9 +5,11 @@ use crate::model::reader::{Fields, Keys, Reader};
 use crate::model::tree::{Node, Value};
 use crate::story::curve::Curve;
 use crate::story::expect::{Between, Expectation, Limit, Times, VERDICTS};
+use shsa_core::assurance::Ground;
 use shsa_core::engine::{EventKind, Quality};
 use shsa_core::knowledge::Text;
 use shsa_core::monitor::Symptom;
+use shsa_core::statement::Level;
 use shsa_core::time::Time;
 use shsa_core::unit::Unit;
 
@@ -28,7 +30,7 @@ const VERDICT: [&str; 3] = ["verdict", "signal", "at"];
 
 const SERVED: [&str; 3] = ["need", "source", "at"];
 
-const VALUES: [&str; 9] = [
+const VALUES: [&str; 11] = [
     "need",
     "values",
     "longest_gap",
@@ -36,13 +38,23 @@ const VALUES: [&str; 9] = [
     "largest_error",
     "largest_width",
     "quality",
+    "level",
+    "admitted",
     "truth",
     "between",
 ];
 
 /// The keys of [`VALUES`] that limit the values.
-const LIMITS: [&str; 6] =
-    ["values", "longest_gap", "largest_jump", "largest_error", "largest_width", "quality"];
+const LIMITS: [&str; 8] = [
+    "values",
+    "longest_gap",
+    "largest_jump",
+    "largest_error",
+    "largest_width",
+    "quality",
+    "level",
+    "admitted",
+];
 
 impl Writer<'_, '_> {
     pub(super) fn expectation(&mut self, node: &Node) -> Option<Expectation> {
@@ -156,6 +168,8 @@ impl Writer<'_, '_> {
         let error = keys.text("largest_error", "an amount", "0.3 m/s");
         let width = keys.text("largest_width", "an amount", "0.3 m/s");
         let quality = keys.text("quality", "`good`, `substitute` or `uncertain`", "good");
+        let level = keys.text("level", "a level, or `none`", "SIL 2");
+        let admitted = keys.text("admitted", "a ground", "met");
         let truth = keys.text("truth", "a name under `truth`", "speed");
         let need = self.find_need(&need)?;
         let unit = self.knowledge.variables()[self.knowledge.needs()[need].variable].unit.clone();
@@ -165,6 +179,8 @@ impl Writer<'_, '_> {
         limits.extend(jump.and_then(|text| self.amount(&text, unit.as_ref())).map(Limit::LargestJump));
         limits.extend(width.and_then(|text| self.amount(&text, unit.as_ref())).map(Limit::LargestWidth));
         limits.extend(quality.and_then(|text| self.quality(&text)).map(Limit::Quality));
+        limits.extend(level.and_then(|text| self.level(&text)).map(Limit::Level));
+        limits.extend(admitted.and_then(|text| self.ground(&text)).map(Limit::Admitted));
         limits.extend(error.and_then(|text| self.error(&text, truth, unit.as_ref())));
         Some(Expectation::Values { need, between, limits })
     }
@@ -177,6 +193,24 @@ impl Writer<'_, '_> {
     fn quality(&mut self, text: &Text) -> Option<Quality> {
         let found = Quality::ALL.into_iter().find(|quality| quality.name() == text.text);
         self.known(text, "quality", found, Quality::ALL.iter().map(|quality| quality.name()))
+    }
+
+    /// A level with its scale, or `none`.
+    fn level(&mut self, text: &Text) -> Option<Option<Level>> {
+        let scales = self.knowledge.contracts().scales();
+        let level = text.text.split_once(' ').and_then(|(scale, level)| scales.level(scale, level));
+        let is_none = text.text == "none";
+        if level.is_none() && !is_none {
+            let message = format!("`{}` is no level", text.text);
+            self.reader.note(text.place, &message, "write it like `SIL 2` or `ASIL B`, or `none`");
+            return None;
+        }
+        Some(level)
+    }
+
+    fn ground(&mut self, text: &Text) -> Option<Ground> {
+        let found = Ground::ALL.into_iter().find(|ground| ground.name() == text.text);
+        self.known(text, "ground", found, Ground::ALL.iter().map(|ground| ground.name()))
     }
 
     fn error(&mut self, text: &Text, truth: Option<Text>, unit: Option<&Unit>) -> Option<Limit> {

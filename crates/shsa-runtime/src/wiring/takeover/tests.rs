@@ -109,7 +109,7 @@ impl Bench {
             admitted: Default::default(),
             delegated: false,
         };
-        let provenance = Provenance { quality: Quality::Substitute, source: "radar".into() };
+        let provenance = Provenance::new(Quality::Substitute, "radar");
         self.takeover.send(&publication, self.now, &provenance, &mut self.healer).unwrap();
         let message = self.consumer.receive()?;
         match message.payload {

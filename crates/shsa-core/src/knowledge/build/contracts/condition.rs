@@ -13,7 +13,9 @@ const MAX_TEXT: usize = 4_096;
 const MAX_DEPTH: usize = 16;
 
 /// Words of conditions, which are no names.
-pub(super) const WORDS: [&str; 3] = ["and", "or", "of"];
+pub(super) const WORDS: [&str; 4] = ["and", "or", "of", ALWAYS];
+/// The condition that needs nothing.
+const ALWAYS: &str = "always";
 
 /// Reads a condition; `leaf` finds what a name means.
 pub(super) fn read(text: &str, leaf: &dyn Fn(&str) -> Option<Condition>) -> Result<Condition, Problem> {
@@ -110,6 +112,9 @@ impl<'a> Reader<'a> {
         let word =
             self.peek().ok_or_else(|| self.error("a name is missing", "name what is asked or observed"))?;
         self.at = span.end;
+        if word == ALWAYS {
+            return Ok(Condition::All(Vec::new()));
+        }
         match word.parse::<u32>() {
             Ok(count) => self.several(count, span, depth),
             Err(_) => (self.leaf)(word)
@@ -168,6 +173,7 @@ mod tests {
     #[test]
     fn conditions_are_read_as_they_are_spoken() {
         check("a", "a");
+        check("always", "()");
         check(" a and b and c", "(a and b and c)");
         check("a or (b and c)", "(a or (b and c))");
         check("2 of (a, b or c, d) and a", "(2(a, (b or c), d) and a)");

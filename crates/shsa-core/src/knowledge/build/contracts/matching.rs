@@ -1,13 +1,25 @@
 //! Whether demands can ever be met, and guarantees are ever demanded, whatever serves a need.
 
 use super::super::problems::Problems;
-use crate::knowledge::contract::{Asked, Contract, ContractId, Contracts, Given, HEALER, Party, Subject};
+use crate::knowledge::contract::{
+    Asked, Contract, ContractId, Contracts, Given, HEALER, Party, Policy, Subject,
+};
 use crate::knowledge::draft::ContractDraft;
 use crate::knowledge::{IdVec, KnowledgeBase, RelationId, SignalId, VariableId};
 use crate::statement::{Level, Statement};
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
+
+/// Whether a guarantee meets a demand, or a lower level of it that the policy of who asks lets out.
+fn is_taken(asking: &Contract, asked: &Asked, given: &Given) -> bool {
+    let scale = |statement: &Statement| statement.level.map(|level| level.scale);
+    let any_level = || Statement { level: None, ..asked.statement.clone() };
+    given.statement.meets(&asked.statement)
+        || asking.policy != Policy::Stop
+            && scale(&given.statement) == scale(&asked.statement)
+            && given.statement.meets(&any_level())
+}
 
 /// Reports demands that no guarantee can meet, and guarantees that nothing demands.
 ///
@@ -26,7 +38,7 @@ pub(super) fn check(
     for ((id, contract), draft) in contracts.rows().enumerate().zip(drafts) {
         for asked in &contract.asks {
             let offers = market.offers(id, asked);
-            for (of, at, _) in offers.iter().filter(|(_, _, given)| given.statement.meets(&asked.statement)) {
+            for (of, at, _) in offers.iter().filter(|(_, _, given)| is_taken(contract, asked, given)) {
                 if let Some(wanted) = is_wanted[*of].get_mut(*at) {
                     *wanted = true;
                 }
