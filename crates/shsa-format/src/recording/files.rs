@@ -100,8 +100,11 @@ pub(super) fn format_of_file(file: &Path) -> Result<&'static Row, RecordingError
 /// The format of a file of this name that begins so.
 ///
 /// # Errors
-/// When it is not known, or switched off.
+/// When it is not known, to be converted, or switched off.
 pub(super) fn format_of(file: &Path, head: &[u8]) -> Result<&'static Row, RecordingError> {
+    if let Some((what, how)) = format::conversion(head) {
+        return Err(RecordingError::Convert { file: file.into(), what, how });
+    }
     let row = format::format_of(file, head);
     let row = row.ok_or_else(|| RecordingError::UnknownFormat { file: file.into() })?;
     match row.feature {

@@ -34,6 +34,7 @@ mod nmea;
 mod signalk;
 mod influx;
 mod mdf;
+mod parquet;
 mod session;
 mod stamp;
 mod stamps;
@@ -44,7 +45,7 @@ use std::{fmt, io::Cursor};
 
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
-use shsa_message::{source::Source, stamp::Zone};
+use shsa_message::{source::Source, zone::Zone};
 
 pub use cut::{Cuts, Stretch};
 pub use error::RecordingError;
@@ -345,6 +346,7 @@ fn read_with(
         Format::SignalK => signalk::read(input, listener),
         Format::Influx => influx::read(input, listener),
         Format::Mdf => mdf::read(input, options, listener),
+        Format::Parquet => parquet::read(input, options, listener),
         Format::JsonLines => jsonl::read(input, listener),
         Format::Csv => table::read(input, options, listener),
     }
