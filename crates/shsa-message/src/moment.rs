@@ -232,7 +232,7 @@ mod tests {
         check("2018-04-08", YearMonthDay, Some((THEN - 37_897 * SECOND, false)));
         check("2018-04-07 24:00", YearMonthDay, Some((THEN - 37_897 * SECOND, false)));
         let zone: Zone = "+02:00".parse().unwrap();
-        let of_place = moment("2018-04-08 12:31:37", YearMonthDay, zone).unwrap();
+        let of_place = moment("2018-04-08 12:31:37", YearMonthDay, &zone).unwrap();
         assert_eq!((of_place.time.0, of_place.has_zone), (THEN, false));
         let apart = moment_of("08/04/2018", "10.31.37", DayMonthYear, &Zone::default()).unwrap();
         assert_eq!(apart.time.0, THEN);

@@ -162,6 +162,8 @@ pub struct Recording {
     pub sessions: Vec<Session>,
     /// One entry for each wanted signal.
     pub found: Vec<Found>,
+    /// Which files are one recording, and why.
+    pub joined: Vec<String>,
     /// In the order in which they were noticed.
     pub warnings: Vec<Warning>,
     /// Not all that was recorded is here.
