@@ -1,10 +1,39 @@
 use super::super::tests::independent::{Reader, check_values, counted, expected, sample, told};
+use super::super::tests::parquet_writer::small;
 use super::super::{Wanted, read_bytes};
 use super::*;
 use shsa_core::observation::RawValue;
 use std::path::Path;
 
 const READ: Reader = read;
+
+#[test]
+fn numbers_texts_and_lists_are_read() {
+    let all = told(READ, &small());
+    assert_eq!(all.shown(), ["log log: time [ns], v [m/s] [m/s], name, ranges x3"]);
+    let second = 1_000_000_000;
+    let values =
+        |field: &str| all.column("log", field).into_iter().map(|(_, value)| value).collect::<Vec<_>>();
+    assert_eq!(all.column("log", "v [m/s]")[2], (1_700_000_002 * second, "2.5".to_owned()));
+    assert_eq!(values("v [m/s]"), ["1.5", "-", "2.5"]);
+    assert_eq!(values("name"), ["'a'", "'bc'", "'d'"]);
+    assert_eq!(values("ranges"), ["[1.0, 2.0]", "-", "[3.0]"]);
+    assert!(all.damages.is_empty() && all.notes.is_empty(), "{:?} {:?}", all.damages, all.notes);
+}
+
+#[test]
+fn a_page_that_is_lost_is_told_by_its_place() {
+    let mut bytes = small();
+    let at = bytes.windows(5).position(|it| it == [3, 0b101, 1, 3, 0b10]).unwrap();
+    // More bits for a number than there are.
+    bytes[at + 2] = 40;
+    let all = told(READ, &bytes);
+    let values: Vec<String> = all.column("log", "v [m/s]").into_iter().map(|(_, value)| value).collect();
+    assert_eq!((values, all.count()), (vec!["-".to_owned(); 3], 3));
+    let (place, what) = &all.damages[0];
+    assert!(matches!(place, Place::Offset(at) if *at > 4), "{place:?}");
+    assert_eq!(what, "a page cannot be read (encoding 8); 3 values of 'v [m/s]' are missing");
+}
 
 const FILES: [&str; 5] = [
     "wheel_speed_snappy.parquet",
