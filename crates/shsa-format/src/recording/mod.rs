@@ -394,11 +394,5 @@ fn lone_table(file: &Path, wants: &mut [Want<'_>], gathered: &mut Gathered) {
     }
 }
 
-/// Samples a second when the first and the last of them are at these times.
-fn mean_rate(count: usize, first: Time, last: Time) -> Option<f64> {
-    let span = (last - first).seconds();
-    (count > 1 && span > 0.0).then(|| (count - 1) as f64 / span)
-}
-
 #[cfg(test)]
 pub(crate) mod tests;

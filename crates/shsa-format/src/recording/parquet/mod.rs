@@ -56,8 +56,7 @@ pub(super) fn read(
         return Ok(());
     }
     let mut table = Table { description: &description, topic, count: 0, clock: None, options };
-    let found =
-        first_rows(input, &description).and_then(|rows| Ok(clock::find(&description, &rows, options)));
+    let found = first_rows(input, &description).map(|rows| clock::find(&description, &rows, options));
     match found {
         Err(problem) => listener.damaged(Place::Whole, problem.to_string()),
         Ok(Ok(found)) => {

@@ -201,32 +201,30 @@ impl<'d> Pages<'d> {
         let defined = level(column.defined, head.levels.map(|(_, defined, _)| defined))?;
         let is_there = |level: &&u32| **level == column.defined;
         let count = if column.defined == 0 { head.values } else { defined.iter().filter(is_there).count() };
-        let (values, texts) = self.values(head, bytes, count)?;
+        let page = self.values(head, bytes, count)?;
         let cells = if column.defined == 0 {
-            values
+            page.cells
         } else {
-            let mut values = values.into_iter();
+            let mut values = page.cells.into_iter();
             let cell = |level: &u32| match is_there(&level) {
                 true => values.next().unwrap_or(Cell::Missing),
                 false => Cell::Missing,
             };
             defined.iter().map(cell).collect()
         };
-        Some(Page { cells, texts, repeats, next: 0 })
+        Some(Page { cells, repeats, texts: page.texts, next: 0 })
     }
 
-    /// So many values, and their texts where these are not in the dictionary.
-    fn values(
-        &self,
-        head: &Head,
-        bytes: &mut Bytes<'_>,
-        count: usize,
-    ) -> Option<(Vec<Cell>, Option<Vec<Box<str>>>)> {
+    /// A page of so many values, all of them there; with their texts, where these are not in the dictionary.
+    fn values(&self, head: &Head, bytes: &mut Bytes<'_>, count: usize) -> Option<Page> {
         let mut cells = Cells::default();
         match head.encoding {
             0 => encoding::plain(bytes, self.column, count, &mut cells)?,
             2 | 8 if count == 0 => {}
-            2 | 8 => return Some((encoding::of_dictionary(bytes, &self.dictionary.list, count)?, None)),
+            2 | 8 => {
+                let cells = encoding::of_dictionary(bytes, &self.dictionary.list, count)?;
+                return Some(Page { cells, ..Page::default() });
+            }
             3 if self.column.physical == Physical::Bool => {
                 let length = bytes.u32()?;
                 let bits = encoding::runs(&mut Bytes(bytes.take(length)?), 1, count)?;
@@ -237,7 +235,8 @@ impl<'d> Pages<'d> {
             9 => encoding::split(bytes, self.column, count, &mut cells)?,
             _ => return None,
         }
-        (cells.list.len() == count).then_some((cells.list, Some(cells.texts)))
+        let Cells { list, texts } = cells;
+        (list.len() == count).then(|| Page { cells: list, texts: Some(texts), ..Page::default() })
     }
 }
 

@@ -1,3 +1,5 @@
+//! Parquet by hand, and against what an independent reader has read; damaged.
+
 use super::super::tests::independent::{Reader, check_values, counted, expected, sample, told};
 use super::super::tests::parquet_writer::small;
 use super::super::{Wanted, read_bytes};
