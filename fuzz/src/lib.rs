@@ -38,6 +38,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "signalk", run: readers::signalk::run, seeds: readers::signalk::seeds },
     Target { name: "influx", run: readers::influx::run, seeds: readers::influx::seeds },
     Target { name: "mdf", run: readers::mdf::run, seeds: readers::mdf::seeds },
+    Target { name: "parquet", run: readers::parquet::run, seeds: readers::parquet::seeds },
     Target { name: "payloads", run: payloads::run, seeds: payloads::seeds },
     Target { name: "messages", run: messages::run, seeds: messages::seeds },
     Target { name: "engine", run: engine::run, seeds: engine::seeds },

@@ -237,6 +237,23 @@ pub mod mdf {
     }
 }
 
+/// Parquet.
+pub mod parquet {
+    use super::*;
+
+    /// The bytes are a file.
+    pub fn run(bytes: &[u8]) {
+        let sources = ["log#v", "log#ranges", "v[name=bc]@time", "log#v@row*1s!changed"];
+        check("log.parquet", bytes, &sources, &ReadOptions::default());
+    }
+
+    /// A dictionary, a list, a text.
+    #[must_use]
+    pub fn seeds() -> Vec<Vec<u8>> {
+        vec![crate::recordings::parquet_writer::small()]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use crate::TARGETS;
@@ -258,6 +275,7 @@ mod tests {
         check("a.jsonl", &super::signalk::seeds()[0], "a.b[source=gps]");
         check("a.lp", &super::influx::seeds()[0], "room#n[sensor=T1]");
         check("a.mf4", &super::mdf::seeds()[0], "group_0#v");
+        check("a.parquet", &super::parquet::seeds()[0], "a#v");
         assert!(TARGETS.iter().any(|target| target.name == "can"));
     }
 }

@@ -10,6 +10,9 @@ mod bag_writer;
 #[path = "../../crates/shsa-format/src/recording/tests/mcap_writer.rs"]
 mod mcap_writer;
 
+#[path = "../../crates/shsa-format/src/recording/tests/parquet_writer.rs"]
+pub(crate) mod parquet_writer;
+
 #[path = "../../crates/shsa-format/src/recording/tests/sqlite_writer.rs"]
 mod sqlite_writer;
 

@@ -11,6 +11,7 @@ mod live;
 mod monitor;
 mod navigation;
 mod oracle;
+mod reading;
 mod scale;
 mod thesis;
 mod truth;
@@ -42,6 +43,8 @@ enum Command {
     Navigation(navigation::Arguments),
     /// Our answers beside those that others have recorded.
     Oracle(oracle::Arguments),
+    /// How long recordings take, beside the readers in Python.
+    Reading(reading::Arguments),
     /// How time and memory grow with the model.
     Scale(scale::Arguments),
     /// The experiments of the thesis with all searches.
@@ -86,6 +89,7 @@ fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Navigation(arguments) => navigation::run(arguments),
         Command::Oracle(arguments) => oracle::run(arguments),
+        Command::Reading(arguments) => reading::run(arguments),
         Command::Scale(arguments) => scale::run(arguments),
         Command::Thesis(arguments) => thesis::run(arguments),
         Command::Truth(arguments) => truth::run(arguments),

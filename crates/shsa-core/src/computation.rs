@@ -219,6 +219,12 @@ impl Computation {
         self.timing
     }
 
+    /// Whether its output stands until the next one, as all does that it is computed from.
+    #[must_use]
+    pub fn stands(&self, knowledge: &KnowledgeBase) -> bool {
+        self.trigger.is_some_and(|signal| knowledge.signals()[signal].holds) && !self.is_windowed()
+    }
+
     /// Whether its output is a difference quotient, or made of one: it tells how something changes, over a window.
     #[must_use]
     pub fn is_rate(&self) -> bool {

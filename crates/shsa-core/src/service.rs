@@ -24,7 +24,7 @@ impl Service {
     ///
     /// What the ports remember of its inputs is computed first, so that windows are full from the first output on. Where the
     /// output is owed since a time, the first one is what was last known, if that is newer: it does not wait for the next
-    /// observation.
+    /// observation. What stands is owed although it is older.
     #[must_use]
     pub fn start(
         knowledge: &KnowledgeBase,
@@ -34,12 +34,14 @@ impl Service {
     ) -> Option<Service> {
         let mut computation = Computation::new(knowledge, way.into_value(), Computation::fastest_input)?;
         let mut pending = None;
+        let stands = computation.stands(knowledge);
         if let Some(trigger) = computation.trigger() {
             let mut moments = ports[trigger].moments().peekable();
             while let Some(moment) = moments.next() {
                 let is_owed = owed_since.is_some_and(|since| moment.to > since);
                 match moments.peek() {
                     None if is_owed => pending = Some(moment),
+                    None if stands => pending = owed_since.map(Validity::at),
                     _ => _ = computation.evaluate(ports, moment, None),
                 }
             }
@@ -98,6 +100,12 @@ impl Service {
     #[must_use]
     pub fn way(&self) -> &Way {
         self.computation.way()
+    }
+
+    /// Whether a value stands until the next one; see [`Computation::stands`].
+    #[must_use]
+    pub fn stands(&self, knowledge: &KnowledgeBase) -> bool {
+        self.computation.stands(knowledge)
     }
 
     /// Notes an observation; it computes by [`Service::compute`].

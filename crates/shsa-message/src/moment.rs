@@ -1,6 +1,7 @@
 //! Dates and times of day as people write them in tables: `2018-04-08 10:31:37.097`, `08/04/2018`, `10.31.37`, `10:31 PM`.
 
-use crate::stamp::{Zone, civil, days_of};
+use crate::stamp::{civil, days_of};
+use crate::zone::{Doubt, Zone};
 use shsa_core::time::Time;
 
 const SECOND: i64 = 1_000_000_000;
@@ -30,11 +31,22 @@ pub struct Moment {
     pub time: Time,
     /// Else it is that of the place.
     pub has_zone: bool,
+    /// Why the clock of the place does not tell the moment.
+    pub doubt: Option<Doubt>,
+}
+
+impl Moment {
+    /// What the clock of a place showed, as if it were UTC.
+    #[must_use]
+    pub fn shown(shown: Time, zone: &Zone) -> Moment {
+        let (time, doubt) = zone.utc(shown);
+        Moment { time, has_zone: false, doubt }
+    }
 }
 
 /// A date and a time of day, with a zone or without one; a date alone is its first moment. `None` for what is neither.
 #[must_use]
-pub fn moment(text: &str, order: DateOrder, zone: Zone) -> Option<Moment> {
+pub fn moment(text: &str, order: DateOrder, zone: &Zone) -> Option<Moment> {
     let text = text.trim();
     let at = text.find(['T', 't', ' ', '_']).unwrap_or(text.len());
     let (date, rest) = text.split_at_checked(at)?;
@@ -47,7 +59,7 @@ pub fn moment(text: &str, order: DateOrder, zone: Zone) -> Option<Moment> {
 
 /// A moment whose date and time of day stand apart.
 #[must_use]
-pub fn moment_of(date: &str, clock: &str, order: DateOrder, zone: Zone) -> Option<Moment> {
+pub fn moment_of(date: &str, clock: &str, order: DateOrder, zone: &Zone) -> Option<Moment> {
     joined(date.trim(), of_day(clock.trim())?, order, zone)
 }
 
@@ -69,11 +81,13 @@ struct OfDay {
     ahead: Option<i64>,
 }
 
-fn joined(text: &str, of_day: OfDay, order: DateOrder, zone: Zone) -> Option<Moment> {
+fn joined(text: &str, of_day: OfDay, order: DateOrder, zone: &Zone) -> Option<Moment> {
     let [year, month, day] = date(text, order)?;
-    let ahead = of_day.ahead.unwrap_or(zone.ahead.0);
-    let time = civil(year, month, day, of_day.nanoseconds.checked_sub(ahead)?)?;
-    Some(Moment { time, has_zone: of_day.ahead.is_some() })
+    let shown = civil(year, month, day, of_day.nanoseconds.checked_sub(of_day.ahead.unwrap_or(0))?)?;
+    Some(match of_day.ahead {
+        Some(_) => Moment { time: shown, has_zone: true, doubt: None },
+        None => Moment::shown(shown, zone),
+    })
 }
 
 /// Year, month and day.
@@ -194,7 +208,7 @@ mod tests {
 
     #[track_caller]
     fn check(text: &str, order: DateOrder, expected: Option<(i64, bool)>) {
-        let found = moment(text, order, Zone::default());
+        let found = moment(text, order, &Zone::default());
         assert_eq!(found.map(|it| (it.time.0, it.has_zone)), expected, "{text}");
     }
 
@@ -218,9 +232,9 @@ mod tests {
         check("2018-04-08", YearMonthDay, Some((THEN - 37_897 * SECOND, false)));
         check("2018-04-07 24:00", YearMonthDay, Some((THEN - 37_897 * SECOND, false)));
         let zone: Zone = "+02:00".parse().unwrap();
-        let of_place = moment("2018-04-08 12:31:37", YearMonthDay, zone).unwrap();
+        let of_place = moment("2018-04-08 12:31:37", YearMonthDay, &zone).unwrap();
         assert_eq!((of_place.time.0, of_place.has_zone), (THEN, false));
-        let apart = moment_of("08/04/2018", "10.31.37", DayMonthYear, Zone::default()).unwrap();
+        let apart = moment_of("08/04/2018", "10.31.37", DayMonthYear, &Zone::default()).unwrap();
         assert_eq!(apart.time.0, THEN);
     }
 
@@ -253,8 +267,8 @@ mod tests {
         #[test]
         fn any_text_is_survived(garbage in "\\PC{0,40}") {
             for order in DateOrder::ALL {
-                let _moment = moment(&garbage, order, Zone::default());
-                let _moment = moment_of(&garbage, &garbage, order, Zone::default());
+                let _moment = moment(&garbage, order, &Zone::default());
+                let _moment = moment_of(&garbage, &garbage, order, &Zone::default());
             }
         }
     }

@@ -96,30 +96,9 @@ fn shifted(value: i128, places: i32) -> Option<i128> {
     }
 }
 
-/// How far the clock of a place is ahead of UTC.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Zone {
-    /// Ahead of UTC; behind it when negative.
-    pub ahead: Span,
-    /// Whether somebody said so: UTC is taken where nobody does.
-    pub is_given: bool,
-}
-
-impl std::str::FromStr for Zone {
-    type Err = String;
-
-    /// `UTC`, `Z`, `+02:00`, `-0330`.
-    fn from_str(text: &str) -> Result<Zone, String> {
-        let ahead = match text.trim() {
-            "UTC" | "utc" | "GMT" => Some(0),
-            text if text.starts_with(['+', '-', 'Z', 'z']) => {
-                split_zone(text).filter(|(clock, _)| clock.is_empty()).map(|(_, ahead)| ahead)
-            }
-            _ => None,
-        };
-        let ahead = ahead.ok_or_else(|| format!("'{text}' is no time zone; write UTC, +02:00 or -03:30"))?;
-        Ok(Zone { ahead: Span(ahead * SECOND), is_given: true })
-    }
+/// How many seconds a zone that is written alone, `+02:00`, is ahead of UTC.
+pub(crate) fn zone_alone(text: &str) -> Option<i64> {
+    split_zone(text).filter(|(clock, _)| clock.is_empty()).map(|(_, ahead)| ahead)
 }
 
 /// The time of a day's nanosecond, in UTC; `None` for what is no date, or does not fit.

@@ -35,7 +35,9 @@ How a signal's values relate to time:
   delay: 500 ms        how much older the content is than its time stamp says
   mean_over: 1 s       how long a time each value is the mean over, half of it before and half after the moment so told; it is
                        compared with means over the same time
-  time_error: 50 ms    how wrong that moment may be, to either side";
+  time_error: 50 ms    how wrong that moment may be, to either side
+  hold: true           a value stands until the next one, as of what is polled: what says the same again is no new measurement,
+                       and it is silent only after a `timeout` that is given";
 
 /// Arguments of `shsa check`.
 #[derive(clap::Args)]

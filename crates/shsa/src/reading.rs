@@ -3,7 +3,7 @@
 use shsa_core::time::Span;
 use shsa_format::recording::ReadOptions;
 use shsa_message::span::parse_span;
-use shsa_message::stamp::Zone;
+use shsa_message::zone::Zone;
 use std::path::PathBuf;
 
 /// What recordings do not say of themselves.
@@ -15,7 +15,7 @@ pub(crate) struct ReadArguments {
     /// What one step of the time column is: s, ms, us, ns or a span such as 5s.
     #[arg(long, value_name = "UNIT", value_parser = parse_span)]
     time_unit: Option<Span>,
-    /// Where times without a zone were written down: UTC, +02:00.
+    /// Where times without a zone were written down: UTC, +02:00, Europe/Vienna.
     #[arg(long, value_name = "ZONE", allow_hyphen_values = true)]
     time_zone: Option<Zone>,
     /// A folder with the definitions of ROS 2 messages that recordings lack, PACKAGE/msg/NAME.msg; may be given several times.
@@ -32,7 +32,7 @@ impl ReadArguments {
         ReadOptions {
             time_column: self.time_column.clone(),
             time_scale: self.time_unit,
-            zone: self.time_zone.unwrap_or_default(),
+            zone: self.time_zone.clone().unwrap_or_default(),
             messages: self.messages.clone(),
             dbc: self.dbc.clone(),
         }

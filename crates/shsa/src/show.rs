@@ -7,6 +7,7 @@ use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::unit::nearest;
 use shsa_format::model::live::{Live, Written};
 use shsa_format::model::{self, Report};
+use shsa_format::recording::Recording;
 use shsa_format::text;
 use std::fmt;
 use std::io::{IsTerminal, Write, stderr, stdout};
@@ -67,6 +68,12 @@ pub(crate) fn tell(message: &str) {
 /// Tells what the user should know though it stops nothing.
 pub(crate) fn warn(message: impl fmt::Display) {
     log(Level::Warning, &message.to_string());
+}
+
+/// Tells what there is to know of recordings that were read: which files are one, and what is the matter with them.
+pub(crate) fn recording(recording: &Recording) {
+    recording.joined.iter().for_each(|joined| tell(joined));
+    recording.warnings.iter().for_each(warn);
 }
 
 /// Tells why there is no result.

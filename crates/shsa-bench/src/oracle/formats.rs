@@ -8,9 +8,12 @@ use super::Compared;
 use anyhow::Context;
 use serde_json::{Map, Value};
 use shsa_core::observation::RawValue;
-use shsa_format::recording::{ReadOptions, Sample, TopicInfo, Wanted, inventory, read};
+use shsa_format::recording::{ReadOptions, Recording, Sample, TopicInfo, Wanted, inventory, read};
 use std::path::{Path, PathBuf};
 use std::{fs, slice};
+
+/// Counts the rows in the place of times.
+const ROWS: &str = "@row*1s";
 
 /// How far numbers may be apart, beside their size.
 const TOLERANCE: f64 = 1e-6;
@@ -61,6 +64,41 @@ struct File<'a> {
     path: PathBuf,
     expected: &'a Value,
     options: ReadOptions,
+}
+
+/// A recording, and where the fields are found in it of which something is expected.
+pub(crate) struct Recorded {
+    pub(crate) path: PathBuf,
+    pub(crate) options: ReadOptions,
+    pub(crate) wanted: Vec<Wanted>,
+}
+
+/// All recordings that a folder's `expected.json` names, and those below it.
+pub(crate) fn recorded(folder: &Path) -> anyhow::Result<Vec<Recorded>> {
+    let mut found = Vec::new();
+    find(folder, 0, &mut found)?;
+    let mut recordings = Vec::new();
+    for path in found {
+        let text = fs::read_to_string(&path).with_context(|| format!("{} cannot be read", path.display()))?;
+        let files: Map<String, Value> = super::read(&path, &text)?;
+        for (name, expected) in &files {
+            let file = File::new(path.parent().unwrap_or(folder), name, expected);
+            let topics = file.topics()?;
+            let fields = expected["fields"].as_object().into_iter().flatten();
+            // Several topics that have a field are read by the first.
+            let places = fields.filter_map(|(name, of_field)| {
+                let place = places(&topics, name).into_iter().next()?;
+                let at = if has_row_times(of_field) { ROWS } else { "" };
+                let source = format!("{}{}{}{at}", place.before, place.field, place.behind);
+                value_of(&of_field["first"]).map(|_| Wanted::new(source.clone(), source))
+            });
+            let wanted: Vec<Wanted> = places.collect();
+            if !wanted.is_empty() {
+                recordings.push(Recorded { path: file.path, options: file.options, wanted });
+            }
+        }
+    }
+    Ok(recordings)
 }
 
 /// A topic that has a field, as its source text begins and goes on behind the field.
@@ -125,23 +163,85 @@ impl<'a> File<'a> {
     fn field(&self, topics: &[TopicInfo], name: &str, expected: &Value) -> anyhow::Result<Vec<String>> {
         let places = places(topics, name);
         anyhow::ensure!(!places.is_empty(), "no topic has it");
-        if expected["first"]["value"].is_string() {
-            let samples =
-                topics.iter().flat_map(|topic| &topic.fields).filter_map(|field| field.sample.as_deref());
-            let text = expected["first"]["value"].as_str().unwrap_or_default();
-            let is_there = samples.into_iter().any(|sample| sample.contains(text));
-            return Ok(if is_there { Vec::new() } else { vec![format!("'{text}' is nowhere")] });
+        if let Some(text) =
+            expected["first"]["value"].as_str().filter(|_| value_of(&expected["first"]).is_none())
+        {
+            return self.text(topics, &places, text, expected);
         }
         // Of one topic after the other: two that are one here may overlap, and would be two sessions.
-        let mut all = Vec::new();
-        for place in &places {
-            let at = if has_row_times(expected) { "@row*1s" } else { "" };
-            let source = format!("{}{}{}{at}", place.before, place.field, place.behind);
-            let recording = read(slice::from_ref(&self.path), &[Wanted::new("/x", source)], &self.options)?;
-            all.push(recording.samples);
+        let read_at = |at: &str| {
+            let read_place = |place: &Place| {
+                let source = format!("{}{}{}{at}", place.before, place.field, place.behind);
+                read(slice::from_ref(&self.path), &[Wanted::new("/x", source)], &self.options)
+            };
+            places.iter().map(read_place).collect::<Result<Vec<Recording>, _>>()
+        };
+        let mut all = read_at(if has_row_times(expected) { ROWS } else { "" })?;
+        let mut has_times = true;
+        if all.iter().any(|it| it.sessions.len() > 1 && it.degraded) {
+            // Rows in no order of time are parted, and some left out: they are compared as they stand in the file.
+            (all, has_times) = (read_at(ROWS)?, false);
         }
-        Ok(differences(&all, expected))
+        let all: Vec<Vec<Sample>> = all.into_iter().map(|it| it.samples).collect();
+        Ok(differences(&all, expected, has_times))
     }
+}
+
+impl File<'_> {
+    /// What differs in a field of texts: a number beside it is asked for where it is this text, at the beginning and at the end.
+    fn text(
+        &self,
+        topics: &[TopicInfo],
+        places: &[Place],
+        first: &str,
+        expected: &Value,
+    ) -> anyhow::Result<Vec<String>> {
+        let last = expected["last"]["value"].as_str().unwrap_or(first);
+        let mut differences = Vec::new();
+        for place in places {
+            let (list, kind) = match place.field.rsplit_once('[') {
+                Some((list, _)) => (list, "list"),
+                None => (place.field.as_str(), "number"),
+            };
+            let topic =
+                topics.iter().find(|topic| format!("{}#", split_tags(&topic.source).0) == place.before);
+            let beside = topic.and_then(|topic| {
+                topic.fields.iter().find(|field| is_beside(&field.path, list, kind, field.kind))
+            });
+            let beside = beside.context("no number stands beside the texts")?;
+            let of_text = |text: &str| {
+                let source =
+                    format!("{}{}[{list}={text}]{}@received", place.before, beside.path, place.behind);
+                read(slice::from_ref(&self.path), &[Wanted::new("/x", source)], &self.options)
+            };
+            let (begin, end) = (of_text(first)?.samples, of_text(last)?.samples);
+            if first == last && begin.len() as u64 != expected["count"].as_u64().unwrap_or(0) {
+                differences.push(format!("'{first}' {} times instead of {}", begin.len(), expected["count"]));
+            }
+            for (what, sample, text) in [("first", begin.first(), first), ("last", end.last(), last)] {
+                let Some(sample) = sample else {
+                    differences.push(format!("'{text}' is nowhere"));
+                    continue;
+                };
+                differences.extend(time_difference(what, sample.received.0, &expected[what]));
+            }
+        }
+        Ok(differences)
+    }
+}
+
+/// Whether a field stands in the same part of a message as texts do, and is of this kind.
+fn is_beside(path: &str, texts: &str, kind: &str, is: &str) -> bool {
+    let part = |path: &str| path.rsplit_once('.').map_or(String::new(), |(part, _)| part.to_owned());
+    path != texts && is == kind && part(path) == part(texts)
+}
+
+/// A number, also one that JSON has no sign for.
+fn value_of(end: &Value) -> Option<f64> {
+    let value = &end["value"];
+    value
+        .as_f64()
+        .or_else(|| value.as_str().filter(|text| ["inf", "-inf", "nan"].contains(text))?.parse().ok())
 }
 
 /// Whether the other reader counted rows as there is no time.
@@ -150,7 +250,7 @@ fn has_row_times(expected: &Value) -> bool {
 }
 
 fn is_near(found: f64, expected: f64) -> bool {
-    (found - expected).abs() <= TOLERANCE * expected.abs().max(1.0)
+    found == expected || (found - expected).abs() <= TOLERANCE * expected.abs().max(1.0)
 }
 
 /// The messages of all topics that are called so.
@@ -244,22 +344,23 @@ fn time_difference(what: &str, received_ns: i64, asked: &Value) -> Option<String
 }
 
 /// What differs between the samples of some topics and what is expected of all together.
-fn differences(all: &[Vec<Sample>], expected: &Value) -> Vec<String> {
+fn differences(all: &[Vec<Sample>], expected: &Value, has_times: bool) -> Vec<String> {
     let number = |sample: &Sample| match sample.value {
         RawValue::Number(value) => value,
         _ => f64::NAN,
     };
-    let differ = |what: &str, found: f64, expected: &Value| {
+    let differ = |what: &str, found: f64, expected: Option<f64>| {
         // What is not a number has no mean there.
-        let is_equal = expected.as_f64().map_or(found.is_nan(), |expected| is_near(found, expected));
+        let is_equal = expected.map_or(found.is_nan(), |expected| is_near(found, expected));
+        let expected = expected.map_or("no number".to_owned(), |expected| expected.to_string());
         (!is_equal).then(|| format!("{what} {found} instead of {expected}"))
     };
     let mut differences = Vec::new();
     let count: usize = all.iter().map(Vec::len).sum();
     let sum: f64 = all.iter().flatten().map(number).sum();
-    differences.extend(differ("count", count as f64, &expected["count"]));
+    differences.extend(differ("count", count as f64, expected["count"].as_f64()));
     if expected.get("mean").is_some() {
-        differences.extend(differ("mean", sum / count as f64, &expected["mean"]));
+        differences.extend(differ("mean", sum / count as f64, expected["mean"].as_f64()));
     }
     for (what, samples) in [
         ("first", all.iter().filter_map(|samples| samples.first()).collect::<Vec<_>>()),
@@ -268,12 +369,12 @@ fn differences(all: &[Vec<Sample>], expected: &Value) -> Vec<String> {
         // Of several topics one has the first of all.
         let asked = &expected[what];
         let nearest = samples.iter().min_by(|one, other| {
-            let far = |sample: &Sample| (number(sample) - asked["value"].as_f64().unwrap_or(0.0)).abs();
+            let far = |sample: &Sample| (number(sample) - value_of(asked).unwrap_or(0.0)).abs();
             far(one).total_cmp(&far(other))
         });
         let Some(sample) = nearest else { continue };
-        differences.extend(differ(what, number(sample), &asked["value"]));
-        differences.extend(time_difference(what, sample.received.0, asked));
+        differences.extend(differ(what, number(sample), value_of(asked)));
+        differences.extend(time_difference(what, sample.received.0, asked).filter(|_| has_times));
     }
     differences
 }

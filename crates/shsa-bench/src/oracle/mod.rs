@@ -10,6 +10,8 @@ mod assurance;
 mod fusion;
 mod formats;
 
+pub(crate) use formats::{Recorded, recorded};
+
 use crate::Outcome;
 use anyhow::Context;
 use serde::Deserialize;

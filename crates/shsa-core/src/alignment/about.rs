@@ -2,9 +2,10 @@
 //!
 //! Where the model bounds how fast the plant changes, the sample whose time is nearest says so much, grown by what can happen
 //! in between. Where it does not, only what lies between two samples is known: the hull of both neighbours. What comes after
-//! the newest sample is then not known yet, and is never extrapolated.
+//! the newest sample is then not known yet, and is never extrapolated. Where a value stands until the next one, what was said
+//! last is known at every moment.
 
-use super::history::{History, Reach, Sample};
+use super::history::{History, Reach, Reading, Sample};
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
 
@@ -71,11 +72,29 @@ impl History {
 
     #[inline(never)]
     fn about_any(&self, moment: Validity, reach: Reach) -> Known {
-        if reach.max_rate > 0.0 {
+        if reach.stands {
+            self.standing(moment, reach.max_rate).map_or(Known::Never, |reading| Known::Value(reading.value))
+        } else if reach.max_rate > 0.0 {
             self.within_reach(moment, reach)
         } else {
             self.around(moment, reach.max_gap)
         }
+    }
+
+    /// What stands at a moment: the last value before it, and all that may have followed it by its end, each grown by the rate
+    /// of change since it was said. `None` before the first one. Complexity: O(samples newer than the moment, and those that
+    /// overlap it).
+    #[must_use]
+    pub fn standing(&self, moment: Validity, max_rate: f64) -> Option<Reading> {
+        let mut value = Interval::EMPTY;
+        for sample in self.newest_first().skip_while(|sample| sample.validity.from > moment.to) {
+            let age = (moment.to - sample.validity.from).max(Span::ZERO);
+            value = value.hull(sample.value.widened(age.seconds() * max_rate));
+            if sample.validity.to <= moment.from {
+                return Some(Reading { value, gap: moment.from - sample.validity.to });
+            }
+        }
+        (!value.is_empty()).then_some(Reading { value, gap: Span::ZERO })
     }
 
     /// The value of the sample with this validity; of several, their hull. Complexity: O(samples that are newer).
@@ -230,7 +249,7 @@ mod tests {
 
     #[test]
     fn without_a_rate_of_change_nothing_is_said_after_the_newest_sample() {
-        let reach = Reach { max_rate: 0.0, max_gap: SECOND.times(2) };
+        let reach = Reach { max_rate: 0.0, max_gap: SECOND.times(2), stands: false };
         let history = history(&[(0.0, 1.0), (1.0, 2.0)]);
         assert_eq!(history.about(point(1.5), reach), Known::Later);
         assert_eq!(history.about(point(-0.5), reach), Known::Never);
@@ -254,15 +273,31 @@ mod tests {
 
     #[test]
     fn too_far_apart_says_nothing() {
-        let reach = Reach { max_rate: 0.0, max_gap: SECOND.times(2) };
+        let reach = Reach { max_rate: 0.0, max_gap: SECOND.times(2), stands: false };
         assert_eq!(history(&[(0.0, 1.0), (3.0, 2.0)]).about(point(1.5), reach), Known::Never);
     }
 
     #[test]
     fn with_a_rate_of_change_the_nearest_grows() {
-        let reach = Reach { max_rate: 1.0, max_gap: SECOND.times(2) };
+        let reach = Reach { max_rate: 1.0, max_gap: SECOND.times(2), stands: false };
         let value = history(&[(0.0, 1.0), (1.0, 2.0)]).about(point(1.5), reach).value().unwrap();
         assert!((value.lo() - 1.4).abs() < 1e-9 && (value.hi() - 2.6).abs() < 1e-9, "{value:?}");
+    }
+
+    #[test]
+    fn what_stands_is_known_until_the_next_value() {
+        let history = history(&[(0.0, 1.0), (10.0, 5.0)]);
+        let check = |seconds: f64, max_rate: f64, expected: Option<(f64, f64)>| {
+            let reach = Reach { max_rate, max_gap: SECOND, stands: true };
+            let expected = expected.map(|(lo, hi)| Interval::new(lo, hi));
+            assert_eq!(history.about(point(seconds), reach).value(), expected, "{seconds}");
+            assert_eq!(history.at(point(seconds), reach).map(|reading| reading.value), expected, "{seconds}");
+        };
+        check(-0.5, 0.0, None);
+        check(0.0, 0.0, Some((0.9, 1.1)));
+        check(9.5, 0.0, Some((0.9, 1.1)));
+        check(1_000.0, 0.0, Some((4.9, 5.1)));
+        check(2.0, 1.0, Some((0.9 - 2.0, 1.1 + 2.0)));
     }
 
     #[test]
@@ -278,7 +313,7 @@ mod tests {
             history.push(Sample { validity: wide(seconds), value: Interval::point(value) });
         }
         assert_eq!(history.exactly_at(wide(0.5)), Some(Interval::point(1020.0)));
-        let rated = Reach { max_rate: 0.1, max_gap: SECOND };
+        let rated = Reach { max_rate: 0.1, max_gap: SECOND, stands: false };
         let value = history.about(wide(1.5), rated).value().unwrap();
         assert!(value.hi() < 21.0, "{value:?}");
     }
@@ -299,7 +334,7 @@ mod tests {
                 history.push(Sample { validity: point(seconds), value });
             }
             let max_rate = if is_rated { amplitude * 6.3 / period } else { 0.0 };
-            let reach = Reach { max_rate, max_gap: SECOND.times(2) };
+            let reach = Reach { max_rate, max_gap: SECOND.times(2), stands: false };
             let value = history.about(point(at), reach).value().unwrap();
             let slack = 0.02 * amplitude;
             prop_assert!(value.widened(slack).contains(truth(at)), "{:?} {}", value, truth(at));
@@ -314,7 +349,7 @@ mod tests {
             }
             let moment = Validity { from: Time(at), to: Time(at.saturating_add(long)) };
             for max_rate in [0.0, 1.0] {
-                _ = history.about(moment, Reach { max_rate, max_gap: Span(500) });
+                _ = history.about(moment, Reach { max_rate, max_gap: Span(500), stands: false });
             }
             _ = history.roughly_at(moment, Span(500));
         }

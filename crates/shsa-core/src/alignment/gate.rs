@@ -67,7 +67,7 @@ struct Away {
 impl Gate {
     pub(super) fn new(signal: &Signal) -> Gate {
         let max_hold = signal.timeout.unwrap_or(Span::MAX);
-        let period = signal.rate_hz.map_or(Span::ZERO, |rate| Span::from_seconds(1.0 / rate));
+        let period = signal.period().unwrap_or(Span::ZERO);
         let pace = signal.limits.max_rate.map(|max_rate| Pace { max_rate, period });
         Gate { pace, wraps: signal.limits.turn, max_hold, ..Gate::default() }
     }

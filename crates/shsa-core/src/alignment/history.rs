@@ -33,6 +33,8 @@ pub struct Reach {
     pub max_rate: f64,
     /// The largest gap over which a value still says something.
     pub max_gap: Span,
+    /// Whether a value stands until the next one, however long that is: `max_gap` does not count then.
+    pub stands: bool,
 }
 
 /// The recent past of one input: a ring of at most `capacity` samples in the order of time.
@@ -177,6 +179,9 @@ impl History {
     pub fn at(&self, moment: Validity, reach: Reach) -> Option<Reading> {
         if let Some(value) = self.alone_at(moment) {
             return Some(Reading { value, gap: Span::ZERO });
+        }
+        if reach.stands {
+            return self.standing(moment, reach.max_rate);
         }
         let (gap, value) = match self.newest(0)? {
             newest if newest.validity.to < moment.from => (moment.from - newest.validity.to, newest.value),

@@ -231,10 +231,20 @@ impl Port {
         }
         let value = self.turn.map_or(value, |turn| self.unwrapped(value, validity, turn));
         let sample = Sample { validity, value };
+        if signal.holds && self.is_repeated(signal, sample) {
+            return Acceptance::Repeated;
+        }
         match self.gate.measure(sample) {
             Some(jump) => Acceptance::TooFast(jump),
             None => self.scalars.push(sample),
         }
+    }
+
+    /// Whether a reading says again what stands, and is not yet the next answer: then it tells nothing about its own moment.
+    fn is_repeated(&self, signal: &Signal, sample: Sample) -> bool {
+        let since = self.scalars.newest(0).filter(|newest| newest.value == sample.value);
+        let since = since.map(|newest| sample.validity.to - newest.validity.to);
+        since.is_some_and(|since| since > Span::ZERO && signal.period().is_none_or(|period| since < period))
     }
 
     /// A reading of what wraps, shifted by whole turns to what was kept before it.

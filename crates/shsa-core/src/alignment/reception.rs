@@ -37,6 +37,8 @@ pub enum Acceptance {
     Newest,
     /// Kept among older ones: it came out of order.
     Reordered,
+    /// Not kept: it says again what stands, before the next answer is due.
+    Repeated,
     /// Dropped: the same value with the same validity is there.
     Duplicate,
     /// Dropped: older than everything that is kept, stamped in the future, or without a value.
@@ -116,7 +118,7 @@ impl Counts {
     #[inline(never)]
     pub(super) fn add(&mut self, acceptance: Acceptance, is_late: bool, is_back: bool) {
         let count = match acceptance {
-            Acceptance::Newest => &mut self.accepted,
+            Acceptance::Newest | Acceptance::Repeated => &mut self.accepted,
             Acceptance::Reordered => {
                 self.reordered += 1;
                 &mut self.accepted

@@ -8,8 +8,16 @@ use crate::substitution::{Step, Way};
 use crate::time::Span;
 use alloc::vec::Vec;
 
+/// The input that makes a way compute. One whose values stand is that only where all do, as it is known at the moments of the
+/// others.
 pub(super) fn trigger(knowledge: &KnowledgeBase, way: &Way, goes_before: Precedence) -> Option<SignalId> {
-    way.inputs().reduce(|best, next| if goes_before(knowledge, next, best) { next } else { best })
+    let stands = |signal: SignalId| knowledge.signals()[signal].holds;
+    way.inputs().reduce(|best, next| match (stands(best), stands(next)) {
+        (true, false) => next,
+        (false, true) => best,
+        _ if goes_before(knowledge, next, best) => next,
+        _ => best,
+    })
 }
 
 /// How long after an event a signal tells of it, at the latest.

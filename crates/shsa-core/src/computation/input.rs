@@ -35,7 +35,9 @@ pub(super) struct Input {
     /// Over which gap a value still counts; `None` learns it from the spacing of the observations.
     max_gap: Option<Span>,
     delay: Span,
-    /// Whether its observations are the moments at which the way is evaluated.
+    /// Whether a value stands until the next one.
+    stands: bool,
+    /// Whether its observations are the moments at which the way is evaluated, and it is read as it was observed there.
     pub(super) is_trigger: bool,
 }
 
@@ -45,8 +47,10 @@ impl Input {
         let max_rate = knowledge.variables()[description.variable].max_rate.unwrap_or(0.0);
         let max_gap = period(knowledge, signal).map(|period| period.times(2) + description.delay);
         let shape = knowledge.variables()[description.variable].shape;
-        let is_trigger = trigger == Some(signal);
-        Input { signal, shape, max_rate, max_gap, delay: description.delay, is_trigger }
+        let (delay, stands) = (description.delay, description.holds);
+        // What only repeats the value that stands is no observation to look up.
+        let is_trigger = trigger == Some(signal) && !stands;
+        Input { signal, shape, max_rate, max_gap, delay, stands, is_trigger }
     }
 
     pub(super) fn succeeded(self, lineage: &Lineage) -> Option<Input> {
@@ -88,14 +92,16 @@ impl Input {
             return Known::or_never(port.scalar_exactly_at(moment));
         }
         // An input that is told late is waited for.
-        let max_gap = self.max_gap(port) - self.delay;
-        port.scalar_about(moment, Reach { max_rate: self.max_rate, max_gap })
+        port.scalar_about(moment, self.reach(self.max_gap(port) - self.delay))
     }
 
     #[inline(never)]
     fn scalar_near(&self, port: &Port, moment: Validity) -> Option<Interval> {
-        let reach = Reach { max_rate: self.max_rate, max_gap: self.max_gap(port) };
-        port.scalar_at(moment, reach).map(|reading| reading.value)
+        port.scalar_at(moment, self.reach(self.max_gap(port))).map(|reading| reading.value)
+    }
+
+    fn reach(&self, max_gap: Span) -> Reach {
+        Reach { max_rate: self.max_rate, max_gap, stands: self.stands }
     }
 }
 
@@ -125,7 +131,7 @@ impl Source {
 
 /// Time between the observations of a signal, as declared.
 pub(super) fn period(knowledge: &KnowledgeBase, signal: SignalId) -> Option<Span> {
-    knowledge.signals()[signal].rate_hz.map(|rate| Span::from_seconds(1.0 / rate))
+    knowledge.signals()[signal].period()
 }
 
 /// Brings inputs that wrap into one turn: conditions read them as they are shown, and differences and means of two are those

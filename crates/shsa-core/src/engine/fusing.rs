@@ -6,6 +6,7 @@
 use super::Engine;
 use super::Options;
 use crate::knowledge::{KnowledgeBase, Lineage};
+use crate::monitor::Observed;
 use crate::observation::Observation;
 use crate::time::Time;
 use alloc::boxed::Box;
@@ -36,6 +37,8 @@ pub struct Heard<'o> {
     pub observation: &'o Observation,
     /// Whether the monitor has taken it in: what it has refused is no measurement.
     pub is_kept: bool,
+    /// Whether it says again what stands: no new measurement either, but nothing is wrong with it.
+    pub is_repeated: bool,
     /// Whether its signal may be used now.
     pub is_trusted: bool,
 }
@@ -85,11 +88,12 @@ impl Engine {
 
     /// Lets the estimators hear an observation.
     #[inline(never)]
-    pub(super) fn let_hear(&mut self, observation: &Observation, is_kept: bool, now: Time) {
+    pub(super) fn let_hear(&mut self, observation: &Observation, observed: Observed, now: Time) {
         let is_trusted =
             self.knowledge.is_available(observation.signal) && self.judge.trusts(observation.signal);
         if let Some(estimators) = &mut self.estimators {
-            estimators.observe(Heard { observation, is_kept, is_trusted }, now);
+            let Observed { kept: is_kept, repeated: is_repeated, .. } = observed;
+            estimators.observe(Heard { observation, is_kept, is_repeated, is_trusted }, now);
         }
     }
 

@@ -269,9 +269,9 @@ impl Engine {
         }
         self.waiting = true;
         if self.fuses() {
-            self.let_hear(observation, observed.kept, now);
+            self.let_hear(observation, observed, now);
         }
-        if !observed.kept {
+        if !observed.kept && !observed.repeated {
             return;
         }
         if let Some(contracts) = &mut self.contracts {

@@ -263,6 +263,8 @@ pub struct SignalDraft {
     pub max_delay: Option<Text>,
     /// How long its values may stay exactly the same, or `none`.
     pub frozen_after: Option<Text>,
+    /// `true` when a value stands until the next one, or `false`.
+    pub hold: Option<Text>,
     /// Names of signals that it is computed from.
     pub derived_from: Vec<Text>,
     /// What it shares with other signals (a device, a clock, a power supply), each with the probability that it fails.

@@ -61,7 +61,7 @@ impl Lineage {
     }
 
     /// The signal whose observations still mean what they meant: of the same name, source, variable, unit, scaling,
-    /// errors, delay and possible values. Its rate, timeout, other limits and properties may differ.
+    /// errors, delay and possible values, standing as long. Its rate, timeout, other limits and properties may differ.
     #[must_use]
     pub fn signal(&self, old: SignalId) -> Option<SignalId> {
         self.signals.find(old).copied().flatten()
@@ -92,6 +92,7 @@ impl Lineage {
             && one.time_error == other.time_error
             && one.mean_over == other.mean_over
             && one.delay == other.delay
+            && one.holds == other.holds
             && one.limits.range == other.limits.range
     }
 

@@ -111,6 +111,9 @@ pub struct Signal {
     pub mean_over: Span,
     /// How long it may say nothing before it counts as silent; `None` when it is never silent.
     pub timeout: Option<Span>,
+    /// Whether a value stands until the next one: it is asked for now and then, and what it says again between two answers is no
+    /// new measurement.
+    pub holds: bool,
     /// What its readings can be.
     pub limits: ReadingLimits,
     /// Signals that it is computed from: it is no independent witness about them.
@@ -137,10 +140,17 @@ impl Signal {
             delay: Span::ZERO,
             mean_over: Span::ZERO,
             timeout: None,
+            holds: false,
             limits: ReadingLimits::default(),
             derived_from: Vec::new(),
             properties: Properties::new(),
         }
+    }
+
+    /// The time between its observations, as declared.
+    #[must_use]
+    pub fn period(&self) -> Option<Span> {
+        self.rate_hz.map(|rate| Span::from_seconds(1.0 / rate))
     }
 
     /// Under which name the messages come that have its measurement in them.

@@ -190,6 +190,7 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
     let reach = Reach {
         max_rate: variable.max_rate.unwrap_or(0.0),
         max_gap: timing.period.map_or(Span::MAX, |period| period.times(2)),
+        stands: computation.stands(knowledge),
     };
     let outputs = History::new(capacity(rate_hz, lookback));
     let constant = computation.constant();

@@ -214,7 +214,7 @@ impl Detectors {
 
 impl Detector {
     fn new(signal: &Signal, debounce: Debounce) -> Detector {
-        let period = signal.rate_hz.map(|rate| Span::from_seconds(1.0 / rate));
+        let period = signal.period();
         let rules = rules(signal, period, debounce);
         let longest = rules.iter().map(|rule| i64::from(rule.n)).max().unwrap_or(0).max(STALE_PERIODS);
         let lifetime = period.map(|period| period.times(longest).max(debounce.span));

@@ -116,7 +116,7 @@ impl Monitor {
             _ => None,
         };
         let change = self.timeouts.hear(signal, wrong, now);
-        let kept = reception.acceptance.is_kept();
+        let (kept, repeated) = (reception.acceptance.is_kept(), reception.acceptance == Acceptance::Repeated);
         if kept {
             if let Some(newest) = port.newest() {
                 self.frozen[signal].record(newest.value, now);
@@ -128,7 +128,7 @@ impl Monitor {
                 self.resume(signal);
             }
         }
-        Observed { kept, change }
+        Observed { kept, repeated, change }
     }
 
     /// Drops an observation whose stamp is wrong.
@@ -143,7 +143,7 @@ impl Monitor {
         let signal = observation.signal;
         let reception = self.ports[signal].drop_misdated(description, observation, misdated, now);
         self.detectors.observe(signal, &reception, now);
-        Observed { kept: false, change: self.timeouts.hear(signal, None, now) }
+        Observed { kept: false, repeated: false, change: self.timeouts.hear(signal, None, now) }
     }
 
     /// Looks for signals that have become silent.
@@ -368,6 +368,8 @@ impl Monitor {
 pub struct Observed {
     /// Whether it was taken in.
     pub kept: bool,
+    /// Whether it says again what stands.
+    pub repeated: bool,
     /// The signal had been absent until now.
     pub change: Option<Change>,
 }

@@ -7,7 +7,7 @@ use crate::circle;
 use crate::computation::Computation;
 use crate::interval::Interval;
 use crate::knowledge::{SignalId, SignalSet, VariableId};
-use crate::time::{Span, Validity};
+use crate::time::{Span, Time, Validity};
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 
@@ -104,6 +104,17 @@ impl WatchedWay {
         }
     }
 
+    /// Its newest output; where that stands, as it stands now.
+    #[must_use]
+    pub fn latest(&self, now: Time) -> Option<Sample> {
+        if !self.reach.stands {
+            return self.outputs.newest(0).copied();
+        }
+        let moment = Validity::at(now);
+        let standing = self.outputs.standing(moment, self.reach.max_rate)?;
+        Some(Sample { validity: moment, value: standing.value })
+    }
+
     /// The same as its newest output says it, where that is certainly the nearest one and no other turn: as most often, and with
     /// the middle and the width that are known.
     // Once for every observation or comparison, from two places: by a hint alone it would be called.
@@ -163,6 +174,10 @@ impl WatchedWay {
     /// Three quarters of a time count as all of it, and an eighth as next to it.
     fn mean_beside(&self, slower: &WatchedWay, moment: Validity) -> Known {
         let (stretch, usual) = (slower.stretch(moment), slower.mean_over());
+        if self.reach.stands {
+            let standing = self.outputs.standing(stretch, self.reach.max_rate);
+            return Known::or_never(standing.map(|reading| reading.value));
+        }
         let Some(newest) = self.outputs.newest(0) else { return Known::Later };
         let most = Span(usual.0 / 4 * 3);
         if self.mean_over() > most {

@@ -36,9 +36,13 @@ impl Inlet {
 
     /// When it was measured, the value, and its standard deviation; that of the model's formula where it is `None`.
     ///
-    /// What the monitor has refused is no measurement, but where it is only late or said again, so that it is counted.
+    /// What the monitor has refused is no measurement, but where it is only late or said again, so that it is counted. A value
+    /// that stands was measured when it was said first.
     pub(super) fn read(&mut self, heard: Heard<'_>) -> Option<(Time, f64, Option<f64>)> {
-        let Heard { observation, is_kept, .. } = heard;
+        let Heard { observation, is_kept, is_repeated, .. } = heard;
+        if is_repeated {
+            return None;
+        }
         let (at, interval) = read(&self.signal, observation)?;
         let is_late = self.newest.is_some_and(|newest| at <= newest);
         let own = self.deviation(observation, interval);
@@ -112,9 +116,9 @@ impl Steering {
         Some((at, value))
     }
 
-    /// Whether it has said something of late.
+    /// Whether it has said something of late, or what it has said stands.
     pub(super) fn is_fresh(&self, now: Time, within: Span) -> bool {
-        self.last.is_some_and(|(last, _)| now - last <= within)
+        self.last.is_some_and(|(last, _)| self.signal.holds || now - last <= within)
     }
 
     pub(super) fn value(&self) -> Option<f64> {

@@ -59,6 +59,8 @@ pub enum Form {
     Text,
     /// One of these words.
     Choice(fn() -> Vec<&'static str>),
+    /// `true` or `false`.
+    Flag,
     /// One value, or a list of the lowest and the highest.
     Bounds,
     /// A list of the lowest and the highest.
@@ -140,7 +142,7 @@ pub const RELATION: [Key; 8] = [
 ];
 
 /// The keys of a signal.
-pub const SIGNAL: [Key; 19] = [
+pub const SIGNAL: [Key; 20] = [
     text("variable", "a variable", "speed"),
     text("source", "a place", "scan#ranges"),
     text("unit", "a unit", "m"),
@@ -157,6 +159,7 @@ pub const SIGNAL: [Key; 19] = [
     text("max_rate", "a rate of change", "12 m/s^2"),
     span("max_delay"),
     span("frozen_after"),
+    formed("hold", Form::Flag, "`true` or `false`", "true"),
     names("derived_from", "names of signals"),
     formed("shares", Form::Shares, "what it shares with other signals", "[imu], or shares: { imu: 0.001 }"),
     numbers("properties"),

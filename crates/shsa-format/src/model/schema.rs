@@ -73,6 +73,7 @@ fn of_form(form: Form) -> Value {
             let choices: Vec<Value> = choices().into_iter().map(Value::from).chain([Value::Null]).collect();
             json!({ "enum": choices })
         }
+        Form::Flag => json!({ "type": ["boolean", "null"] }),
         Form::Bounds => json!({ "anyOf": [word(), pair()] }),
         Form::Pair => pair(),
         Form::Names => json!({ "anyOf": [{ "type": ["string", "null"] }, names()] }),

@@ -254,6 +254,7 @@ fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
         max_rate: keys.text("max_rate"),
         max_delay: keys.text("max_delay"),
         frozen_after: keys.text("frozen_after"),
+        hold: keys.text("hold"),
         derived_from: keys.names("derived_from").unwrap_or_default(),
         shares: keys.get("shares").map(|node| shares(keys.reader, node)).unwrap_or_default(),
         properties: keys.numbers("properties"),

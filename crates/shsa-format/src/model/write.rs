@@ -163,6 +163,7 @@ fn of_signal(signal: &SignalDraft) -> Tree {
         ("max_rate", signal.max_rate.as_ref().map(text)),
         ("max_delay", signal.max_delay.as_ref().map(text)),
         ("frozen_after", signal.frozen_after.as_ref().map(text)),
+        ("hold", signal.hold.as_ref().map(text)),
         ("derived_from", (!signal.derived_from.is_empty()).then(|| list(&signal.derived_from))),
         ("shares", shares(&signal.shares)),
         ("properties", properties(&signal.properties)),

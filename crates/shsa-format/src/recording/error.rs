@@ -38,6 +38,16 @@ pub enum RecordingError {
         /// The feature.
         feature: &'static str,
     },
+    /// The format is known and not read here; another program can turn it into one that is.
+    #[error("{}: {what} is not read here: {how}", file.display())]
+    Convert {
+        /// The file.
+        file: PathBuf,
+        /// The format.
+        what: &'static str,
+        /// How to convert it.
+        how: &'static str,
+    },
     /// Definitions of messages cannot be read.
     #[error("{0}")]
     Definitions(MessageError),

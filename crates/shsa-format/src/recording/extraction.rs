@@ -280,6 +280,18 @@ impl Listener for Extraction<'_, '_> {
         self.topics.get(topic.0).is_some_and(|extracts| !extracts.is_empty())
     }
 
+    fn is_field_wanted(&self, topic: TopicId, field: usize) -> bool {
+        let is_it = |locator: &Locator| matches!(locator, Locator::Named(at, _) if *at == field);
+        let reads = |extract: &Extract<'_>| {
+            let clock = match &extract.clock {
+                Clock::Field(locator, _) => is_it(locator),
+                _ => false,
+            };
+            clock || is_it(&extract.value) || extract.conditions.iter().any(|(locator, _)| is_it(locator))
+        };
+        self.topics.get(topic.0).into_iter().flatten().any(reads)
+    }
+
     fn needs_time(&self, topic: TopicId) -> bool {
         let is_own = |clock: &Clock| !matches!(clock, Clock::Field(..) | Clock::Row(_));
         self.topics.get(topic.0).into_iter().flatten().any(|extract| is_own(&extract.clock))

@@ -10,7 +10,8 @@ use shsa_message::moment::{DateOrder, moment};
 use shsa_message::path::{Path as FieldPath, Step, is_text};
 use shsa_message::protobuf::{self, Found};
 use shsa_message::ros::{Body as RosBody, Count, Layout, Plan, Target};
-use shsa_message::stamp::{self, Zone};
+use shsa_message::stamp;
+use shsa_message::zone::Zone;
 
 /// Where the fields of a message's header usually say when it was stamped.
 const STAMPS: [&str; 2] = ["header.stamp", "timestamp"];
@@ -243,7 +244,7 @@ impl Locator {
 
 /// A number, or a date and a time; without a zone in UTC.
 fn text_stamp(text: &str, step: Option<Span>) -> Option<Time> {
-    let moment = || moment(text, DateOrder::YearMonthDay, Zone::default()).map(|moment| moment.time);
+    let moment = || moment(text, DateOrder::YearMonthDay, &Zone::default()).map(|moment| moment.time);
     stamp::number(text.trim(), step).map(|(time, _)| time).or_else(moment)
 }
 

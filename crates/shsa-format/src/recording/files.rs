@@ -67,18 +67,21 @@ fn files_in(folder: &Path) -> Result<Vec<PathBuf>, RecordingError> {
 }
 
 /// A name in parts, of which numbers sort by their value: `bag_10` behind `bag_2`.
-fn counted(name: &str) -> Vec<(String, u64)> {
-    let mut parts: Vec<(String, u64)> = vec![(String::new(), 0)];
+fn counted(name: &str) -> Vec<(String, Option<u64>)> {
+    let mut parts = vec![(String::new(), None)];
     for character in name.chars() {
         let Some((text, number)) = parts.last_mut() else { break };
         match character.to_digit(10) {
-            Some(digit) => *number = number.saturating_mul(10).saturating_add(u64::from(digit)),
-            None if *number > 0 => parts.push((character.to_string(), 0)),
+            Some(digit) => {
+                let before: u64 = number.unwrap_or(0);
+                *number = Some(before.saturating_mul(10).saturating_add(u64::from(digit)));
+            }
+            None if number.is_some() => parts.push((character.to_string(), None)),
             None => text.push(character),
         }
     }
     // The whole name decides between `a1` and `a01`.
-    parts.push((name.to_owned(), 0));
+    parts.push((name.to_owned(), None));
     parts
 }
 
@@ -100,8 +103,11 @@ pub(super) fn format_of_file(file: &Path) -> Result<&'static Row, RecordingError
 /// The format of a file of this name that begins so.
 ///
 /// # Errors
-/// When it is not known, or switched off.
+/// When it is not known, to be converted, or switched off.
 pub(super) fn format_of(file: &Path, head: &[u8]) -> Result<&'static Row, RecordingError> {
+    if let Some((what, how)) = format::conversion(head) {
+        return Err(RecordingError::Convert { file: file.into(), what, how });
+    }
     let row = format::format_of(file, head);
     let row = row.ok_or_else(|| RecordingError::UnknownFormat { file: file.into() })?;
     match row.feature {
@@ -146,8 +152,8 @@ mod tests {
 
     #[test]
     fn numbers_in_names_are_counted() {
-        let mut names = ["bag_10.db3", "bag_2.db3", "bag.db3", "bag_1.db3", "a02", "a2"];
+        let mut names = ["bag_10.db3", "bag_2.db3", "bag.db3", "bag_0.db3", "bag_1.db3", "a02", "a2"];
         names.sort_by_key(|name| counted(name));
-        assert_eq!(names, ["a02", "a2", "bag.db3", "bag_1.db3", "bag_2.db3", "bag_10.db3"]);
+        assert_eq!(names, ["a02", "a2", "bag.db3", "bag_0.db3", "bag_1.db3", "bag_2.db3", "bag_10.db3"]);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::can::{asc, blf, candump};
 use super::extraction::Naming;
-use super::{dataflash, influx, mcap, mdf, nmea, rosbag, signalk, sqlite, ulog};
+use super::{dataflash, influx, mcap, mdf, nmea, parquet, rosbag, signalk, sqlite, ulog};
 use std::path::Path;
 
 /// How recordings are written.
@@ -28,6 +28,8 @@ pub enum Format {
     Candump,
     /// ASAM MDF 4.
     Mdf,
+    /// Apache Parquet.
+    Parquet,
     /// NMEA 0183.
     Nmea,
     /// Deltas of Signal K.
@@ -125,6 +127,15 @@ pub const FORMATS: &[Row] = &[
         is: |head| mdf::MAGICS.iter().any(|magic| head.starts_with(magic)),
     },
     Row {
+        format: Format::Parquet,
+        name: "Parquet",
+        endings: &["parquet"],
+        feature: None,
+        is_on: true,
+        naming: Naming::File,
+        is: |head| head.starts_with(parquet::MAGIC),
+    },
+    Row {
         format: Format::Nmea,
         name: "NMEA 0183",
         endings: &["nmea", "log"],
@@ -197,6 +208,12 @@ pub const FORMATS: &[Row] = &[
         is: |_| false,
     },
 ];
+
+/// What a file that begins so is called and how it is converted, where it is of a format that is not read here.
+pub(super) fn conversion(head: &[u8]) -> Option<(&'static str, &'static str)> {
+    let how = "convert it to MDF 4 with Python's asammdf: MDF('old.mdf').convert('4.10').save('new.mf4')";
+    mdf::OLD_MAGICS.iter().any(|magic| head.starts_with(magic)).then_some(("MDF 3 and before", how))
+}
 
 /// How many bytes of a file tell its format.
 pub(super) const HEAD: u64 = 4_096;

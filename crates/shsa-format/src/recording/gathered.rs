@@ -314,6 +314,7 @@ impl Gathered {
         }
         let groups = self.groups(wants);
         let is_one = groups.len() <= 1;
+        self.recording.joined = groups.iter().filter_map(Group::joined).collect();
         if matches!(self.destination, Destination::Kept) {
             groups.into_iter().for_each(|group| self.begin_session(group));
         }

@@ -2,7 +2,7 @@
 
 use super::fields::Locator;
 use super::topic::{Body, Fields, Listener, Times, Topic, TopicId};
-use super::{FieldInfo, FileInfo, Place, TopicInfo, Warning, mean_rate};
+use super::{FieldInfo, FileInfo, Place, TopicInfo, Warning};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_message::json::{Kind, Visitor, unescaped, walk};
@@ -189,6 +189,12 @@ impl Entry {
         self.info.span = self.span;
         self.info
     }
+}
+
+/// Samples a second when the first and the last of them are at these times.
+fn mean_rate(count: usize, first: Time, last: Time) -> Option<f64> {
+    let span = (last - first).seconds();
+    (count > 1 && span > 0.0).then(|| (count - 1) as f64 / span)
 }
 
 impl FieldInfo {

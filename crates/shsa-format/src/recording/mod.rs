@@ -34,6 +34,7 @@ mod nmea;
 mod signalk;
 mod influx;
 mod mdf;
+mod parquet;
 mod session;
 mod stamp;
 mod stamps;
@@ -44,7 +45,7 @@ use std::{fmt, io::Cursor};
 
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
-use shsa_message::{source::Source, stamp::Zone};
+use shsa_message::{source::Source, zone::Zone};
 
 pub use cut::{Cuts, Stretch};
 pub use error::RecordingError;
@@ -161,6 +162,8 @@ pub struct Recording {
     pub sessions: Vec<Session>,
     /// One entry for each wanted signal.
     pub found: Vec<Found>,
+    /// Which files are one recording, and why.
+    pub joined: Vec<String>,
     /// In the order in which they were noticed.
     pub warnings: Vec<Warning>,
     /// Not all that was recorded is here.
@@ -345,6 +348,7 @@ fn read_with(
         Format::SignalK => signalk::read(input, listener),
         Format::Influx => influx::read(input, listener),
         Format::Mdf => mdf::read(input, options, listener),
+        Format::Parquet => parquet::read(input, options, listener),
         Format::JsonLines => jsonl::read(input, listener),
         Format::Csv => table::read(input, options, listener),
     }
@@ -388,12 +392,6 @@ fn lone_table(file: &Path, wants: &mut [Want<'_>], gathered: &mut Gathered) {
     for want in wants {
         want.source.file = None;
     }
-}
-
-/// Samples a second when the first and the last of them are at these times.
-fn mean_rate(count: usize, first: Time, last: Time) -> Option<f64> {
-    let span = (last - first).seconds();
-    (count > 1 && span > 0.0).then(|| (count - 1) as f64 / span)
 }
 
 #[cfg(test)]

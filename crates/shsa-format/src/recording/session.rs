@@ -172,6 +172,26 @@ enum Relation {
 pub(super) struct Group {
     pub(super) pieces: Vec<Piece>,
     pub(super) because: Option<Because>,
+    /// Whether a piece goes on where another one has ended, and whether one has other signals of the same time.
+    goes_on: bool,
+    is_beside: bool,
+}
+
+impl Group {
+    /// That several files are one recording, and why.
+    pub(super) fn joined(&self) -> Option<String> {
+        let mut files: Vec<&Path> = self.pieces.iter().map(|piece| piece.path.as_path()).collect();
+        files.dedup();
+        let (first, last) = files.first().zip(files.last()).filter(|_| files.len() > 1)?;
+        let between = if files.len() > 2 { " .. " } else { " and " };
+        let why = match (self.goes_on, self.is_beside) {
+            (true, false) => "each goes on where another one ends",
+            (false, _) => "they are of one time, and no signal is in two of them",
+            (true, true) => "each goes on where another one ends, or has other signals of the same time",
+        };
+        let files = format!("{} files ({}{between}{})", files.len(), first.display(), last.display());
+        Some(format!("{files} are one recording: {why}"))
+    }
 }
 
 /// Puts pieces into sessions. Time: O(pieces^2 signals).
@@ -179,16 +199,22 @@ pub(super) fn groups(pieces: Vec<Piece>, wants: &[Want<'_>]) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
     for piece in rejoined(pieces) {
         match group_of(&groups, &piece, wants) {
-            Ok(group) => groups.get_mut(group).into_iter().for_each(|it| it.pieces.push(piece.clone())),
-            Err(because) => groups.push(Group { pieces: vec![piece], because }),
+            Ok((number, goes_on)) => groups.get_mut(number).into_iter().for_each(|group| {
+                group.goes_on |= goes_on;
+                group.is_beside |= !goes_on;
+                group.pieces.push(piece.clone());
+            }),
+            Err(because) => {
+                groups.push(Group { pieces: vec![piece], because, goes_on: false, is_beside: false });
+            }
         }
     }
     groups
 }
 
-/// The session that a piece is of, or why a new one begins. Of several in which it could be, one that it goes on, then one with
+/// The session that a piece is of, and whether it goes on there; or why a new one begins. Of several in which it could be, one that it goes on, then one with
 /// files of its folder, then that with which it has most time in common; the latest of equals.
-fn group_of(groups: &[Group], piece: &Piece, wants: &[Want<'_>]) -> Result<usize, Option<Because>> {
+fn group_of(groups: &[Group], piece: &Piece, wants: &[Want<'_>]) -> Result<(usize, bool), Option<Because>> {
     let mut because = None;
     let mut best: Option<((bool, bool, Span), usize)> = None;
     for (number, group) in groups.iter().enumerate() {
@@ -209,7 +235,7 @@ fn group_of(groups: &[Group], piece: &Piece, wants: &[Want<'_>]) -> Result<usize
         }
     }
     let set = piece.step.map(|Step { from, to }| Because::ClockSet { from, to });
-    best.map(|(_, number)| number).ok_or(set.or(because))
+    best.map(|((goes_on, ..), number)| (number, goes_on)).ok_or(set.or(because))
 }
 
 fn relation(group: &Group, piece: &Piece, wants: &[Want<'_>]) -> Relation {

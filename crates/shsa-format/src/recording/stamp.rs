@@ -1,7 +1,9 @@
 //! Time in tables: which column holds it, and in which unit.
 
-use shsa_core::time::Span;
+use shsa_core::time::{Span, Time};
+use shsa_message::moment::Moment;
 use shsa_message::span::time_unit;
+use shsa_message::zone::{Doubt, Zone};
 
 const SECOND: i64 = 1_000_000_000;
 
@@ -66,6 +68,60 @@ pub(super) fn split_unit(header: &str) -> (&str, Option<&str>) {
     match split {
         Some((name, unit)) if !name.trim().is_empty() => (name.trim(), Some(unit.trim())),
         _ => (header, None),
+    }
+}
+
+/// When a clock showed the date of a file that names no zone, and what there is to say of that.
+pub(super) fn of_place(shown: Time, zone: &Zone) -> (Time, Option<String>) {
+    let (time, doubt) = zone.utc(shown);
+    let said = match doubt {
+        _ if !zone.is_given => "the date has no zone and is taken as UTC (to say another: --time-zone)",
+        Some(Doubt::Twice(_)) => "the clock was put back and showed the date twice; the first time is taken",
+        Some(Doubt::Never) => {
+            "the clock was put forward and never showed the date; it is taken as before that"
+        }
+        None => return (time, None),
+    };
+    (time, Some(said.to_owned()))
+}
+
+/// Times of rows that a clock showed twice, or never.
+#[derive(Default)]
+pub(super) struct Doubts {
+    last: Time,
+    twice: usize,
+    never: usize,
+}
+
+impl Doubts {
+    /// The moment of a row: of two the second one, where the first would be before the row ahead of it.
+    pub(super) fn settle(&mut self, moment: &Moment) -> Time {
+        let time = match moment.doubt {
+            Some(Doubt::Twice(second)) => {
+                self.twice += 1;
+                if moment.time < self.last { second } else { moment.time }
+            }
+            Some(Doubt::Never) => {
+                self.never += 1;
+                moment.time
+            }
+            None => moment.time,
+        };
+        self.last = time;
+        time
+    }
+
+    /// What was assumed of them.
+    pub(super) fn told(&self) -> Vec<String> {
+        let twice = "rows were written in an hour that the clock showed twice, as it was put back; \
+                     they are taken for the first, and for the second once they go back";
+        let never = "rows have times that the clock never showed, as it was put forward; they are taken as before that";
+        let counted = [(self.twice, twice), (self.never, never)];
+        counted
+            .iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, what)| format!("{count} {what}"))
+            .collect()
     }
 }
 

@@ -144,6 +144,10 @@ pub(super) trait Listener {
     fn topic(&mut self, topic: Topic<'_>) -> TopicId;
     /// Whether messages of this topic are looked at; if not, they need not be told.
     fn is_wanted(&self, topic: TopicId) -> bool;
+    /// Whether the value of this field of [`Fields::Named`] is looked at; if not, it may be told as missing.
+    fn is_field_wanted(&self, _topic: TopicId, _field: usize) -> bool {
+        true
+    }
     /// Whether it matters when messages of this topic were received.
     fn needs_time(&self, _topic: TopicId) -> bool {
         true

@@ -198,14 +198,14 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
         .prop_map(|all| all.into_iter().map(|(name, prior)| (name, Some(prior))).collect::<Vec<_>>());
     let limits =
         (some((text(), text())), some(text()), some(text()), some(text()), some(text()), some(text()));
-    let scaling = (some(text()), some(text()));
+    let scaling = (some(text()), some(text()), some(text()));
     (first, second, prop_oneof![names, priors], limits, scaling).prop_map(
         |(
             (variable, source, unit, rate, value_error),
             (time_error, delay, timeout, derived_from, properties),
             shares,
             (range, max_rate, max_delay, mean_over, noise, frozen_after),
-            (scale, offset),
+            (scale, offset, hold),
         )| {
             let name = Text::default();
             SignalDraft {
@@ -227,6 +227,7 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
                 max_rate,
                 max_delay,
                 frozen_after,
+                hold,
                 derived_from,
                 shares,
                 properties,

@@ -211,6 +211,14 @@ mod tests {
                 }
             }
         }
+        // What every bag has that records all topics.
+        for of_all in [
+            "rcl_interfaces/msg/Log",
+            "rcl_interfaces/msg/ParameterEvent",
+            "rosbag2_interfaces/msg/WriteSplitEvent",
+        ] {
+            assert!(types.members(of_all).is_ok(), "{of_all}");
+        }
         let problem = types.members("sensor_msgs/msg/LaserScam").unwrap_err().to_string();
         assert!(problem.ends_with("is not known; is it sensor_msgs/msg/LaserScan?"), "{problem}");
     }

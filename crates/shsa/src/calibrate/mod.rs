@@ -100,7 +100,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let live = show::load_live(&arguments.model)?;
     let knowledge = live.knowledge();
     let recording = recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
-    recording.warnings.iter().for_each(show::warn);
+    show::recording(&recording);
     let parted = Parted::of(&recording, arguments)?;
     let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).collect();
     arguments.patch.iter().try_for_each(|path| written::ensure_free(path, &read))?;

@@ -279,7 +279,7 @@ fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Reco
     }
     let mut recording =
         recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
-    recording.warnings.iter().for_each(show::warn);
+    show::recording(&recording);
     if let Some(cause) = recording.cause() {
         bail!("nothing of the recording can be read: {cause}");
     }

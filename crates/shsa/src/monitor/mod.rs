@@ -118,7 +118,7 @@ fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Reco
     }
     let recording =
         recording::read(std::slice::from_ref(file), &wanted(knowledge), &arguments.reading.options())?;
-    recording.warnings.iter().for_each(show::warn);
+    show::recording(&recording);
     if recording.samples.is_empty() {
         bail!(
             "none of the model's signals is in the recording; `source` in the model says where each is found"

@@ -198,7 +198,7 @@ fn read_recordings(
         .map(|fault| targets(&stages, &wanted, fault))
         .collect::<anyhow::Result<_>>()?;
     let mut recording = recording::read(recordings, &wanted, &arguments.reading.options())?;
-    recording.warnings.iter().for_each(show::warn);
+    show::recording(&recording);
     if let Some(cause) = recording.cause() {
         bail!("nothing of the recording can be read: {cause}");
     }

@@ -36,7 +36,7 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
     let options = arguments.source.reading.options();
     let survey = recording::survey(&arguments.recordings, &wanted, &options)?;
     let (true, Some(span)) = (survey.can_stream, survey.span) else { return Ok(None) };
-    survey.recording.warnings.iter().for_each(show::warn);
+    show::recording(&survey.recording);
     let [journal, mut values, page] = written(arguments)?;
     let mut recorder = page.is_some().then(Recorder::new);
     let mut journal = journal.map(|file| JournalWriter::new(file, knowledge)).transpose()?;

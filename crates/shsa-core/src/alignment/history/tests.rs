@@ -7,7 +7,7 @@ fn sample(from: i64, to: i64, value: f64) -> Sample {
     Sample { validity: Validity { from: Time(from), to: Time(to) }, value: Interval::point(value) }
 }
 
-const REACH: Reach = Reach { max_rate: 0.0, max_gap: Span(10) };
+const REACH: Reach = Reach { max_rate: 0.0, max_gap: Span(10), stands: false };
 
 #[test]
 fn the_port_reads_the_nearest_value_and_its_uncertainty_grows() {
@@ -15,7 +15,7 @@ fn the_port_reads_the_nearest_value_and_its_uncertainty_grows() {
     for time in [0, 10, 20] {
         history.push(sample(time, time, time as f64));
     }
-    let reach = Reach { max_rate: 1e9, max_gap: Span(5) };
+    let reach = Reach { max_rate: 1e9, max_gap: Span(5), stands: false };
     let reading = history.at(Validity::at(Time(23)), reach).unwrap();
     assert_eq!(reading.gap, Span(3));
     assert!(reading.value.contains(17.0) && reading.value.contains(23.0) && !reading.value.contains(16.9));
@@ -121,7 +121,7 @@ proptest! {
         }
         let moment = Validity { from: Time(from), to: Time(from + length) };
         let (gap, value) = history.nearest(moment);
-        let reach = Reach { max_rate: 0.0, max_gap: Span::MAX };
+        let reach = Reach { max_rate: 0.0, max_gap: Span::MAX, stands: false };
         prop_assert_eq!(history.at(moment, reach), Some(Reading { value, gap }));
     }
 

@@ -192,7 +192,7 @@ impl Provider {
     fn delivers(&self, monitor: &Monitor, way: &Way, now: Time) -> bool {
         let watched = monitor.find(way).and_then(|index| monitor.way(index));
         let fit = |sample: &Sample| self.settings.is_fit(sample, now);
-        watched.is_none_or(|watched| watched.outputs.newest(0).is_some_and(fit))
+        watched.is_none_or(|watched| watched.latest(now).is_some_and(|sample| fit(&sample)))
     }
 
     /// The best source whose newest value is fit, another one than `left`; of those that are not watched, nothing is known.

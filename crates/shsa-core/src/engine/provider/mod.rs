@@ -190,7 +190,11 @@ impl Provider {
         self.state.observe(knowledge, observation);
     }
 
+    /// When it was last served, or began to wait for that; `None` where what was given stands.
     fn last_served(&self) -> Option<Time> {
+        if self.state.stands() {
+            return None;
+        }
         self.last.map(|(time, _)| time).or(self.started)
     }
 

@@ -34,6 +34,11 @@ impl Pace {
         }
     }
 
+    /// Whether it has given a value.
+    pub(super) fn has_begun(&self) -> bool {
+        self.last.is_some()
+    }
+
     /// How long after a value the next one is late: three quarters of a mean gap more than the mean, so that nobody waits for
     /// two, or what its jitter asks for.
     fn patience(&self) -> Option<Span> {

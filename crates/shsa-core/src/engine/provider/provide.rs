@@ -174,7 +174,7 @@ impl Provider {
         };
         let usable = |index: WayIndex| {
             let way = monitor.way(index)?;
-            let sample = self.news(monitor, index, way)?;
+            let sample = self.news(monitor, index, way, now)?;
             let usable = trusts(way) && rests_otherwise(way) && self.settings.is_fit(&sample, now);
             let votes =
                 usable.then(|| monitor.votes(self.settings.variable, &way.rests_on, sample, trusts))?;
@@ -193,12 +193,11 @@ impl Provider {
     }
 
     /// What a way says that has not been known when the last value went out.
-    fn news(&self, monitor: &Monitor, index: WayIndex, way: &WatchedWay) -> Option<Sample> {
+    fn news(&self, monitor: &Monitor, index: WayIndex, way: &WatchedWay, now: Time) -> Option<Sample> {
         let fresh = monitor.fresh().find(|(fresh, _)| *fresh == index);
         let is_newer =
             |sample: &Sample| self.last.is_none_or(|(_, last)| sample.validity.to > last.validity.to);
-        let newest = || way.outputs.newest(0).filter(|sample| is_newer(sample));
-        fresh.map(|(_, sample)| sample).or_else(|| newest().copied())
+        fresh.map(|(_, sample)| sample).or_else(|| way.latest(now).filter(is_newer))
     }
 
     /// A way has stood in at this moment: tells when it has for a while.

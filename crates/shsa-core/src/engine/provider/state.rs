@@ -33,6 +33,8 @@ pub(super) enum State {
 pub(super) struct Serving {
     pub(super) service: Service,
     pub(super) rests_on: SignalSet,
+    /// Whether a value of it stands until the next one.
+    stands: bool,
     /// How regularly it gives values.
     pub(super) pace: Pace,
     /// Since when it has given nothing but values that are too old or too wide.
@@ -51,6 +53,7 @@ impl Serving {
     fn new(knowledge: &KnowledgeBase, service: Service) -> Serving {
         Serving {
             rests_on: rests_on(knowledge, service.way()),
+            stands: service.stands(knowledge),
             service,
             pace: Pace::default(),
             unfit_since: None,
@@ -76,6 +79,11 @@ impl State {
             State::Serving(serving) => Some(serving),
             State::Unserved | State::Unsure(_) => None,
         }
+    }
+
+    /// Whether the source has given a value that stands until the next one: nothing is late or too old then.
+    pub(super) fn stands(&self) -> bool {
+        self.serving().is_some_and(|serving| serving.stands && serving.pace.has_begun())
     }
 
     /// The way by which the source knows the variable.

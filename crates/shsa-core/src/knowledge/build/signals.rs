@@ -114,7 +114,9 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
     let time_error = draft.time_error.as_ref();
     let delay = draft.delay.as_ref().and_then(|text| quantity::span(problems, text));
     let mean_over = mean_over(problems, draft, variable.map(|id| &variables.list[id]));
-    let timeout = timeout(problems, draft.timeout.as_ref(), rate_hz);
+    let holds = holds(problems, draft.hold.as_ref(), variable.map(|id| &variables.list[id]));
+    // Who is asked only now and then has not fallen silent between two answers.
+    let timeout = timeout(problems, draft.timeout.as_ref(), rate_hz.filter(|_| !holds));
     let max_delay = max_delay(problems, draft.max_delay.as_ref(), delay.zip(timeout));
     let frozen_after = frozen_after(problems, draft.frozen_after.as_ref());
     let possible = limits(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
@@ -135,6 +137,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
         delay: delay.unwrap_or(Span::ZERO),
         mean_over: mean_over.unwrap_or(Span::ZERO),
         timeout,
+        holds,
         limits: ReadingLimits { max_delay, frozen_after, ..possible },
         derived_from: Vec::new(),
         properties: Properties::new(),
@@ -230,6 +233,23 @@ fn timeout(problems: &mut Problems, text: Option<&Text>, rate_hz: Option<f64>) -
             }
             read => read.or(usual),
         },
+    }
+}
+
+fn holds(problems: &mut Problems, text: Option<&Text>, variable: Option<&Variable>) -> bool {
+    let Some(text) = text else { return false };
+    match (text.text.as_str(), variable) {
+        ("false", _) => false,
+        ("true", Some(variable)) if variable.shape == Shape::Vector => {
+            vectors_have_none(problems, "hold", text, variable);
+            false
+        }
+        ("true", _) => true,
+        (other, _) => {
+            let message = format!("`{other}` does not say whether a value stands until the next one");
+            problems.error(text, message, "write `hold: true`, or leave it away");
+            false
+        }
     }
 }
 

@@ -151,6 +151,7 @@ pub(super) fn signal_fields(draft: &SignalDraft) -> Fields {
         ("max_rate", words(draft.max_rate.as_ref())),
         ("max_delay", words(draft.max_delay.as_ref())),
         ("frozen_after", words(draft.frozen_after.as_ref())),
+        ("hold", words(draft.hold.as_ref())),
         ("derived_from", list(&draft.derived_from)),
         ("shares", shares(&draft.shares)),
         ("properties", numbers(&draft.properties)),

@@ -31,7 +31,11 @@ impl Moment {
             Acceptance::TooFast(jump) => {
                 self.jump = Some(self.jump.map_or(jump, |other| worse(other, jump)));
             }
-            Acceptance::Newest | Acceptance::Reordered | Acceptance::Duplicate | Acceptance::Dropped => {}
+            Acceptance::Newest
+            | Acceptance::Repeated
+            | Acceptance::Reordered
+            | Acceptance::Duplicate
+            | Acceptance::Dropped => {}
         }
     }
 

@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// A tree as an editor sees it: words that are numbers are numbers.
+/// A tree as an editor sees it: words that are numbers or truth values are these.
 fn seen(node: &Node) -> Value {
     match &node.value {
         Tree::Null | Tree::Unread => Value::Null,
+        Tree::Scalar(text) if matches!(text.text.as_str(), "true" | "false") => json!(text.text == "true"),
         Tree::Scalar(text) => serde_json::from_str::<serde_json::Number>(&text.text)
             .map_or_else(|_| Value::from(text.text.clone()), Value::Number),
         Tree::List(items) => items.iter().map(seen).collect(),
@@ -101,6 +102,11 @@ fn what_is_broken_is_refused() {
     refuse("functions: { 'f(x)': [1] }");
     refuse("utility: { aggregate: mean, relation: 1 }");
     refuse("needs: { a: [{ max_age: 1 s, integrity: E }] }");
+    let held = |said: &str| {
+        format!("shsa: 1\nvariables: {{ a: {{}} }}\nsignals: {{ /a: {{ variable: a, hold: {said} }} }}\n")
+    };
+    assert!(is_valid(&schema::schema(), &parsed(&held("true"))) && load(&held("true"), "sound").report.ok());
+    assert!(!is_valid(&schema::schema(), &parsed(&held("2 s"))) && !load(&held("2 s"), "broken").report.ok());
 }
 
 #[test]

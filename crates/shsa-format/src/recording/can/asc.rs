@@ -1,12 +1,15 @@
 //! ASC, the text form of Vector's tools: a head with a date, then a line a frame, with seconds since that date.
 
 use super::super::lines::Lines;
+use super::super::stamp::of_place;
 use super::super::topic::{Input, Listener};
 use super::super::{Place, ReadOptions, RecordingError};
+use super::NO_DATE;
 use super::bus::{Bus, Frame};
 use super::dbc::EXTENDED;
 use shsa_core::time::{Span, Time};
 use shsa_message::stamp::{civil, decimal};
+use shsa_message::zone::Zone;
 
 const SECOND: Span = Span::from_millis(1_000);
 
@@ -42,6 +45,8 @@ struct Head {
     /// Each time counts from the one before.
     is_relative: bool,
     last: Time,
+    /// What there is to say of that date.
+    said: Option<String>,
 }
 
 /// A frame as its line says.
@@ -59,12 +64,13 @@ pub(in super::super) fn read(
     listener: &mut dyn Listener,
 ) -> Result<(), RecordingError> {
     let mut bus = Bus::new(options, listener)?;
-    let mut head = Head { start: None, is_decimal: false, is_relative: false, last: Time::default() };
+    let mut head =
+        Head { start: None, is_decimal: false, is_relative: false, last: Time::default(), said: None };
     let mut lines = Lines::new(input);
     while let Some(line) = lines.next(listener) {
         let text = line.text.trim();
         if !text.starts_with(|first: char| first.is_ascii_digit()) {
-            head.line(text, options.zone.ahead);
+            head.line(text, &options.zone);
             continue;
         }
         match head.frame(text) {
@@ -83,28 +89,22 @@ pub(in super::super) fn read(
             None => {}
         }
     }
-    let said = match head.start {
-        None => "no date: times count from the beginning of the recording",
-        Some(_) if options.zone.is_given => "",
-        Some(_) => "the date has no zone and is taken as UTC (to say another: --time-zone)",
-    };
-    if !said.is_empty() {
-        listener.note(Place::Whole, said.to_owned());
-    }
+    let said = if head.start.is_none() { Some(NO_DATE.to_owned()) } else { head.said };
+    said.into_iter().for_each(|said| listener.note(Place::Whole, said));
     bus.finish(listener);
     Ok(())
 }
 
 impl Head {
     /// A line that is no frame.
-    fn line(&mut self, text: &str, zone: Span) {
+    fn line(&mut self, text: &str, zone: &Zone) {
         let small = text.to_lowercase();
         let words: Vec<&str> = small.split_whitespace().collect();
         match words.as_slice() {
             ["date", date @ ..] | ["begin", "triggerblock", date @ ..] => {
-                if let Some(date) = moment(date) {
-                    self.start = Some(date - zone);
-                    self.last = date - zone;
+                if let Some(shown) = moment(date) {
+                    let (start, said) = of_place(shown, zone);
+                    (self.start, self.last, self.said) = (Some(start), start, said);
                 }
             }
             ["base", base, "timestamps", kind, ..] => {

@@ -4,9 +4,11 @@
 //! is bounded by the largest container.
 
 use super::super::record::array;
+use super::super::stamp::of_place;
 use super::super::topic::{Input, Listener};
 use super::super::window::Window;
 use super::super::{Place, ReadOptions, RecordingError};
+use super::NO_DATE;
 use super::bus::{Bus, Frame};
 use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
 use shsa_core::time::{Span, Time};
@@ -101,18 +103,15 @@ impl Reader<'_> {
             return window.skip(u64::MAX);
         };
         let length = u32::from_le_bytes(array(header, 4).unwrap_or_default());
-        let start = date(header);
-        if let Some(start) = start {
-            self.start = start - options.zone.ahead;
-        }
-        let said = match start {
-            None => "no date: times count from the beginning of the recording",
-            Some(_) if options.zone.is_given => "",
-            Some(_) => "the date has no zone and is taken as UTC (to say another: --time-zone)",
+        let said = match date(header) {
+            None => Some(NO_DATE.to_owned()),
+            Some(shown) => {
+                let (start, said) = of_place(shown, &options.zone);
+                self.start = start;
+                said
+            }
         };
-        if !said.is_empty() {
-            self.listener.note(Place::Whole, said.to_owned());
-        }
+        said.into_iter().for_each(|said| self.listener.note(Place::Whole, said));
         window.skip(u64::from(length).clamp(FILE_HEADER as u64, 1 << 12))
     }
 

@@ -15,5 +15,8 @@ pub(super) mod blf;
 pub(super) use bus::{Bus, Frame};
 pub(super) use dbc::EXTENDED;
 
+/// Said where a recording has no date.
+const NO_DATE: &str = "no date: times count from the beginning of the recording";
+
 #[cfg(test)]
 mod tests;

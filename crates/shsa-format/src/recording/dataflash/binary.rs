@@ -54,6 +54,9 @@ pub(in super::super) fn read(
 ) -> Result<(), RecordingError> {
     let outcome = tied(input).and_then(|(log, epoch)| {
         input.seek(SeekFrom::Start(0))?;
+        if input.fill_buf()?.is_empty() {
+            listener.damaged(Place::Whole, "the file is empty".into());
+        }
         listener.note(Place::Whole, said_of_times(epoch.is_some()));
         tell(input, log, epoch, listener)
     });

@@ -84,6 +84,10 @@ fn unpacked(block: &Block) -> Result<Vec<u8>, (Vec<u8>, String)> {
             format!("a block unpacks to {length} bytes, of which {BLOCK_MAX} are allowed"),
         ));
     }
+    if method > 1 {
+        let how = "Python's asammdf packs it anew: MDF('old.mf4').save('new.mf4', compression=1)";
+        return Err((Vec::new(), format!("packed by method {method}, which is not read here; {how}")));
+    }
     let packed = usize::try_from(packed).ok().and_then(|packed| block.content.get(24..24 + packed));
     let packed = packed.unwrap_or(block.content.get(24..).unwrap_or_default());
     let bytes = match decompress_to_vec_zlib_with_limit(packed, length as usize) {
@@ -92,11 +96,7 @@ fn unpacked(block: &Block) -> Result<Vec<u8>, (Vec<u8>, String)> {
         Err(error) if method == 1 => return Err((Vec::new(), format!("a packed block is damaged: {error}"))),
         Err(error) => return Err((error.output.clone(), format!("a packed block is damaged: {error}"))),
     };
-    match method {
-        0 => Ok(bytes),
-        1 => Ok(turned(&bytes, columns)),
-        other => Err((Vec::new(), format!("packed by method {other}, which is not known here"))),
-    }
+    Ok(if method == 1 { turned(&bytes, columns) } else { bytes })
 }
 
 /// Turns columns back into rows; what is left behind the last whole row stands as it was. `O(bytes)`.

@@ -10,7 +10,7 @@ mod data;
 
 use super::can::{Bus, EXTENDED, Frame};
 use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, TopicId, Value};
-use super::{Place, ReadOptions, RecordingError};
+use super::{Place, ReadOptions, RecordingError, stamp};
 use block::{Block, Blocks, Unread};
 use channel::{Bits, Channel, Role};
 use shsa_core::time::{Span, Time};
@@ -18,6 +18,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The first bytes of a file, and of one that was cut off.
 pub(super) const MAGICS: [&[u8]; 2] = [b"MDF     4", b"UnFinMF 4"];
+
+/// The first bytes of files of the versions before, which have nothing in common with it but the name.
+pub(super) const OLD_MAGICS: [&[u8]; 3] = [b"MDF     3", b"UnFinMF 3", b"MDF     2"];
 
 /// Where the first block stands.
 const FIRST_BLOCK: u64 = 64;
@@ -91,11 +94,9 @@ pub(super) fn read(
     let bus = if has_frames { Some(Bus::new(options, listener)?) } else { None };
     let mut start = defined.start;
     if defined.is_local {
-        start = start - options.zone.ahead;
-        if !options.zone.is_given {
-            let what = "the date has no zone and is taken as UTC (to say another: --time-zone)";
-            listener.note(Place::Whole, what.to_owned());
-        }
+        let (time, said) = stamp::of_place(start, &options.zone);
+        start = time;
+        said.into_iter().for_each(|what| listener.note(Place::Whole, what));
     }
     let mut teller = Teller { start, bus, listener };
     for mut group in defined.groups {

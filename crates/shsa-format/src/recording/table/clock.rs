@@ -22,7 +22,7 @@ const PARTS: [&[&str]; 6] = [
 
 /// Where rows have their time.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Clock {
+pub(in crate::recording) enum Clock {
     /// A number in a column, of which one step is so long.
     Number(usize, Span),
     /// A date and a time of day in a column.
@@ -34,19 +34,23 @@ pub(super) enum Clock {
 }
 
 /// A clock, and what was assumed to find it.
-pub(super) struct Found {
-    pub(super) clock: Clock,
-    pub(super) notes: Vec<String>,
+pub(in crate::recording) struct Found {
+    pub(in crate::recording) clock: Clock,
+    pub(in crate::recording) notes: Vec<String>,
 }
 
 /// Rows of cells.
-pub(super) type Cells<'a> = [Vec<&'a str>];
+pub(in crate::recording) type Cells<'a> = [Vec<&'a str>];
 
 /// Finds where the rows have their time, from the header and the first rows.
 ///
 /// # Errors
 /// Says what was looked for in vain.
-pub(super) fn find(layout: &Layout, rows: &Cells<'_>, options: &ReadOptions) -> Result<Found, String> {
+pub(in crate::recording) fn find(
+    layout: &Layout,
+    rows: &Cells<'_>,
+    options: &ReadOptions,
+) -> Result<Found, String> {
     let scale = options.time_scale;
     if let Some(name) = &options.time_column
         && let Fit::Column(column) = names::column_of(&layout.headers, name)
@@ -142,7 +146,7 @@ fn parts(headers: &[String]) -> Option<Vec<Option<usize>>> {
 fn order_of(texts: &[&str]) -> Option<(DateOrder, Option<String>)> {
     let span = |order: DateOrder| -> Option<i64> {
         let times =
-            || texts.iter().filter(|text| !text.is_empty()).map(|text| moment(text, order, Zone::default()));
+            || texts.iter().filter(|text| !text.is_empty()).map(|text| moment(text, order, &Zone::default()));
         let times: Option<Vec<i64>> = times().map(|moment| moment.map(|moment| moment.time.0)).collect();
         let times = times.filter(|times| !times.is_empty())?;
         Some(times.iter().max()?.saturating_sub(*times.iter().min()?))
@@ -159,11 +163,11 @@ fn order_of(texts: &[&str]) -> Option<(DateOrder, Option<String>)> {
 
 impl Clock {
     /// When a row was true; `None` where its cells say no time.
-    pub(super) fn moment(&self, cells: &[&str], zone: Zone) -> Option<Moment> {
+    pub(in crate::recording) fn moment(&self, cells: &[&str], zone: &Zone) -> Option<Moment> {
         let cell = |column: usize| cells.get(column).copied();
         match self {
             Clock::Number(column, scale) => {
-                decimal(cell(*column)?, *scale).map(|time| Moment { time, has_zone: true })
+                decimal(cell(*column)?, *scale).map(|time| Moment { time, has_zone: true, doubt: None })
             }
             Clock::Text(column, order) => moment(cell(*column)?, *order, zone),
             Clock::Apart(date, clock, order) => moment_of(cell(*date)?, cell(*clock)?, *order, zone),
@@ -173,17 +177,22 @@ impl Clock {
 
     /// What a row says instead of a time.
     pub(super) fn text(&self, cells: &[&str]) -> String {
-        let columns: Vec<usize> = match self {
-            Clock::Number(column, _) | Clock::Text(column, _) => vec![*column],
-            Clock::Apart(date, clock, _) => vec![*date, *clock],
-            Clock::Parts(columns) => columns.iter().flatten().copied().collect(),
-        };
+        let columns = self.columns();
         let cells = columns.iter().filter_map(|column| cells.get(*column).copied());
         cells.collect::<Vec<_>>().join(" ").trim().chars().take(40).collect()
     }
+
+    /// The columns in which its parts stand.
+    pub(in crate::recording) fn columns(&self) -> Vec<usize> {
+        match self {
+            Clock::Number(column, _) | Clock::Text(column, _) => vec![*column],
+            Clock::Apart(date, clock, _) => vec![*date, *clock],
+            Clock::Parts(columns) => columns.iter().flatten().copied().collect(),
+        }
+    }
 }
 
-fn of_parts(columns: &[Option<usize>], cells: &[&str], zone: Zone) -> Option<Moment> {
+fn of_parts(columns: &[Option<usize>], cells: &[&str], zone: &Zone) -> Option<Moment> {
     let mut numbers = [0; 6];
     for (number, column) in numbers.iter_mut().zip(columns) {
         if let Some(column) = column {
@@ -201,6 +210,5 @@ fn of_parts(columns: &[Option<usize>], cells: &[&str], zone: Zone) -> Option<Mom
     };
     let is_time = (0..24).contains(&hour) && (0..60).contains(&minute) && (0..=60).contains(&second);
     let of_day = (hour * 3_600 + minute * 60 + second) * SECOND;
-    let time = civil(year, month, day, of_day - zone.ahead.0).filter(|_| is_time)?;
-    Some(Moment { time, has_zone: false })
+    civil(year, month, day, of_day).filter(|_| is_time).map(|shown| Moment::shown(shown, zone))
 }

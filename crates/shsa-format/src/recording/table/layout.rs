@@ -8,7 +8,7 @@ use std::borrow::Cow;
 
 /// What stands between columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Separator {
+pub(in crate::recording) enum Separator {
     /// This character.
     Character(char),
     /// Any number of blanks and tabs.
@@ -33,18 +33,18 @@ impl Separator {
 
 /// A table's layout, from its first lines.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Layout {
-    pub(super) separator: Separator,
+pub(in crate::recording) struct Layout {
+    pub(in crate::recording) separator: Separator,
     /// The names of the columns with their units, `speed [m/s]`; those without one are called by their number.
-    pub(super) headers: Vec<String>,
+    pub(in crate::recording) headers: Vec<String>,
     /// The units that a line of their own tells.
-    pub(super) units: Vec<Option<String>>,
+    pub(in crate::recording) units: Vec<Option<String>>,
     /// How many lines stand before the first row.
-    pub(super) lines: usize,
+    pub(in crate::recording) lines: usize,
     /// Whether rows have a cell in front that the header lacks.
-    pub(super) has_index: bool,
+    pub(in crate::recording) has_index: bool,
     /// Whether numbers are written like `1,5`.
-    pub(super) has_decimal_commas: bool,
+    pub(in crate::recording) has_decimal_commas: bool,
 }
 
 /// Whether a line is a comment, or a header after a `#`.

@@ -3,10 +3,11 @@
 //! `lines -> layout (separator, names, units) -> rows -> clock (when) -> messages of one topic, the file's name`
 
 mod cells;
-mod clock;
-mod layout;
+pub(super) mod clock;
+pub(super) mod layout;
 mod rows;
 
+use super::stamp::Doubts;
 use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, Value};
 use super::{Place, ReadOptions, RecordingError};
 use cells::{COLUMNS_MAX, fits};
@@ -60,12 +61,22 @@ pub(super) fn read(
         let note = "rows have one cell more than the header: the first cell is the number of the row";
         listener.note(Place::Whole, note.into());
     }
-    let mut table = Table { layout, clock, options, listener, topic, count: 0, has_told_zone: false };
+    let mut table = Table {
+        layout,
+        clock,
+        options,
+        listener,
+        topic,
+        count: 0,
+        has_told_zone: false,
+        doubts: Doubts::default(),
+    };
     while let Some(row) = rows.row(&table.layout) {
         table.take(&row);
         rows.damages.drain(..).for_each(|(line, problem)| table.listener.damaged(Place::Line(line), problem));
     }
     rows.damages.drain(..).for_each(|(line, problem)| table.listener.damaged(Place::Line(line), problem));
+    table.doubts.told().into_iter().for_each(|note| table.listener.note(Place::Whole, note));
     Ok(())
 }
 
@@ -107,6 +118,7 @@ struct Table<'a, 'l> {
     topic: super::topic::TopicId,
     count: i64,
     has_told_zone: bool,
+    doubts: Doubts,
 }
 
 impl Table<'_, '_> {
@@ -145,14 +157,14 @@ impl Table<'_, '_> {
         let number = self.count;
         self.count += 1;
         let Some(clock) = &self.clock else { return Some(Time(number)) };
-        match clock.moment(cells, self.options.zone) {
+        match clock.moment(cells, &self.options.zone) {
             Some(moment) => {
                 if !moment.has_zone && !self.options.zone.is_given && !self.has_told_zone {
                     self.has_told_zone = true;
                     let note = "its times name no zone and are taken for UTC; --time-zone says another";
                     self.listener.note(Place::Whole, note.into());
                 }
-                Some(moment.time)
+                Some(self.doubts.settle(&moment))
             }
             None if self.listener.needs_time(self.topic) => {
                 let problem = format!("'{}' is no time; row left out", clock.text(cells));

@@ -5,6 +5,7 @@ mod bags;
 pub(super) mod independent;
 mod lines;
 mod mcap_writer;
+pub(super) mod parquet_writer;
 mod mutated;
 mod real;
 mod ros2;

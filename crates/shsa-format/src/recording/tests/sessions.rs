@@ -66,6 +66,44 @@ fn files_of_different_signals_are_of_one_recording() {
     check(&files, &["d"], &["a", "b"], &["d/a.csv+d/b.csv 0..20099 20300"]);
 }
 
+/// What is said of the files that are one recording.
+#[track_caller]
+fn check_joined(files: &[(&str, String)], sources: &[&str], expected: &[&str]) {
+    let folder = Folder::new();
+    files.iter().for_each(|(name, text)| fs::write(folder.0.join(name), text).unwrap());
+    let recording = read(std::slice::from_ref(&folder.0), &wanted(sources), &ReadOptions::default()).unwrap();
+    let joined: Vec<String> =
+        recording.joined.iter().map(|it| it.replace(&format!("{}/", folder.0.display()), "")).collect();
+    assert_eq!(joined, expected);
+}
+
+#[test]
+fn which_files_are_one_recording_is_said() {
+    let [first, second, third] = [0..100, 100..200, 200..300].map(|seconds| rows("a", seconds));
+    let beside = || rows("b", 0..300);
+    let later = rows("a", 900..910);
+    check_joined(
+        &[("r_0.csv", first.clone()), ("r_1.csv", second.clone()), ("r_2.csv", third)],
+        &["a"],
+        &["3 files (r_0.csv .. r_2.csv) are one recording: each goes on where another one ends"],
+    );
+    check_joined(
+        &[("a.csv", first.clone()), ("b.csv", beside())],
+        &["a", "b"],
+        &[
+            "2 files (a.csv and b.csv) are one recording: they are of one time, and no signal is in two of them",
+        ],
+    );
+    check_joined(
+        &[("a_0.csv", first.clone()), ("a_1.csv", second), ("b.csv", beside()), ("c.csv", later.clone())],
+        &["a", "b"],
+        &[
+            "3 files (a_0.csv .. b.csv) are one recording: each goes on where another one ends, or has other signals of the same time",
+        ],
+    );
+    check_joined(&[("a.csv", first), ("c.csv", later)], &["a"], &[]);
+}
+
 #[test]
 fn each_file_goes_to_the_recording_of_its_folder() {
     let day = |day: &str| {

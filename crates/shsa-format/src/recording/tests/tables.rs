@@ -49,6 +49,34 @@ fn the_command_line_can_say_the_time() {
 }
 
 #[test]
+fn an_hour_that_a_clock_shows_twice_is_told_apart_by_the_order_of_rows() {
+    let options = ReadOptions { zone: "Europe/Vienna".parse().unwrap(), ..ReadOptions::default() };
+    let at = |minutes: i64| format!("0@{}=1", (1_540_684_800 + 60 * minutes) * 1_000);
+    // 02:30 of summer is 00:30 UTC, 02:10 after that is of winter, 01:10 UTC.
+    let autumn = "time,v\n2018-10-28 02:00,1\n2018-10-28 02:30,1\n2018-10-28 02:10,1\n2018-10-28 03:00,1\n";
+    let said = shown(&[("log.csv", autumn.as_bytes())], &["log#v"], &options);
+    let note = "! log.csv: 3 rows were written in an hour that the clock showed twice, as it was put back; \
+                they are taken for the first, and for the second once they go back";
+    assert_eq!(said, [at(0), at(30), at(70), at(120), note.to_owned()].join("\n"));
+    let spring = "time,v\n2018-03-25 02:30,1\n";
+    let said = shown(&[("log.csv", spring.as_bytes())], &["log#v"], &options);
+    assert_eq!(
+        said,
+        "0@1521941400000=1\n! log.csv: 1 rows have times that the clock never showed, as it was put forward; they are taken as before that"
+    );
+}
+
+#[test]
+fn what_is_to_be_converted_says_how() {
+    let said = shown(&[("log.mdf", b"MDF     3.30    TGT 15.0")], &["v"], &ReadOptions::default());
+    assert_eq!(
+        said,
+        "error: log.mdf: MDF 3 and before is not read here: convert it to MDF 4 with Python's asammdf: \
+         MDF('old.mdf').convert('4.10').save('new.mf4')"
+    );
+}
+
+#[test]
 fn only_changes_when_asked() {
     check(
         "t [s],v,u\n1,5,1\n2,5,1\n3,,1\n4,5,1\n5,6,1\n6,NaN,1\n7,NaN,1\n8,6,1\n",

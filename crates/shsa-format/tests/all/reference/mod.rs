@@ -4,5 +4,6 @@ mod document;
 
 mod events;
 mod formulas;
+mod grammar;
 mod model;
 mod recordings;

@@ -109,7 +109,8 @@ pub(super) fn limited(draft: &Draft, rhythms: &[Rhythm], knowledge: &KnowledgeBa
     let mut draft = draft.clone();
     let signals = draft.signals.iter_mut().zip(knowledge.signals().iter());
     for ((written, signal), rhythm) in signals.zip(rhythms) {
-        if let (None, Some(rate)) = (&written.rate, rhythm.rate_hz) {
+        // How often a value is repeated that stands is not how often it is asked for.
+        if let (None, Some(rate), false) = (&written.rate, rhythm.rate_hz, signal.holds) {
             written.rate = Some(text(format!("{} Hz", to_digits(rate, 3, f64::round))));
         }
         let gap = rhythm.longest_gap_s.unwrap_or(0.0);
@@ -119,7 +120,7 @@ pub(super) fn limited(draft: &Draft, rhythms: &[Rhythm], knowledge: &KnowledgeBa
         let hold = rhythm.longest_hold_s.unwrap_or(0.0);
         let frozen_after = match signal.limits.frozen_after {
             Some(most) => (most.seconds() <= hold).then_some(HOLD_FACTOR * hold),
-            None if written.frozen_after.is_none() => rhythm.frozen_after_s,
+            None if written.frozen_after.is_none() && !signal.holds => rhythm.frozen_after_s,
             None => None,
         };
         if let Some(seconds) = frozen_after {

@@ -1,0 +1,132 @@
+//! When the rows were true: a column of moments, else what the names and the first rows tell, as in a table of text.
+
+use super::super::stamp::{self, Doubts};
+use super::super::table::clock::{self as text, Clock as TextClock};
+use super::super::table::layout::{Layout, Separator};
+use super::super::{ReadOptions, names};
+use super::description::{Description, Meaning};
+use super::{Columns, Value};
+use shsa_core::time::{Span, Time};
+use shsa_message::moment::Moment;
+use shsa_message::stamp::decimal;
+use shsa_message::zone::Zone;
+
+/// So many rows tell where the time is.
+pub(super) const ROWS: u64 = 100;
+
+/// Where rows have their time.
+pub(super) struct Clock {
+    kind: Kind,
+    /// Whether it was told that a zone is missing.
+    has_told_zone: bool,
+    is_zone_missing: bool,
+    doubts: Doubts,
+}
+
+enum Kind {
+    /// Nanoseconds since 1970 in a column; whether they are in UTC.
+    Moments(usize, bool),
+    /// As in a table of text.
+    Text(TextClock),
+}
+
+/// A clock, and what was assumed to find it.
+pub(super) struct Found {
+    pub(super) clock: Clock,
+    pub(super) notes: Vec<String>,
+}
+
+/// Finds where the rows have their time.
+///
+/// # Errors
+/// Says what was looked for in vain.
+pub(super) fn find(
+    description: &Description,
+    rows: &[Vec<String>],
+    options: &ReadOptions,
+) -> Result<Found, String> {
+    let headers: Vec<String> = description.columns.iter().map(|column| column.name.clone()).collect();
+    let moments = |at: usize| match description.columns.get(at)?.meaning {
+        Meaning::Moment { is_utc, .. } => Some(Kind::Moments(at, is_utc)),
+        _ => None,
+    };
+    let found = |kind, notes| Found {
+        clock: Clock { kind, has_told_zone: false, is_zone_missing: false, doubts: Doubts::default() },
+        notes,
+    };
+    // The column that is asked for, else the one that is called as times are, else the first one of moments.
+    let asked = options.time_column.as_ref().map(|name| match names::column_of(&headers, name) {
+        names::Fit::Column(at) => moments(at),
+        _ => None,
+    });
+    let by_itself =
+        || stamp::time_column(&headers).and_then(moments).or_else(|| (0..headers.len()).find_map(moments));
+    if let Some(kind) = asked.unwrap_or_else(by_itself) {
+        return Ok(found(kind, Vec::new()));
+    }
+    let layout = Layout {
+        separator: Separator::Character(','),
+        units: Vec::new(),
+        headers,
+        lines: 0,
+        has_index: false,
+        has_decimal_commas: false,
+    };
+    let rows: Vec<Vec<&str>> = rows.iter().map(|row| row.iter().map(String::as_str).collect()).collect();
+    let text = text::find(&layout, &rows, options)?;
+    Ok(found(Kind::Text(text.clock), text.notes))
+}
+
+impl Clock {
+    /// Whether a column is part of the time.
+    pub(super) fn reads(&self, at: usize) -> bool {
+        match &self.kind {
+            Kind::Moments(column, _) => *column == at,
+            Kind::Text(clock) => clock.columns().contains(&at),
+        }
+    }
+
+    /// When a row was true; `None` where its cells say no time.
+    pub(super) fn moment(&mut self, columns: &Columns<'_>, zone: &Zone) -> Option<Time> {
+        match &self.kind {
+            Kind::Moments(column, is_utc) => {
+                let Value::Whole(since) = columns.value(*column) else { return None };
+                if *is_utc {
+                    return Some(Time(since));
+                }
+                self.is_zone_missing = true;
+                Some(self.doubts.settle(&Moment::shown(Time(since), zone)))
+            }
+            Kind::Text(TextClock::Number(column, step)) => number(columns.value(*column), *step),
+            Kind::Text(clock) => {
+                let shown: Vec<String> = (0..columns.row.len()).map(|at| columns.shown(at)).collect();
+                let cells: Vec<&str> = shown.iter().map(String::as_str).collect();
+                let moment = clock.moment(&cells, zone)?;
+                self.is_zone_missing = !moment.has_zone;
+                Some(self.doubts.settle(&moment))
+            }
+        }
+    }
+
+    /// That the zone was assumed, once.
+    pub(super) fn note(&mut self, zone: &Zone) -> Option<String> {
+        let is_new = self.is_zone_missing && !zone.is_given && !self.has_told_zone;
+        self.has_told_zone |= is_new;
+        is_new.then(|| "its times name no zone and are taken for UTC; --time-zone says another".to_owned())
+    }
+
+    /// What was assumed of times that a clock showed twice, or never.
+    pub(super) fn doubts(&self) -> Vec<String> {
+        self.doubts.told()
+    }
+}
+
+fn number(value: Value<'_>, step: Span) -> Option<Time> {
+    match value {
+        Value::Whole(whole) => whole.checked_mul(step.0).map(Time),
+        // By its digits: an epoch in nanoseconds does not fit a float.
+        Value::Number(number) => decimal(&number.to_string(), step),
+        Value::Text(text) => decimal(text, step),
+        Value::Missing | Value::List(_) | Value::Interval(..) => None,
+    }
+}

@@ -1,0 +1,197 @@
+//! What the end of a Parquet file says of it: its columns, and where in the file their values stand.
+//!
+//! Format: <https://github.com/apache/parquet-format/blob/master/src/main/thrift/parquet.thrift>.
+
+use super::bytes::Bytes;
+use super::thrift::Struct;
+
+/// The most columns, and the most parts of rows, that are believed.
+const PARTS_MAX: usize = 1 << 16;
+
+/// How a value stands in the bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Physical {
+    Bool,
+    I32,
+    I64,
+    /// Nanoseconds of a day and the number of the day.
+    I96,
+    F32,
+    F64,
+    /// A length and so many bytes.
+    Bytes,
+    /// So many bytes.
+    Fixed(usize),
+}
+
+/// What a value means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Meaning {
+    /// What it is.
+    Plain,
+    /// A whole number without a sign.
+    Unsigned,
+    /// A whole number of such parts of one.
+    Decimal(f64),
+    /// A number of nanoseconds, one step for each, since 1970; whether that is in UTC, or wherever it was written.
+    Moment { step_ns: i64, is_utc: bool },
+}
+
+/// A column.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Column {
+    /// Its path, with dots.
+    pub(super) name: String,
+    pub(super) physical: Physical,
+    pub(super) meaning: Meaning,
+    /// The level of definition at which there is a value.
+    pub(super) defined: u32,
+    /// The level of repetition: above 0 it is a list.
+    pub(super) repeated: u32,
+}
+
+/// Where the values of a column in a part of the rows stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Chunk {
+    pub(super) codec: i64,
+    pub(super) begin: u64,
+    pub(super) end: u64,
+}
+
+/// A part of the rows.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Group {
+    pub(super) rows: u64,
+    /// One for each column; `None`: it is in another file, or nowhere.
+    pub(super) chunks: Vec<Option<Chunk>>,
+}
+
+/// What a file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Description {
+    pub(super) columns: Vec<Column>,
+    pub(super) groups: Vec<Group>,
+}
+
+impl Description {
+    /// Of the bytes at the end of a file; `None` where they do not describe one.
+    pub(super) fn read(bytes: &[u8]) -> Option<Description> {
+        let file = Struct::read(&mut Bytes(bytes))?;
+        let mut elements = file.structures(2);
+        let root = elements.next()?;
+        let mut columns = Vec::new();
+        let top = Level { name: String::new(), defined: 0, repeated: 0, is_item: false, depth: 0 };
+        for _ in 0..root.whole(5)?.min(PARTS_MAX as i64) {
+            below(&mut elements, &top, &mut columns)?;
+        }
+        let groups = file.structures(4).take(PARTS_MAX).map(|group| Group {
+            rows: group.whole(3).and_then(|rows| u64::try_from(rows).ok()).unwrap_or(0),
+            chunks: group.structures(1).map(chunk).collect(),
+        });
+        let groups: Vec<Group> = groups.collect();
+        let fits = groups.iter().all(|group| group.chunks.len() == columns.len());
+        fits.then_some(Description { columns, groups })
+    }
+}
+
+/// What is above an element.
+struct Level {
+    name: String,
+    defined: u32,
+    repeated: u32,
+    /// Whether it is the item of a list, whose name says nothing.
+    is_item: bool,
+    depth: usize,
+}
+
+/// Takes an element with those below it.
+fn below<'s>(
+    elements: &mut impl Iterator<Item = &'s Struct>,
+    above: &Level,
+    columns: &mut Vec<Column>,
+) -> Option<()> {
+    let element = elements.next()?;
+    let (name, repetition) = (element.text(4)?, element.whole(3).unwrap_or(0));
+    let children = element.whole(5).unwrap_or(0);
+    // The group that is repeated stands between a list and its items, under a name that writers choose.
+    let is_list = repetition == 2 && children > 0;
+    let name = match (above.name.as_str(), is_list || above.is_item) {
+        ("", _) => name,
+        (above, true) => above.to_owned(),
+        (above, false) => format!("{above}.{name}"),
+    };
+    let level = Level {
+        name,
+        defined: above.defined + u32::from(repetition > 0),
+        repeated: above.repeated + u32::from(repetition == 2),
+        is_item: is_list && children == 1,
+        depth: above.depth + 1,
+    };
+    if children > 0 {
+        if level.depth > 16 || columns.len() > PARTS_MAX {
+            return None;
+        }
+        return (0..children).try_for_each(|_| below(elements, &level, columns));
+    }
+    let Level { name, defined, repeated, .. } = level;
+    columns.push(Column { name, physical: physical(element)?, meaning: meaning(element), defined, repeated });
+    Some(())
+}
+
+fn physical(element: &Struct) -> Option<Physical> {
+    Some(match element.whole(1)? {
+        0 => Physical::Bool,
+        1 => Physical::I32,
+        2 => Physical::I64,
+        3 => Physical::I96,
+        4 => Physical::F32,
+        5 => Physical::F64,
+        6 => Physical::Bytes,
+        7 => Physical::Fixed(usize::try_from(element.whole(2)?).ok()?),
+        _ => return None,
+    })
+}
+
+/// By its logical type, or by what older writers say in its place.
+fn meaning(element: &Struct) -> Meaning {
+    let decimal = |scale: i64| Meaning::Decimal(0.1_f64.powi(i32::try_from(scale).unwrap_or(0)));
+    if let Some(logical) = element.structure(10) {
+        if let Some(moment) = logical.structure(8) {
+            let unit = |field| moment.structure(2).is_some_and(|unit| unit.structure(field).is_some());
+            let step_ns = if unit(1) {
+                1_000_000
+            } else if unit(2) {
+                1_000
+            } else {
+                1
+            };
+            return Meaning::Moment { step_ns, is_utc: moment.bool(1).unwrap_or(false) };
+        }
+        if let Some(number) = logical.structure(5) {
+            return decimal(number.whole(1).unwrap_or(0));
+        }
+        if logical.structure(10).is_some_and(|number| number.bool(2) == Some(false)) {
+            return Meaning::Unsigned;
+        }
+    }
+    match (element.whole(6), element.whole(1)) {
+        (Some(5), _) => decimal(element.whole(7).unwrap_or(0)),
+        (Some(9), _) => Meaning::Moment { step_ns: 1_000_000, is_utc: true },
+        (Some(10), _) => Meaning::Moment { step_ns: 1_000, is_utc: true },
+        (Some(11..=14), _) => Meaning::Unsigned,
+        // Nobody says whose time it is.
+        (_, Some(3)) => Meaning::Moment { step_ns: 1, is_utc: false },
+        _ => Meaning::Plain,
+    }
+}
+
+fn chunk(column: &Struct) -> Option<Chunk> {
+    if column.text(1).is_some() {
+        return None;
+    }
+    let data = column.structure(3)?;
+    let place = |field| data.whole(field).and_then(|at| u64::try_from(at).ok());
+    let pages = place(9)?;
+    let begin = place(11).filter(|dictionary| (1..pages).contains(dictionary)).unwrap_or(pages);
+    Some(Chunk { codec: data.whole(4)?, begin, end: begin.checked_add(place(7)?)? })
+}

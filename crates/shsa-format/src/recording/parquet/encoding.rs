@@ -1,0 +1,231 @@
+//! How Parquet writes values: one after the other, as numbers in a dictionary, as differences, in runs.
+//!
+//! Format: <https://github.com/apache/parquet-format/blob/master/Encodings.md>.
+
+use super::bytes::Bytes;
+use super::description::{Column, Meaning, Physical};
+
+/// The days from the Julian epoch to 1970.
+const JULIAN_1970: i64 = 2_440_588;
+const DAY_NS: i64 = 86_400_000_000_000;
+
+/// A value of a column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Cell {
+    /// There is none.
+    Missing,
+    Number(f64),
+    Whole(i64),
+    /// The text of this number among those beside it.
+    Text(u32),
+}
+
+/// Values, and the texts that are among them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Cells {
+    pub(super) list: Vec<Cell>,
+    pub(super) texts: Vec<Box<str>>,
+}
+
+impl Cells {
+    fn push_whole(&mut self, column: &Column, whole: i64) {
+        self.list.push(match (column.meaning, column.physical) {
+            (Meaning::Decimal(part), _) => Cell::Number(whole as f64 * part),
+            (Meaning::Unsigned, Physical::I32) => Cell::Whole(whole & 0xffff_ffff),
+            (Meaning::Unsigned, _) if whole < 0 => Cell::Number(whole.cast_unsigned() as f64),
+            (Meaning::Moment { step_ns, .. }, _) => {
+                whole.checked_mul(step_ns).map_or(Cell::Missing, Cell::Whole)
+            }
+            _ => Cell::Whole(whole),
+        });
+    }
+
+    fn push_bytes(&mut self, column: &Column, bytes: &[u8]) {
+        if let Meaning::Decimal(part) = column.meaning {
+            let sign = if bytes.first().is_some_and(|first| *first >= 0x80) { -1.0 } else { 0.0 };
+            let number = bytes.iter().fold(sign, |number, byte| number * 256.0 + f64::from(*byte));
+            return self.list.push(Cell::Number(number * part));
+        }
+        self.list.push(u32::try_from(self.texts.len()).map_or(Cell::Missing, Cell::Text));
+        self.texts.push(String::from_utf8_lossy(bytes).into());
+    }
+}
+
+/// Values one after the other.
+pub(super) fn plain(bytes: &mut Bytes<'_>, column: &Column, count: usize, cells: &mut Cells) -> Option<()> {
+    if column.physical == Physical::Bool {
+        let bits = bytes.take(count.div_ceil(8))?;
+        let bit = |at: usize| bits.get(at / 8).is_some_and(|byte| byte >> (at % 8) & 1 == 1);
+        cells.list.extend((0..count).map(|at| Cell::Whole(i64::from(bit(at)))));
+        return Some(());
+    }
+    for _ in 0..count {
+        match column.physical {
+            Physical::I32 => {
+                cells.push_whole(column, i32::from_le_bytes(*bytes.take(4)?.first_chunk()?).into())
+            }
+            Physical::I64 => cells.push_whole(column, i64::from_le_bytes(*bytes.take(8)?.first_chunk()?)),
+            Physical::I96 => {
+                let (of_day, day) = (bytes.take(8)?.first_chunk()?, bytes.take(4)?.first_chunk()?);
+                let day = i64::from(i32::from_le_bytes(*day)) - JULIAN_1970;
+                let since =
+                    day.checked_mul(DAY_NS).and_then(|ns| ns.checked_add(i64::from_le_bytes(*of_day)));
+                cells.list.push(since.map_or(Cell::Missing, Cell::Whole));
+            }
+            Physical::F32 => {
+                let number = f32::from_le_bytes(*bytes.take(4)?.first_chunk()?);
+                cells.list.push(Cell::Number(number.into()));
+            }
+            Physical::F64 => {
+                cells.list.push(Cell::Number(f64::from_le_bytes(*bytes.take(8)?.first_chunk()?)));
+            }
+            Physical::Bytes => {
+                let length = bytes.u32()?;
+                cells.push_bytes(column, bytes.take(length)?);
+            }
+            Physical::Fixed(length) => cells.push_bytes(column, bytes.take(length)?),
+            Physical::Bool => {}
+        }
+    }
+    Some(())
+}
+
+/// The bytes of each value apart: all first ones, then all second ones.
+pub(super) fn split(bytes: &mut Bytes<'_>, column: &Column, count: usize, cells: &mut Cells) -> Option<()> {
+    let width = match column.physical {
+        Physical::I32 | Physical::F32 => 4,
+        Physical::I64 | Physical::F64 => 8,
+        Physical::Fixed(width) => width,
+        Physical::Bool | Physical::I96 | Physical::Bytes => return None,
+    };
+    let all = bytes.take(count.checked_mul(width)?)?;
+    let whole = (0..count).flat_map(|value| (0..width).map(move |at| at * count + value));
+    let joined: Vec<u8> = whole.map_while(|at| all.get(at).copied()).collect();
+    plain(&mut Bytes(&joined), column, count, cells)
+}
+
+/// Values by their numbers in a dictionary.
+pub(super) fn of_dictionary(bytes: &mut Bytes<'_>, dictionary: &[Cell], count: usize) -> Option<Vec<Cell>> {
+    let width = bytes.byte()?;
+    let numbers = runs(bytes, width, count)?;
+    numbers.into_iter().map(|number| dictionary.get(number as usize).copied()).collect()
+}
+
+/// Small numbers in runs of one number, or packed in so many bits each.
+pub(super) fn runs(bytes: &mut Bytes<'_>, width: u8, count: usize) -> Option<Vec<u32>> {
+    if width > 32 {
+        return None;
+    }
+    let mut numbers = Vec::with_capacity(count);
+    while numbers.len() < count {
+        let head = bytes.varint()?;
+        let left = count - numbers.len();
+        let length = usize::try_from(head >> 1).ok()?;
+        if head & 1 == 0 {
+            let value = bytes.take(usize::from(width).div_ceil(8))?;
+            let value = value.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
+            numbers.extend(std::iter::repeat_n(value, length.min(left)));
+        } else {
+            let packed = length.checked_mul(usize::from(width))?;
+            // The last run may be cut where no more values are.
+            let taken = bytes.take(packed.min(bytes.0.len()))?;
+            let numbered = unpacked(taken, width.into(), length.saturating_mul(8).min(left));
+            numbers.extend(numbered?.into_iter().map(|number| number as u32));
+        }
+    }
+    Some(numbers)
+}
+
+/// Numbers packed in so many bits each, at most 64, the lowest bit first.
+fn unpacked(bytes: &[u8], width: usize, count: usize) -> Option<Vec<u64>> {
+    if width.checked_mul(count)?.div_ceil(8) > bytes.len() {
+        return None;
+    }
+    let mask = if width >= 64 { u64::MAX } else { (1 << width) - 1 };
+    let number = |at: usize| {
+        let (first, shift) = (at * width / 8, at * width % 8);
+        let taken = bytes.get(first..bytes.len().min(first + 9)).unwrap_or_default();
+        let wide = taken.iter().rev().fold(0_u128, |wide, byte| wide << 8 | u128::from(*byte));
+        (wide >> shift) as u64 & mask
+    };
+    Some((0..count).map(number).collect())
+}
+
+/// Whole numbers as differences.
+pub(super) fn differences(bytes: &mut Bytes<'_>, most: usize) -> Option<Vec<i64>> {
+    let (block, parts) = (usize::try_from(bytes.varint()?).ok()?, usize::try_from(bytes.varint()?).ok()?);
+    let total = usize::try_from(bytes.varint()?).ok()?;
+    let mut last = bytes.zigzag()?;
+    if total > most
+        || block == 0
+        || block > 1 << 20
+        || parts == 0
+        || parts > 512
+        || !block.is_multiple_of(parts)
+    {
+        return None;
+    }
+    let mut numbers = Vec::with_capacity(total);
+    if total > 0 {
+        numbers.push(last);
+    }
+    while numbers.len() < total {
+        let least = bytes.zigzag()?;
+        let widths = bytes.take(parts)?;
+        for width in widths.iter().map(|width| usize::from(*width)) {
+            let left = total - numbers.len();
+            if left == 0 {
+                break;
+            }
+            let part = block / parts;
+            if width > 64 {
+                return None;
+            }
+            let packed = bytes.take((width * part).div_ceil(8).min(bytes.0.len()))?;
+            for above in unpacked(packed, width, part.min(left))? {
+                last = last.wrapping_add(least).wrapping_add(above.cast_signed());
+                numbers.push(last);
+            }
+        }
+    }
+    Some(numbers)
+}
+
+/// Whole numbers as differences, told as those of the column.
+pub(super) fn of_differences(
+    bytes: &mut Bytes<'_>,
+    column: &Column,
+    most: usize,
+    cells: &mut Cells,
+) -> Option<()> {
+    let is_narrow = column.physical == Physical::I32;
+    for number in differences(bytes, most)? {
+        let number = if is_narrow { i64::from(number as i32) } else { number };
+        cells.push_whole(column, number);
+    }
+    Some(())
+}
+
+/// Texts: their lengths as differences, then all letters; where `has_prefixes`, each begins as the one before it for so long.
+pub(super) fn texts(
+    bytes: &mut Bytes<'_>,
+    column: &Column,
+    most: usize,
+    has_prefixes: bool,
+    cells: &mut Cells,
+) -> Option<()> {
+    let prefixes = if has_prefixes { differences(bytes, most)? } else { Vec::new() };
+    let mut before: Vec<u8> = Vec::new();
+    let mut total = 0_usize;
+    for (at, length) in differences(bytes, most)?.into_iter().enumerate() {
+        let prefix = prefixes.get(at).map_or(Some(0), |prefix| usize::try_from(*prefix).ok())?;
+        if prefix > before.len() {
+            return None;
+        }
+        before.truncate(prefix);
+        before.extend_from_slice(bytes.take(usize::try_from(length).ok()?)?);
+        total = total.checked_add(before.len()).filter(|total| *total <= super::TEXTS_MAX)?;
+        cells.push_bytes(column, &before);
+    }
+    Some(())
+}

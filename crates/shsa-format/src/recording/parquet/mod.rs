@@ -1,0 +1,250 @@
+//! Apache Parquet: a table whose columns stand apart, packed, in parts of some rows each; what they are is said at the end.
+//!
+//! `description (columns, parts) -> pages of each column, side by side -> rows -> clock (when) -> messages of one topic`
+//!
+//! Format: <https://parquet.apache.org/docs/file-format/>. Each column is read a page at a time, so memory does not grow with the
+//! file. A page that cannot be read costs its values, not those behind it. Without the description nothing can be read.
+
+mod bytes;
+mod clock;
+mod description;
+mod encoding;
+mod pages;
+mod snappy;
+mod thrift;
+
+use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, TopicId, Value};
+use super::{Place, ReadOptions, RecordingError, stamp};
+use clock::Clock;
+use description::{Column, Description, Group, Meaning};
+use encoding::Cell;
+use pages::{Entry, Pages};
+use shsa_core::time::Time;
+use std::io::{self, Read, SeekFrom};
+
+/// The first and the last bytes.
+pub(super) const MAGIC: &[u8] = b"PAR1";
+
+/// The longest description that is read, bytes.
+const DESCRIPTION_MAX: u64 = 1 << 28;
+
+/// The most that the texts of a page may be altogether, bytes.
+const TEXTS_MAX: usize = 1 << 28;
+
+/// The most damages that are told of a part of the rows.
+const DAMAGES_MAX: usize = 20;
+
+/// Tells the rows of a table.
+pub(super) fn read(
+    input: &mut dyn Input,
+    options: &ReadOptions,
+    listener: &mut dyn Listener,
+) -> Result<(), RecordingError> {
+    let description = match described(input) {
+        Ok(description) => description,
+        Err((place, problem)) => {
+            listener.damaged(place, problem);
+            return Ok(());
+        }
+    };
+    let file = listener.file().to_path_buf();
+    let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let headers: Vec<String> = description.columns.iter().map(|column| column.name.clone()).collect();
+    let fields = Fields::named(description.columns.iter().map(field));
+    let topic = listener.topic(Topic::new(&name, &headers.join(", "), fields));
+    if !listener.is_wanted(topic) {
+        return Ok(());
+    }
+    let mut table = Table { description: &description, topic, count: 0, clock: None, options };
+    let found = first_rows(input, &description).map(|rows| clock::find(&description, &rows, options));
+    match found {
+        Err(problem) => listener.damaged(Place::Whole, problem.to_string()),
+        Ok(Ok(found)) => {
+            found.notes.into_iter().for_each(|note| listener.note(Place::Whole, note));
+            table.clock = Some(found.clock);
+        }
+        Ok(Err(problem)) if listener.needs_time(topic) => {
+            return Err(RecordingError::NoTime { file, problem, columns: headers });
+        }
+        Ok(Err(problem)) => listener.untimed(topic, problem),
+    }
+    for group in &description.groups {
+        if let Err(problem) = table.group(group, input, listener) {
+            listener.damaged(Place::Whole, format!("cannot be read on: {problem}"));
+            break;
+        }
+    }
+    let doubts = table.clock.map(|clock| clock.doubts()).unwrap_or_default();
+    doubts.into_iter().for_each(|note| listener.note(Place::Whole, note));
+    Ok(())
+}
+
+fn field(column: &Column) -> Field {
+    let unit = match column.meaning {
+        Meaning::Moment { .. } => Some("ns".to_owned()),
+        _ => stamp::split_unit(&column.name).1.map(str::to_owned),
+    };
+    Field { name: column.name.clone(), unit }
+}
+
+/// The description at the end of a file, or what is wrong with it, and where.
+fn described(input: &mut dyn Input) -> Result<Description, (Place, String)> {
+    let failed = |problem: io::Error| (Place::Whole, problem.to_string());
+    let length = input.seek(SeekFrom::End(0)).map_err(failed)?;
+    let begin = length.saturating_sub(8);
+    let tail = bytes_at(input, begin, 8).map_err(failed)?;
+    let lost = "the description of its columns, which stands at the end, is missing: nothing can be read";
+    let Some((size, MAGIC)) = tail.split_first_chunk::<4>() else {
+        return Err((Place::Offset(length), lost.into()));
+    };
+    let size = u64::from(u32::from_le_bytes(*size));
+    let at = begin.checked_sub(size).filter(|_| size <= DESCRIPTION_MAX);
+    let at = at.ok_or_else(|| (Place::Offset(begin), lost.to_owned()))?;
+    let described = bytes_at(input, at, size).map_err(failed)?;
+    let unknown =
+        || (Place::Offset(at), "the description of its columns cannot be read: nothing can be read".into());
+    Description::read(&described).ok_or_else(unknown)
+}
+
+fn bytes_at(input: &mut dyn Input, at: u64, length: u64) -> io::Result<Vec<u8>> {
+    input.seek(SeekFrom::Start(at))?;
+    let mut bytes = Vec::new();
+    Read::take(&mut *input, length).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// The first rows as texts, by which times are found.
+fn first_rows(input: &mut dyn Input, description: &Description) -> io::Result<Vec<Vec<String>>> {
+    let Some(group) = description.groups.iter().find(|group| group.rows > 0) else { return Ok(Vec::new()) };
+    let mut columns = Columns::new(description, group, |_| true);
+    let mut rows = Vec::new();
+    for _ in 0..group.rows.min(clock::ROWS) {
+        columns.turn(input)?;
+        rows.push((0..description.columns.len()).map(|at| columns.shown(at)).collect());
+    }
+    Ok(rows)
+}
+
+/// The columns of a part of the rows, side by side.
+struct Columns<'d> {
+    pages: Vec<Option<Pages<'d>>>,
+    /// What each says of the row.
+    row: Vec<Entry>,
+}
+
+impl<'d> Columns<'d> {
+    fn new(description: &'d Description, group: &Group, is_wanted: impl Fn(usize) -> bool) -> Columns<'d> {
+        let pages = |(at, chunk): (usize, &Option<description::Chunk>)| {
+            let column = description.columns.get(at).filter(|_| is_wanted(at))?;
+            Some(Pages::new(column, (*chunk)?))
+        };
+        let pages: Vec<Option<Pages<'d>>> = group.chunks.iter().enumerate().map(pages).collect();
+        Columns { row: vec![Entry::Cell(Cell::Missing); pages.len()], pages }
+    }
+
+    /// Goes to the next row; whether any column says something of it.
+    fn turn(&mut self, input: &mut dyn Input) -> io::Result<bool> {
+        let mut is_any = false;
+        for (entry, pages) in self.row.iter_mut().zip(&mut self.pages) {
+            let Some(pages) = pages else { continue };
+            let next = pages.entry(input)?;
+            is_any |= next.is_some();
+            *entry = next.unwrap_or(Entry::Cell(Cell::Missing));
+        }
+        Ok(is_any)
+    }
+
+    fn value(&self, at: usize) -> Value<'_> {
+        match self.row.get(at) {
+            Some(Entry::List(list)) => Value::List(list),
+            Some(Entry::Cell(Cell::Number(number))) => Value::Number(*number),
+            Some(Entry::Cell(Cell::Whole(whole))) => Value::Whole(*whole),
+            Some(Entry::Cell(Cell::Text(number))) => {
+                let text = self.pages.get(at).and_then(|pages| pages.as_ref()?.text(*number));
+                text.map_or(Value::Missing, Value::Text)
+            }
+            Some(Entry::Cell(Cell::Missing)) | None => Value::Missing,
+        }
+    }
+
+    fn shown(&self, at: usize) -> String {
+        match self.value(at) {
+            Value::Number(number) => number.to_string(),
+            Value::Whole(whole) => whole.to_string(),
+            Value::Text(text) => text.to_owned(),
+            Value::Missing | Value::List(_) | Value::Interval(..) => String::new(),
+        }
+    }
+
+    fn tell_damages(&mut self, listener: &mut dyn Listener) {
+        let all: Vec<(u64, String)> =
+            self.pages.iter_mut().flatten().flat_map(|it| it.damages.drain(..)).collect();
+        let more = all.len().saturating_sub(DAMAGES_MAX);
+        for (at, problem) in all.into_iter().take(DAMAGES_MAX) {
+            listener.damaged(Place::Offset(at), problem);
+        }
+        if more > 0 {
+            listener.damaged(Place::Whole, format!("{more} more places are damaged"));
+        }
+    }
+}
+
+/// A table whose rows are told.
+struct Table<'a> {
+    description: &'a Description,
+    topic: TopicId,
+    count: i64,
+    clock: Option<Clock>,
+    options: &'a ReadOptions,
+}
+
+impl Table<'_> {
+    /// Tells a part of the rows.
+    fn group(&mut self, group: &Group, input: &mut dyn Input, listener: &mut dyn Listener) -> io::Result<()> {
+        let is_read = |at: usize| {
+            listener.is_field_wanted(self.topic, at)
+                || self.clock.as_ref().is_some_and(|clock| clock.reads(at))
+        };
+        let mut columns = Columns::new(self.description, group, is_read);
+        let (mut rows, mut untimed) = (0, 0_u64);
+        while rows < group.rows && columns.turn(input)? {
+            rows += 1;
+            match self.time(&columns, listener) {
+                Some(time) => {
+                    let values: Vec<Value<'_>> = (0..columns.row.len()).map(|at| columns.value(at)).collect();
+                    listener.message(self.topic, Times::at(time), Body::Values(&values));
+                }
+                None => untimed += 1,
+            }
+        }
+        columns.tell_damages(listener);
+        if untimed > 0 {
+            listener.damaged(Place::Whole, format!("{untimed} rows have no time; left out"));
+        }
+        if rows < group.rows {
+            listener.damaged(Place::Whole, format!("{} rows are missing", group.rows - rows));
+        }
+        Ok(())
+    }
+
+    /// When a row was true; `None` where that is not known and matters.
+    fn time(&mut self, columns: &Columns<'_>, listener: &mut dyn Listener) -> Option<Time> {
+        let number = self.count;
+        self.count += 1;
+        let numbered = Some(Time(number));
+        let Some(clock) = &mut self.clock else { return numbered };
+        match clock.moment(columns, &self.options.zone) {
+            Some(time) => {
+                if let Some(note) = clock.note(&self.options.zone) {
+                    listener.note(Place::Whole, note);
+                }
+                Some(time)
+            }
+            None if listener.needs_time(self.topic) => None,
+            None => numbered,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
