@@ -6,7 +6,8 @@ use crate::error::RuntimeError;
 use serde_json::{Value, json};
 use shsa_bridge::payload::Writer;
 use shsa_bridge::{Bridge, BridgeError, Clock, Outgoing, Payload, Provenance, Quality};
-use shsa_core::engine::{self, EventKind, Publication};
+use shsa_core::engine::{self, EventKind, Publication, PublishedValue};
+use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId};
 use shsa_core::reason::ServedBy;
 use shsa_core::time::{Span, Time};
@@ -49,6 +50,8 @@ pub(super) struct Outlet {
     last: Option<Time>,
     /// Why the last value could not be written or sent.
     unwritten: Option<String>,
+    /// The latest value of a scalar, whoever has sent it, SI.
+    value: Option<Interval>,
 }
 
 impl Outlet {
@@ -93,6 +96,7 @@ impl Outlet {
             is_settled: false,
             last: None,
             unwritten: None,
+            value: None,
         })
     }
 
@@ -106,6 +110,7 @@ impl Outlet {
             sound_since: before.sound_since,
             is_settled: before.is_settled,
             last: before.last,
+            value: before.value,
             ..self.clone()
         }
     }
@@ -151,6 +156,10 @@ impl Outlet {
         }
         self.provenance.quality = quality;
         self.known = Some(now);
+        self.value = match &publication.value {
+            PublishedValue::Scalar(value) => Some(*value),
+            PublishedValue::Vector(_) => None,
+        };
         if !self.is_settled && self.is_sound() && self.is_able(now) {
             let since = *self.sound_since.get_or_insert(now);
             self.is_settled = now - since >= self.probation;
@@ -277,6 +286,31 @@ impl Outlet {
             Some(last) if self.is_fresh(last, now) => Quality::LastUsable,
             _ => Quality::Bad,
         }
+    }
+
+    /// The latest value of a scalar, SI.
+    pub(super) fn value(&self) -> Option<Interval> {
+        self.value
+    }
+
+    /// When the latest value went out.
+    pub(super) fn last(&self) -> Option<Time> {
+        self.last
+    }
+
+    /// What it is a value of.
+    pub(super) fn variable(&self) -> &str {
+        &self.variable
+    }
+
+    /// The unit of its values.
+    pub(super) fn unit(&self) -> Option<&Unit> {
+        self.unit.as_ref()
+    }
+
+    /// How old a value may grow.
+    pub(super) fn max_age(&self) -> Span {
+        self.max_age
     }
 
     /// The words of the status topic.

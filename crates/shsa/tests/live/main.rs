@@ -19,6 +19,7 @@ mod isolation;
 mod joining;
 mod outage;
 mod package;
+mod page;
 mod prometheus;
 mod reference;
 mod roles;
