@@ -9,9 +9,11 @@ const MOST = 60;
 const MOST_OFFERED = 100;
 const WIDTH = 176;
 const HEIGHT = 40;
-const COLUMN = 248;
+const COLUMN = 216;
 const ROW = 56;
 const MARGIN = 16;
+/** The scale at which texts can still be read. */
+const LEAST = 0.85;
 /** So many signs of a name fit into a node. */
 const FITTING = 20;
 
@@ -227,11 +229,14 @@ export class Graph {
     }
     this.conflicts = drawn("g", { class: "conflicts" });
     this.drawn = "";
-    const svg = drawn("svg", { viewBox: `0 0 ${width} ${height}`, width, height, role: "group", "aria-label": `What ${focus} can be known from` });
+    // A little smaller where it does not fit otherwise; what does not fit then is reached by scrolling.
+    const scale = Math.min(1, Math.max(LEAST, this.drawing.clientWidth / width));
+    const svg = drawn("svg", { viewBox: `0 0 ${width} ${height}`, width: width * scale, height: height * scale, role: "group", "aria-label": `What ${focus} can be known from` });
     const tip = drawn("marker", { id: "tip", viewBox: "0 0 8 8", refX: 0, refY: 4, markerWidth: 8, markerHeight: 8, markerUnits: "userSpaceOnUse", orient: "auto" });
     tip.append(drawn("path", { d: "M0 0L8 4L0 8Z" }));
     svg.append(drawn("defs", {}, [tip]), ...this.edges.map((edge) => edge.line), this.conflicts, ...this.nodes.map((node) => node.element));
     this.drawing.replaceChildren(svg);
+    this.drawing.scrollLeft = width;
     setText(this.more, found.more ? `The nearest ${MOST} of them; a name leads to others.` : "");
     this.choose(this.nodes[0]);
     this.refresh();

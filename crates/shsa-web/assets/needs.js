@@ -35,7 +35,7 @@ class Card {
     this.variable = name;
     const link = made("button", { className: "link", text: "its bands" });
     link.type = "button";
-    link.setAttribute("aria-label", `Bands of ${name}`);
+    link.setAttribute("aria-label", `its bands: ${name}`);
     link.addEventListener("click", () => show(this.variable));
     this.quality = made("span", { className: "quality" });
     this.number = made("span", { className: "middle" });
@@ -62,7 +62,7 @@ class Card {
     this.isSeen = true;
   }
 
-  show(need, value, ahead, tolerance, now) {
+  show(need, value, tolerance, now) {
     const served = quality(need.quality);
     this.variable = need.variable;
     this.element.className = `card ${served}`;
@@ -76,7 +76,7 @@ class Card {
     setText(this.width, isServed ? `± ${number(width / 2, width)} ${unit}` : published && lo == null ? "a list of values" : "no value");
     setText(this.facts.source, served === "unserved" ? "✗ nothing" : need.source + (need.forced ? ", by order" : ""));
     setText(this.facts.age, age(now, last));
-    setText(this.facts.next, next(need, ahead));
+    setText(this.facts.next, tolerance ? tolerance.next ?? "✗ nothing" : "…");
     setText(this.facts.left, left(tolerance));
     setText(this.facts.published, need.signal);
     setText(this.facts.gap, `${need.longest_gap_s.toFixed(2)} s`);
@@ -108,12 +108,6 @@ class Card {
   }
 }
 
-/** What would serve a need if what serves it now were lost. */
-function next(need, ahead = []) {
-  const way = ahead.find(({ words }) => words !== need.way);
-  return way ? way.words : "✗ nothing";
-}
-
 /** How many losses a need survives, in words. */
 function left(tolerance) {
   if (!tolerance) return "…";
@@ -143,7 +137,7 @@ export class Needs {
     this.list.replaceChildren();
   }
 
-  show({ needs = {}, values = {}, ahead = {}, tolerance = {} }, now, isVisible) {
+  show({ needs = {}, values = {}, tolerance = {} }, now, isVisible) {
     const names = Object.keys(needs);
     if (names.length && this.cards.size === 0) this.list.replaceChildren();
     arrange(this.list, this.cards, names.slice(0, MOST), (name) => {
@@ -155,7 +149,7 @@ export class Needs {
     for (const [name, card] of this.cards) {
       const value = values[name] ?? [null, null, null, 0];
       card.past.keep(needs[name], value, now);
-      if (isVisible) card.show(needs[name], value, ahead[name], tolerance[name], now);
+      if (isVisible) card.show(needs[name], value, tolerance[name], now);
     }
     setText(this.more, names.length > MOST ? `and ${names.length - MOST} more` : "");
   }

@@ -40,7 +40,8 @@ function turn(isAsked) {
     if (anchor.hash === `#${current}`) anchor.setAttribute("aria-current", "page");
     else anchor.removeAttribute("aria-current");
   }
-  if (isAsked) document.getElementById(current).focus();
+  scrollTo(0, 0);
+  if (isAsked) document.getElementById(current).focus({ preventScroll: true });
 }
 
 /** Leads to the bands of a variable, or of that of a signal, at a moment. */

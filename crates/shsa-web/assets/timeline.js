@@ -48,12 +48,11 @@ function item(event, show) {
   const subject = event.signal ?? event.relation ?? event.need ?? event.variable;
   const lines = [subject && made("strong", { text: subject }), made("p", { text: event.because })];
   if (event.substitution) lines.push(made("p", { className: "soft", text: `served by ${event.substitution}` }));
-  if (event.probability) lines.push(made("p", { className: "soft", text: `probability ${event.probability.toPrecision(3)}` }));
   const about = event.variable ?? event.signal;
   if (about) {
     const button = made("button", { className: "link", text: "in the bands" });
     button.type = "button";
-    button.setAttribute("aria-label", `${about} at ${clock(event.time_ns)} in the bands`);
+    button.setAttribute("aria-label", `in the bands: ${about} at ${clock(event.time_ns)}`);
     button.addEventListener("click", () => show(about, event.time_ns));
     lines.push(button);
   }

@@ -91,8 +91,8 @@ export class WhatIf {
   answer(needs) {
     const all = Object.entries(needs);
     const unhealed = all.filter(([, { now }]) => !now).map(([name]) => name);
-    const count = this.lost.size === 1 ? "1 signal" : `${this.lost.size} signals`;
-    setText(this.told, unhealed.length ? `✗ Nothing heals the loss of ${count} for ${unhealed.join(", ")}.` : `✓ Every need is served without ${count}.`);
+    const without = { 0: "", 1: " without this signal" }[this.lost.size] ?? ` without these ${this.lost.size} signals`;
+    setText(this.told, unhealed.length ? `✗ Nothing serves ${unhealed.join(", ")}${without}.` : `✓ Every need is served${without}.`);
     this.answers.replaceChildren(...all.map(([name, need]) => this.need(name, need)));
   }
 
@@ -108,7 +108,7 @@ export class WhatIf {
     const head = made("tr", { children: ["if this is lost, too", "then"].map((text) => Object.assign(made("th", { text }), { scope: "col" })) });
     const table = made("table", { children: [made("thead", { children: [head] }), made("tbody", { children: telling.slice(0, MOST_FURTHER).map(row) })] });
     const rest = further.length - telling.length;
-    const end = made("p", { className: "soft", text: rest ? `The loss of any of ${rest} others changes nothing.` : "" });
+    const end = made("p", { className: "soft", text: rest && now ? `${rest === 1 ? "One other signal is" : `${rest} other signals are`} not missed if lost alone.` : "" });
     return made("article", { className: `card ${now ? "good" : "unserved"}`, children: [made("h3", { text: name }), list, ...(telling.length && now ? [table] : []), end] });
   }
 }

@@ -13,12 +13,12 @@ from pathlib import Path
 from playwright.sync_api import expect, sync_playwright
 
 # Nothing here depends on how fast the machine is: this bounds the wait for what never comes.
-PATIENCE_MS = 60_000
+PATIENCE_MS = 120_000
 expect.set_options(timeout=PATIENCE_MS)
 
-VIEWS = ["needs", "signals", "timeline", "orders"]
+VIEWS = ["needs", "signals", "timeline", "bands", "graph", "what-if", "orders"]
 WIDTHS = [1440, 768, 360]
-# The simulated lidar says nothing for a while, again and again.
+# The simulated lidar says nothing for a while, and later something wrong, again and again.
 BROKEN = "/lidar/scan"
 
 
@@ -147,6 +147,53 @@ class Page:
         self.turn_to("orders")
         expect(self.page.locator("#audit")).to_contain_text("Nothing yet.")
 
+    def the_blamed_band_is_marked(self):
+        """The lidar lies: the others contradict it, and its band is marked as that of the blamed one."""
+        self.turn_to("bands")
+        expect(self.page.locator("#bands-variable")).to_have_value("v_dmin")
+        row = self.page.locator("#bands-list tr", has_text=BROKEN).first
+        expect(row).to_contain_text("✗ rests on what is failed")
+        expect(self.page.locator("#bands-drawing .blamed")).not_to_have_count(0)
+        expect(self.page.locator("#bands-drawing .contradiction")).not_to_have_count(0)
+        expect(self.page.locator("#bands-drawing .decision")).not_to_have_count(0)
+        others = self.page.locator("#bands-list tr", has_text="/sonar/ranges by nearest")
+        expect(others).not_to_contain_text("✗")
+        # What is held stays, and the cursor reads it by keys.
+        self.page.get_by_role("button", name="Pause").click()
+        self.page.locator("#bands-drawing svg").focus()
+        for _ in range(3):
+            self.page.keyboard.press("ArrowLeft")
+        moment = self.page.locator("#bands-told").text_content()
+        self.page.wait_for_timeout(500)
+        assert self.page.locator("#bands-told").text_content() == moment
+        before = self.page.locator("#bands-span").input_value()
+        self.page.keyboard.press("-")
+        assert self.page.locator("#bands-span").input_value() > before
+        self.page.get_by_role("button", name="Go on").click()
+
+    def the_graph_shows_the_way_in_use(self):
+        self.turn_to("graph")
+        node = lambda name: self.page.locator("#graph-drawing .node", has_text=name).first
+        expect(node("/sonar/ranges")).to_have_class("node signal healthy used")
+        expect(node(BROKEN)).to_have_attribute("aria-label", f"signal {BROKEN}, failed")
+        expect(self.page.locator("#graph-drawing .edge.used")).not_to_have_count(0)
+        node(BROKEN).focus()
+        self.page.keyboard.press("Enter")
+        expect(self.page.locator("#graph-about")).to_contain_text("✗ failed")
+        self.page.locator("#graph-search").fill("/odom/speed")
+        self.page.keyboard.press("Enter")
+        expect(self.page.locator("#graph-about")).to_contain_text("variable speed")
+
+    def what_nothing_heals_is_told(self):
+        self.turn_to("what-if")
+        told = self.page.locator("#what-if-told")
+        self.page.get_by_role("button", name="None lost").click()
+        expect(self.page.locator("#what-if-needs")).to_contain_text("/sonar/ranges by nearest, utility")
+        expect(told).to_have_text("✓ Every need is served.")
+        for name in (BROKEN, "/sonar/ranges", "/depth/image", "/odom/speed"):
+            self.page.locator("#what-if-signals").get_by_label(name).check()
+        expect(told).to_have_text("✗ Nothing serves v_dmin without these 4 signals.")
+
     def nothing_is_too_wide(self):
         for view in VIEWS:
             self.turn_to(view)
@@ -197,6 +244,9 @@ def main(address, token=None, axe=None, screenshots=None):
         page.orders_need_the_token(token)
         page.the_keyboard_is_enough()
         page.it_comes_back_after_a_restart()
+        page.the_blamed_band_is_marked()
+        page.the_graph_shows_the_way_in_use()
+        page.what_nothing_heals_is_told()
         page.nothing_is_too_wide()
         page.everyone_can_use_it(axe)
         assert not page.strange, "\n".join(page.strange)

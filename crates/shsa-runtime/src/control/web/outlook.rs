@@ -7,7 +7,7 @@ use shsa_core::analysis::{self, Tolerance};
 use shsa_core::engine::WhatIf;
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, SignalSet};
 use shsa_core::substitution::Way;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use tokio::task::spawn_blocking;
 
 /// What may be spent on the needs of one model after a decision, in steps.
@@ -19,50 +19,81 @@ const MOST_LOSSES: usize = 200;
 pub(super) fn look_ahead(shared: &Shared, board: &Board) {
     // Who finds out already looks again when it is done.
     let Ok(turn) = shared.pages.turn.clone().try_lock_owned() else { return };
-    let (shared, mut models) = (shared.clone(), losses(board));
+    let (shared, mut known) = (shared.clone(), situations(board));
     tokio::spawn(async move {
         loop {
-            for (model, lost) in &models {
-                let Some(rows) = tolerances(&shared, model, lost.clone()).await else { return };
-                shared.pages.board.lock().await.add(model, "tolerance", rows);
+            for situation in &known {
+                let Some(rows) = tolerances(&shared, situation.clone()).await else { return };
+                shared.pages.board.lock().await.add(&situation.model, "tolerance", rows);
             }
             let board = shared.pages.board.lock().await;
-            let news = losses(&board);
-            if news == models {
+            let now = situations(&board);
+            if now == known {
                 // Before the board is let go: what is decided next finds the turn free.
                 drop(turn);
                 return;
             }
-            models = news;
+            known = now;
         }
     });
 }
 
-/// By model and version, the signals that nothing may rest on now.
-fn losses(board: &Board) -> Vec<(String, BTreeSet<String>)> {
-    let lost = |model: &str| {
-        let rows = board.rows(model, "lost").map(|(name, _)| name.to_owned());
-        (model.to_owned(), rows.collect())
-    };
-    board.models().map(lost).collect()
+/// How a model stands.
+#[derive(Clone, PartialEq, Eq)]
+struct Situation {
+    model: String,
+    /// The signals that nothing may rest on.
+    lost: BTreeSet<String>,
+    /// Of each need, the signals that serve it.
+    serving: BTreeMap<String, Vec<String>>,
 }
 
-async fn tolerances(shared: &Shared, model: &str, lost: BTreeSet<String>) -> Option<Value> {
-    let model = shared.pages.known.model(shared, model).await?;
+fn situations(board: &Board) -> Vec<Situation> {
+    let of_model = |model: &str| Situation {
+        model: model.to_owned(),
+        lost: board.rows(model, "lost").map(|(name, _)| name.to_owned()).collect(),
+        serving: board
+            .rows(model, "needs")
+            .map(|(name, need)| (name.to_owned(), serving(board, model, name, need)))
+            .collect(),
+    };
+    board.models().map(of_model).collect()
+}
+
+/// The signals of the way that serves a need.
+fn serving(board: &Board, model: &str, name: &str, need: &Value) -> Vec<String> {
+    let mut ahead = board.rows(model, "ahead").filter(|(need, _)| *need == name);
+    let ways = ahead.next().and_then(|(_, ways)| ways.as_array()).into_iter().flatten();
+    let signals = ways
+        .filter(|way| way.get("words") == need.get("way"))
+        .filter_map(|way| way.get("signals")?.as_array());
+    signals.flatten().filter_map(|signal| signal.as_str().map(str::to_owned)).collect()
+}
+
+/// How many more losses each need survives, and what would serve it if the signals that serve it now were lost.
+async fn tolerances(shared: &Shared, situation: Situation) -> Option<Value> {
+    let model = shared.pages.known.model(shared, &situation.model).await?;
     spawn_blocking(move || {
         let knowledge = model.knowledge();
-        let lost: SignalSet = lost.iter().filter_map(|name| knowledge.signal(name)).collect();
+        let lost: SignalSet = situation.lost.iter().filter_map(|name| knowledge.signal(name)).collect();
         let options = analysis::Options { only_runnable: true, steps: STEPS, ..analysis::Options::default() };
         let needs = analysis::tolerances(knowledge, &lost, options);
-        let row = |(need, tolerance)| (knowledge.need_name(need).to_owned(), row(knowledge, tolerance));
-        Value::Object(needs.enumerate().map(row).collect())
+        let rows = needs.enumerate().map(|(need, tolerance)| {
+            let name = knowledge.need_name(need);
+            let serving = situation.serving.get(name).into_iter().flatten();
+            let all = lost.iter().chain(serving.filter_map(|name| knowledge.signal(name)));
+            let next = model.ways(need, &all.collect::<Vec<_>>()).into_iter().next();
+            (name.to_owned(), row(knowledge, tolerance, next.map(|(way, _)| way.describe(knowledge))))
+        });
+        Value::Object(rows.collect())
     })
     .await
     .ok()
 }
 
-fn row(knowledge: &KnowledgeBase, tolerance: &Tolerance) -> Value {
+fn row(knowledge: &KnowledgeBase, tolerance: &Tolerance, next: Option<String>) -> Value {
     json!({
+        "next": next,
         "known": tolerance.known,
         "survives": tolerance.survives,
         "exact": tolerance.exact,
