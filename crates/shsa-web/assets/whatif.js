@@ -45,7 +45,6 @@ export class WhatIf {
     this.tables = tables;
     if (!isVisible) return;
     if (this.isFirst) {
-      this.isFirst = false;
       this.lose(Object.keys(tables.lost ?? {}));
     }
     const words = this.text.value.toLowerCase();
@@ -73,6 +72,7 @@ export class WhatIf {
   }
 
   lose(names) {
+    this.isFirst = false;
     this.lost = new Set(names);
     for (const [name, { input }] of this.boxes) input.checked = this.lost.has(name);
   }

@@ -164,7 +164,9 @@ pub fn unwatched(knowledge: &KnowledgeBase, options: Options) -> Unwatched {
 #[must_use]
 pub fn tolerances(knowledge: &KnowledgeBase, lost: &SignalSet, options: Options) -> IdVec<NeedId, Tolerance> {
     let mut left = knowledge.clone();
-    lost.iter().for_each(|signal| left.set_available(signal, false));
+    // What is derived from a lost signal is lost with it.
+    let taken = knowledge.signals().ids().filter(|&signal| knowledge.origins(signal).meets(lost));
+    taken.for_each(|signal| left.set_available(signal, false));
     let graph = Graph::new(&left);
     let basis = basis::Basis::new(&left, options, RelationId::from_index(left.relations().len()));
     let mut losses = Losses::new(&left, &graph, &basis);
