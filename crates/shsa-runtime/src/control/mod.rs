@@ -35,7 +35,7 @@ pub(super) enum Request {
     /// What the ways of knowing a variable have said, as far as it is new.
     Bands(BandsOf),
     /// To hand over the knowledge base of the model of this name, where there is one.
-    Model(String, oneshot::Sender<KnowledgeBase>),
+    Model(String, oneshot::Sender<Box<KnowledgeBase>>),
     /// The decisions from this number on.
     Events(u64),
     /// Figures in the text format of Prometheus.

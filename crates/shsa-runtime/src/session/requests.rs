@@ -28,7 +28,7 @@ impl Session {
                 Request::Model(name, taker) => {
                     let healer = self.healers.iter().find(|healer| healer.name() == name);
                     // Who has asked may have gone.
-                    healer.map(|healer| taker.send(healer.engine().knowledge().clone()));
+                    healer.map(|healer| taker.send(Box::new(healer.engine().knowledge().clone())).ok());
                     Reply::Json(Value::Null)
                 }
                 Request::Events(since) => Reply::Json(Value::Array(self.log.since(since))),

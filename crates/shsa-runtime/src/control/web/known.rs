@@ -25,7 +25,7 @@ impl Known {
         let (sender, receiver) = oneshot::channel();
         ask(shared, Request::Model(name.to_owned(), sender)).await.ok()?;
         let knowledge = receiver.await.ok()?;
-        let model = Arc::new(spawn_blocking(|| WhatIf::new(knowledge)).await.ok()?);
+        let model = Arc::new(spawn_blocking(|| WhatIf::new(*knowledge)).await.ok()?);
         models.insert(name.to_owned(), model.clone());
         Some(model)
     }
