@@ -13,9 +13,9 @@ const COLUMN = 216;
 const ROW = 56;
 const MARGIN = 16;
 /** The scale at which texts can still be read. */
-const LEAST = 0.85;
+const LEAST = 0.72;
 /** So many signs of a name fit into a node. */
-const FITTING = 20;
+const FITTING = 17;
 
 const shortened = (name) => (name.length > FITTING ? `…${name.slice(1 - FITTING)}` : name);
 

@@ -217,7 +217,10 @@ class Page:
 
     def screenshots(self, folder):
         folder.mkdir(parents=True, exist_ok=True)
-        self.the_switch_is_shown()
+        # Until the lidar has lied for a while.
+        self.turn_to("bands")
+        expect(self.page.locator("#bands-list")).to_contain_text("✗ rests on what is failed")
+        self.page.wait_for_timeout(5_000)
         for view in VIEWS:
             self.turn_to(view)
             for scheme in ("light", "dark"):
