@@ -57,7 +57,7 @@ export function stretches(moments) {
 export class Bands {
   constructor({ token }) {
     const of = (name) => document.getElementById(name);
-    Object.assign(this, { token, model: null, variable: null, control: null, tables: {}, events: [], span: 30, isPaused: false, until: 0, cursor: null });
+    Object.assign(this, { token, model: null, variable: null, control: null, tables: {}, events: [], span: 30, isPaused: false, until: 0, cursor: null, isVisible: false });
     this.clear();
     this.search = of("bands-variable");
     this.offered = of("variable-names");
@@ -109,7 +109,9 @@ export class Bands {
 
   show(tables, _now, isVisible) {
     this.tables = tables;
-    if (!isVisible) return this.stop();
+    // Once a variable is looked at it is listened to, whatever is shown: what nobody has heard would look like a gap.
+    this.isVisible = isVisible;
+    if (!isVisible) return;
     const { needs = {}, signals = {} } = tables;
     if (!this.variable) {
       const first = Object.values(needs)[0]?.variable;
@@ -221,6 +223,7 @@ export class Bands {
   }
 
   draw() {
+    if (!this.isVisible) return;
     this.width = Math.max(280, this.drawing.clientWidth);
     this.inner = this.width - ROOM.left - ROOM.right;
     if (!this.until) return;

@@ -135,7 +135,8 @@ function line({ from, to }) {
 function arc(one, other) {
   const [x, y] = [one.x, one.y + HEIGHT / 2];
   const [lastX, lastY] = [other.x, other.y + HEIGHT / 2];
-  return `M${x} ${y}C${x - 56} ${y} ${lastX - 56} ${lastY} ${lastX} ${lastY}`;
+  const bend = Math.min(56, x - 2, lastX - 2);
+  return `M${x} ${y}C${x - bend} ${y} ${lastX - bend} ${lastY} ${lastX} ${lastY}`;
 }
 
 const SHAPES = {
