@@ -14,6 +14,7 @@ export async function ask(path, token, more = {}) {
   const headers = { ...more.headers, ...(token ? { Authorization: `Bearer ${token}` } : {}) };
   const response = await fetch(path, { ...more, headers, cache: "no-store" });
   if (response.ok) return response;
+  if (response.status === 401 && path !== "/orders") throw new Refusal("looking needs a token: put it into the field under Orders");
   const told = await response.json().catch(() => ({}));
   throw new Refusal(told.error ?? `the instance answers ${response.status}`);
 }
