@@ -9,6 +9,7 @@ mod ratchet;
 mod testing;
 mod results;
 mod package;
+mod screenshots;
 
 use anyhow::{Context, Result, anyhow, bail};
 use std::env;
@@ -27,6 +28,7 @@ usage: cargo xtask COMMAND
   results    replays the recordings with faults injected, and writes docs/results.md
   chaos      breaks the world around a live run, and writes that section of docs/results.md (as root: all of it; random
              sequences of faults for a handful of seeds, or those that SHSA_SEEDS=1..100 names)
+  screenshots  takes pictures of the live page at three widths, light and dark, in target/screenshots
   package    builds target/package/shsa.deb; `--program FILE` packs one that is built already, `--out FOLDER` writes there";
 
 fn main() -> ExitCode {
@@ -50,6 +52,7 @@ fn run(command: Option<&str>) -> Result<()> {
         Some("ratchet") => ratchet::check(),
         Some("results") => results::write(),
         Some("chaos") => results::chaos::write(),
+        Some("screenshots") => screenshots::take(),
         Some("package") => package::write(env::args().skip(2)),
         Some(other) => bail!("no command `{other}`\n{USAGE}"),
         None => bail!("no command\n{USAGE}"),

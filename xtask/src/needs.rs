@@ -19,9 +19,10 @@ const PINNED_WHEELS_ARE_THERE: &str = "from importlib.metadata import version; \
 
 /// A toolchain of the minimal profile has neither of the first two; SWI-Prolog answers beside our searches,
 /// valgrind counts instructions, Mosquitto is the broker that the MQTT bridge is tested with, Prometheus
-/// reads the figures of a run, libfaketime steps a clock that is not the machine's, iproute2 lays and cuts cables between network namespaces, and the clients and routers that are not ours
+/// reads the figures of a run, libfaketime steps a clock that is not the machine's, iproute2 lays and cuts cables between network namespaces,
+/// Chromium looks at the live page, axe-core at whether everyone can use it, and the clients and routers that are not ours
 /// are Python's.
-const NEEDS: [Need; 9] = [
+const NEEDS: [Need; 11] = [
     Need {
         name: "rustfmt",
         probe: &["cargo", "fmt", "--version"],
@@ -56,6 +57,20 @@ const NEEDS: [Need; 9] = [
         name: "iproute2",
         probe: &["sh", "-c", "PATH=$PATH:/usr/sbin:/sbin command -v ip"],
         install: &["sh", "-c", "apt-get update && apt-get install -y --no-install-recommends iproute2"],
+    },
+    Need {
+        name: "Chromium",
+        probe: &["chromium", "--version"],
+        install: &["sh", "-c", "apt-get update && apt-get install -y --no-install-recommends chromium"],
+    },
+    Need {
+        name: "axe-core in target/npm",
+        probe: &["sh", "-c", "grep -q 'axe v4.14.1' target/npm/package/axe.min.js"],
+        install: &[
+            "sh",
+            "-c",
+            "mkdir -p target/npm && cd target/npm && npm pack --silent axe-core@4.14.1 && tar xzf axe-core-4.14.1.tgz",
+        ],
     },
     Need {
         name: "the Python environment in target/python",

@@ -126,6 +126,11 @@ impl EventLog {
         self.listeners.downgrade()
     }
 
+    /// The number of the next decision.
+    pub(super) fn next(&self) -> u64 {
+        self.next
+    }
+
     /// The decisions from a number on that are still kept.
     pub(super) fn since(&self, number: u64) -> Vec<Value> {
         self.kept.iter().filter(|(at, _)| *at >= number).map(|(_, event)| event.clone()).collect()

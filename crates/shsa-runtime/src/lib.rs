@@ -30,6 +30,8 @@ mod sandbox;
 mod options;
 mod healer;
 mod federation;
+mod view;
+mod bands;
 mod control;
 mod terminal;
 mod event_log;

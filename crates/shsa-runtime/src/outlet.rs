@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 use shsa_bridge::payload::Writer;
 use shsa_bridge::{Admission, Bridge, BridgeError, Clock, Outgoing, Payload, Provenance, Quality};
 use shsa_core::assurance::{Admitted, Ground};
-use shsa_core::engine::{self, EventKind, Publication};
+use shsa_core::engine::{self, EventKind, Publication, PublishedValue};
+use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId};
 use shsa_core::reason::ServedBy;
 use shsa_core::statement::Scales;
@@ -53,6 +54,8 @@ pub(super) struct Outlet {
     last: Option<Time>,
     /// Why the last value could not be written or sent.
     unwritten: Option<String>,
+    /// The latest value of a scalar, whoever has sent it, SI.
+    value: Option<Interval>,
 }
 
 impl Outlet {
@@ -98,6 +101,7 @@ impl Outlet {
             is_settled: false,
             last: None,
             unwritten: None,
+            value: None,
         })
     }
 
@@ -112,6 +116,7 @@ impl Outlet {
             sound_since: before.sound_since,
             is_settled: before.is_settled,
             last: before.last,
+            value: before.value,
             ..self.clone()
         }
     }
@@ -157,6 +162,10 @@ impl Outlet {
         }
         self.provenance.quality = quality;
         self.known = Some(now);
+        self.value = match &publication.value {
+            PublishedValue::Scalar(value) => Some(*value),
+            PublishedValue::Vector(_) => None,
+        };
         if !self.is_settled && self.is_sound() && self.is_able(now) {
             let since = *self.sound_since.get_or_insert(now);
             self.is_settled = now - since >= self.probation;
@@ -302,6 +311,31 @@ impl Outlet {
     pub(super) fn admitted(&self, now: Time) -> Option<Admitted> {
         let is_served = !matches!(self.quality(now), Quality::LastUsable | Quality::Bad);
         is_served.then_some(self.admitted)
+    }
+
+    /// The latest value of a scalar, SI.
+    pub(super) fn value(&self) -> Option<Interval> {
+        self.value
+    }
+
+    /// When the latest value went out.
+    pub(super) fn last(&self) -> Option<Time> {
+        self.last
+    }
+
+    /// What it is a value of.
+    pub(super) fn variable(&self) -> &str {
+        &self.variable
+    }
+
+    /// The unit of its values.
+    pub(super) fn unit(&self) -> Option<&Unit> {
+        self.unit.as_ref()
+    }
+
+    /// How old a value may grow.
+    pub(super) fn max_age(&self) -> Span {
+        self.max_age
     }
 
     /// The words of the status topic.

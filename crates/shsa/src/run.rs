@@ -6,6 +6,7 @@ use crate::outcome::{AlreadyTold, Outcome};
 use crate::watch::Watching;
 use crate::{demo, service_manager, show, tell, unwatched};
 use anyhow::Context;
+use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use shsa_bridge::memory::MemoryBus;
 use shsa_bridge::{Address, Clock, Inbox};
@@ -38,7 +39,7 @@ ros2://HOST:PORT, or put the models together before, by shsa join A.yaml B.yaml 
 /// Arguments of `shsa run`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Example: shsa run            (a simulated robot in this process; see http://127.0.0.1:7410/state)
+    after_help = "Example: shsa run            (a simulated robot in this process; see http://127.0.0.1:7410/)
 
 State, decisions and figures are served over HTTP, on this machine only unless --http says otherwise:
 GET /health, /state, /events, /events/stream, /metrics; POST /orders with `Authorization: Bearer TOKEN`.
@@ -103,6 +104,20 @@ pub(crate) struct Arguments {
     json: bool,
     #[command(flatten)]
     log: LogArguments,
+}
+
+/// The arguments alone, as they are when none is given.
+#[derive(clap::Parser)]
+struct Alone {
+    #[command(flatten)]
+    arguments: Arguments,
+}
+
+impl Arguments {
+    /// Those of a run of the simulated robot in this process.
+    pub(crate) fn of_the_robot() -> Arguments {
+        Alone::parse_from(["shsa"]).arguments
+    }
 }
 
 /// Reads in which shape values go out.
@@ -212,6 +227,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(address) = arguments.http {
         let address = runtime.serve_http(address, &arguments.http_host)?;
         show::tell(&format!("state, events and metrics: http://{address}/state"));
+        show::tell(&format!("the page: http://{address}/"));
     }
     let (handle, stop) = (runtime.handle(), Arc::new(AtomicBool::new(false)));
     let raised = stop.clone();

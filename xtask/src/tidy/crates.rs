@@ -5,14 +5,18 @@ use crate::workspace::{File, Package};
 /// Which crates of the workspace a crate may rest on: `shsa -> {lab, runtime} -> {format, bridge} -> {estimate, message} -> core`.
 ///
 /// A new crate or a new arrow is a change of this table, so that it is seen.
-const ARROWS: [(&str, &[&str]); 12] = [
+const ARROWS: [(&str, &[&str]); 13] = [
     ("shsa-core", &[]),
     ("shsa-estimate", &["shsa-core"]),
     ("shsa-message", &["shsa-core"]),
     ("shsa-format", &["shsa-core", "shsa-estimate", "shsa-message"]),
     ("shsa-bridge", &["shsa-core", "shsa-message"]),
     ("shsa-lab", &["shsa-core", "shsa-estimate", "shsa-format"]),
-    ("shsa-runtime", &["shsa-core", "shsa-estimate", "shsa-message", "shsa-format", "shsa-bridge"]),
+    ("shsa-web", &[]),
+    (
+        "shsa-runtime",
+        &["shsa-core", "shsa-estimate", "shsa-message", "shsa-format", "shsa-bridge", "shsa-web"],
+    ),
     (
         "shsa",
         &[

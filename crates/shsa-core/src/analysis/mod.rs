@@ -31,6 +31,7 @@ use crate::plan::Graph;
 use crate::residual_selection::WatchBudget;
 use alloc::vec::Vec;
 use budget::Budget;
+use losses::{Losses, Target};
 use survey::Survey;
 
 /// What is asked of an analysis, and what it may spend.
@@ -155,6 +156,22 @@ pub fn unwatched(knowledge: &KnowledgeBase, options: Options) -> Unwatched {
         watched: watch::watched(knowledge, &watched.are, &faults),
         gaps: gaps::gaps(knowledge, &basis, &faults),
     }
+}
+
+/// How many more losses each need survives, within its age, while these signals are lost.
+///
+/// Complexity: a few dozen searches for each need, at most [`Options::steps`] for all.
+#[must_use]
+pub fn tolerances(knowledge: &KnowledgeBase, lost: &SignalSet, options: Options) -> IdVec<NeedId, Tolerance> {
+    let mut left = knowledge.clone();
+    // What is derived from a lost signal is lost with it.
+    let taken = knowledge.signals().ids().filter(|&signal| knowledge.origins(signal).meets(lost));
+    taken.for_each(|signal| left.set_available(signal, false));
+    let graph = Graph::new(&left);
+    let basis = basis::Basis::new(&left, options, RelationId::from_index(left.relations().len()));
+    let mut losses = Losses::new(&left, &graph, &basis);
+    let mut budget = Budget::new(options.steps);
+    IdVec::filled(left.needs().len(), |need| losses.tolerance(&Target::of_need(&left, need), &mut budget))
 }
 
 /// Analyses a model.

@@ -21,6 +21,7 @@ mod restore;
 mod evidence;
 mod fusing;
 mod ticks;
+mod what_if;
 
 pub use evidence::{Comparison, Evidence, Mute, Rival, Side};
 pub use fusing::{Fuse, Heard, Measurements};
@@ -30,6 +31,7 @@ pub use options::{Options, Ties};
 pub use provider::{Delegation, NeedAssurance, NeedStatus};
 pub use snapshot::{Accusation, Missing, Published, Remembered, Served, Snapshot, Trending};
 pub use ticks::Ticks;
+pub use what_if::WhatIf;
 
 pub use crate::order::{Order, Subject};
 
@@ -42,6 +44,7 @@ use crate::monitor::{Absence, Change, Monitor, Symptom};
 use crate::observation::Observation;
 use crate::plan;
 use crate::reason::Reason;
+use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
 use alloc::boxed::Box;
 use alloc::collections::{BTreeMap, VecDeque};
@@ -217,6 +220,11 @@ impl Engine {
     #[must_use]
     pub fn need_status(&self, need: NeedId) -> NeedStatus {
         self.providers[need].status(&self.knowledge)
+    }
+
+    /// What may serve a need now, best first, what serves it among them.
+    pub fn ways_to_serve(&self, need: NeedId) -> impl Iterator<Item = &Way> {
+        self.providers.find(need).into_iter().flat_map(Provider::ways)
     }
 
     /// What somebody else could compute for a need: `None` while nothing serves it, or a signal does by itself.

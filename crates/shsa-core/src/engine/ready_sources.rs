@@ -132,6 +132,16 @@ impl ReadySources {
         ready.cloned().unwrap_or_else(|| ways(knowledge, graph, variable, &lost, requirements).into())
     }
 
+    /// The signals whose loss makes a difference to a variable, ascending.
+    pub(super) fn matters(&self, variable: VariableId) -> &[SignalId] {
+        self.table.events(variable)
+    }
+
+    /// Signals with all that are derived from them, ascending.
+    pub(super) fn with_derived(&self, lost: &[SignalId]) -> Vec<SignalId> {
+        self.table.with_derived(lost)
+    }
+
     /// The same of what contracts admit now, by a search.
     pub(super) fn admitted(
         &self,

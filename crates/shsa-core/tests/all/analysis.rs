@@ -11,7 +11,7 @@ use shsa_core::knowledge::{
 use shsa_core::time::Span;
 use std::collections::BTreeSet;
 
-const WITHOUT_ADDITIONS: Options =
+pub(crate) const WITHOUT_ADDITIONS: Options =
     Options { only_runnable: false, steps: 10_000_000, addition_steps: 0, watch: WATCH };
 
 /// What is watched when nobody says otherwise, at whatever cost.
@@ -42,7 +42,7 @@ fn with_parts(
 }
 
 /// A random model with some derived signals, whose first variables are needed.
-fn random_model(seed: u64) -> KnowledgeBase {
+pub(crate) fn random_model(seed: u64) -> KnowledgeBase {
     let mut numbers = Random(seed);
     let kind = KINDS[numbers.below(KINDS.len())];
     let size = 3 + numbers.below(8);
@@ -58,7 +58,7 @@ fn random_model(seed: u64) -> KnowledgeBase {
 }
 
 /// Whether a variable can be known without some signals, by going forward from what is provided until nothing is new.
-fn is_known(knowledge: &KnowledgeBase, variable: VariableId, lost: &SignalSet) -> bool {
+pub(crate) fn is_known(knowledge: &KnowledgeBase, variable: VariableId, lost: &SignalSet) -> bool {
     let provides = |signal: SignalId| !knowledge.origins(signal).meets(lost);
     let mut known: BTreeSet<VariableId> = knowledge
         .variables()
@@ -82,7 +82,7 @@ fn is_known(knowledge: &KnowledgeBase, variable: VariableId, lost: &SignalSet) -
 }
 
 /// All sets of signals, the smaller first.
-fn losses(count: usize) -> Vec<SignalSet> {
+pub(crate) fn losses(count: usize) -> Vec<SignalSet> {
     let mut sets: Vec<SignalSet> = (0_u32..1 << count)
         .map(|bits| (0..count).filter(|at| bits >> at & 1 == 1).map(SignalId::from_index).collect())
         .collect();

@@ -45,3 +45,4 @@ mod orders;
 mod change;
 mod hostile_engine;
 mod ticks;
+mod what_if;

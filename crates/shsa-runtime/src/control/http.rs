@@ -3,6 +3,11 @@
 //!
 //! | request | gives |
 //! |---|---|
+//! | `GET /` | the live page; its files are below `/web/` |
+//! | `GET /changes` | what the page draws: all rows, then those that change, as server-sent events |
+//! | `GET /bands?model=NAME&variable=NAME` | what all ways of knowing a variable say, as server-sent events |
+//! | `GET /model?model=NAME` | what a model consists of |
+//! | `GET /what-if?model=NAME&lost=["a"]` | what would serve its needs without some signals |
 //! | `GET /health` | 200 while every need is served, else 503; the needs with their quality |
 //! | `GET /state` | everything: needs, signals with verdicts and counts, figures |
 //! | `GET /events?since=N` | the last decisions from number N on |
@@ -12,6 +17,7 @@
 
 use super::connections::{self, Caller};
 use super::token::{Answer, Role};
+use super::web::{self, Pages};
 use super::{Desk, Guard, Order, Reply, Request};
 use crate::error::{Context, RuntimeError};
 use crate::metrics::text_format;
@@ -45,11 +51,12 @@ const TEXT_FORMAT: &str = "text/plain; version=0.0.4; charset=utf-8";
 
 /// What the requests have in common.
 #[derive(Clone)]
-struct Shared {
+pub(super) struct Shared {
     desk: Desk,
     guard: Guard,
     listeners: broadcast::WeakSender<String>,
-    streams: Arc<Semaphore>,
+    pub(super) streams: Arc<Semaphore>,
+    pub(super) pages: Pages,
     /// Names of this host, beside its addresses and `localhost`.
     hosts: Arc<[String]>,
 }
@@ -70,7 +77,8 @@ pub(in super::super) fn serve(
     let address = listener.local_addr()?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let streams = Arc::new(Semaphore::new(STREAMS));
-    let routes = routes(Shared { desk, guard, listeners, streams, hosts: hosts.into() });
+    let routes =
+        routes(Shared { desk, guard, listeners, streams, pages: Pages::default(), hosts: hosts.into() });
     thread::Builder::new().name("http".into()).spawn(move || {
         runtime.block_on(async move {
             let listener = tokio::net::TcpListener::from_std(listener)?;
@@ -86,9 +94,15 @@ fn routes(shared: Shared) -> Router {
         .route("/state", get(state))
         .route("/events", get(events))
         .route("/events/stream", get(stream))
+        .route("/changes", get(web::changes))
+        .route("/bands", get(web::bands))
+        .route("/model", get(web::model))
+        .route("/what-if", get(web::what_if))
         .route("/metrics", get(metrics))
         .layer(from_fn_with_state(shared.clone(), admit));
     looks
+        .route("/", get(web::file))
+        .route("/web/{file}", get(web::file))
         .route("/health", get(health))
         .route("/orders", post(order))
         .layer(from_fn_with_state(shared.clone(), refuse_foreign_names))
@@ -126,11 +140,11 @@ async fn admit(
     }
 }
 
-fn problem(status: StatusCode, why: &str) -> Response {
+pub(super) fn problem(status: StatusCode, why: &str) -> Response {
     (status, Json(json!({ "error": why }))).into_response()
 }
 
-async fn ask(shared: &Shared, request: Request) -> Result<Reply, Response> {
+pub(super) async fn ask(shared: &Shared, request: Request) -> Result<Reply, Response> {
     let (sender, receiver) = oneshot::channel();
     let handed = shared.desk.call(request, move |reply| {
         // Who has asked may have gone.

@@ -4,16 +4,21 @@ pub(super) mod bus;
 mod connections;
 pub(super) mod http;
 mod token;
+mod web;
 
 pub use token::Token;
 pub(super) use token::{Guard, Tokens};
 
+use crate::bands::BandsOf;
+use crate::view::Look;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use shsa_bridge::Inbox;
 use shsa_core::engine;
+use shsa_core::knowledge::KnowledgeBase;
 use shsa_format::order::OrderForm;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use tokio::sync::oneshot;
 
 /// Requests that may wait; more are refused.
 const WAITING: usize = 64;
@@ -25,6 +30,12 @@ pub(super) enum Request {
     State,
     /// Whether every need is served.
     Health,
+    /// What the live page draws, as far as it has changed.
+    Look(Look),
+    /// What the ways of knowing a variable have said, as far as it is new.
+    Bands(BandsOf),
+    /// To hand over the knowledge base of the model of this name, where there is one.
+    Model(String, oneshot::Sender<Box<KnowledgeBase>>),
     /// The decisions from this number on.
     Events(u64),
     /// Figures in the text format of Prometheus.

@@ -1,16 +1,21 @@
 //! What a run answers: how it stands, its figures, and whether an order was carried out.
 
 use super::Session;
+use crate::bands::{self, BandsOf};
 use crate::control::{Call, Order, Reply, Request};
 use crate::error::RuntimeError;
 use crate::federation::Federation;
 use crate::healer::Healer;
 use crate::metrics;
 use crate::ownership::Ownership;
+use crate::view::{self, Look};
 use serde_json::{Map, Value, json};
 use shsa_bridge::{Link, Quality};
 use shsa_core::time::Time;
 use std::collections::BTreeMap;
+
+/// So many decisions are told to who has heard of none.
+const MOST_NEWS: u64 = 200;
 
 impl Session {
     pub(super) fn answer(&mut self) -> Result<(), RuntimeError> {
@@ -18,6 +23,14 @@ impl Session {
             reply(match request {
                 Request::State => Reply::Json(self.state()),
                 Request::Health => Reply::Json(self.health()),
+                Request::Look(look) => Reply::Json(self.seen(look)),
+                Request::Bands(wanted) => self.bands(&wanted).map_or_else(Reply::Refused, Reply::Json),
+                Request::Model(name, taker) => {
+                    let healer = self.healers.iter().find(|healer| healer.name() == name);
+                    // Who has asked may have gone.
+                    healer.map(|healer| taker.send(Box::new(healer.engine().knowledge().clone())).ok());
+                    Reply::Json(Value::Null)
+                }
                 Request::Events(since) => Reply::Json(Value::Array(self.log.since(since))),
                 Request::Metrics => Reply::Text(self.metrics()?),
                 Request::Order { order, caller } => self.order(&order, &caller)?,
@@ -97,6 +110,32 @@ impl Session {
             "connected": connected,
             "needs": Value::Object(needs.chain(taken).collect()),
         })
+    }
+
+    /// What the live page draws, as far as who looks has not seen it.
+    fn seen(&self, look: Look) -> Value {
+        let (now, clock, next) = (self.now(), self.clock(), self.log.next());
+        let news = self.log.since(look.since.unwrap_or(next.saturating_sub(MOST_NEWS)));
+        let models = self.healers.iter();
+        let models = models.map(|it| (it.name().to_owned(), view::of(it, look, &news, now, &clock)));
+        json!({
+            "name": self.name,
+            "version": env!("CARGO_PKG_VERSION"),
+            "time_ns": clock.by_wall(now).0,
+            "link": match self.bridge.link() {
+                Link::Up => Value::Null,
+                Link::Down(why) => json!(why),
+            },
+            "models": Value::Object(models.collect()),
+            "next_event": next,
+            "events": news,
+        })
+    }
+
+    fn bands(&self, wanted: &BandsOf) -> Result<Value, String> {
+        let healer = self.healers.iter().find(|healer| healer.name() == wanted.model);
+        let healer = healer.ok_or_else(|| format!("no model '{}'", wanted.model))?;
+        bands::of(healer, wanted, self.now(), &self.clock())
     }
 
     fn state(&self) -> Value {

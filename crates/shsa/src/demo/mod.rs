@@ -63,6 +63,9 @@ pub(crate) struct DemoArgs {
     /// Prints the summary as one JSON object, and nothing else
     #[arg(long)]
     json: bool,
+    /// Shows it on the live page instead, http://127.0.0.1:7410/, until it is interrupted: `shsa run` with its defaults
+    #[arg(long, conflicts_with_all = ["fast", "seed", "without_shsa", "json"])]
+    pub(crate) page: bool,
 }
 
 /// Runs the demonstration to its end.

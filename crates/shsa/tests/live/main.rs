@@ -20,6 +20,7 @@ mod joining;
 mod levels;
 mod outage;
 mod package;
+mod page;
 mod prometheus;
 mod reference;
 mod roles;

@@ -68,6 +68,8 @@ impl Running {
     }
 
     fn begin<'a>(under: &[&str], arguments: impl IntoIterator<Item = &'a str>, is_read: bool) -> Running {
+        let arguments: Vec<&str> = arguments.into_iter().collect();
+        let any_port = ["--http", "127.0.0.1:0"].into_iter().filter(|_| !arguments.contains(&"--http"));
         let mut command = match under {
             [] => Command::new(PROGRAM),
             [first, rest @ ..] => {
@@ -77,8 +79,9 @@ impl Running {
             }
         };
         let mut child = command
-            .args(["run", "--json", "--http", "127.0.0.1:0"])
-            .args(arguments)
+            .args(["run", "--json"])
+            .args(any_port)
+            .args(&arguments)
             .env("SHSA_TOKEN", TOKEN)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())

@@ -175,6 +175,11 @@ impl Provider {
         }
     }
 
+    /// What may serve it now, best first.
+    pub(super) fn ways(&self) -> impl Iterator<Item = &Way> {
+        self.sources.ways()
+    }
+
     /// When the source becomes late or the need overdue, or the hold time of a better source is over; after that, only
     /// what comes can change something.
     pub(super) fn next_deadline(&self, now: Time) -> Option<Time> {

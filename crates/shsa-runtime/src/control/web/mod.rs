@@ -1,0 +1,212 @@
+//! The live page over HTTP, and the stream that it draws: all rows first, then those that have changed.
+//!
+//! The next part of a stream is made only when its reader has taken the one before. Who reads slowly gets fewer parts with the
+//! latest rows in each, and who does not read costs nothing. All pages share one [`Board`], however many there are, and the run is
+//! asked no oftener than for one page.
+
+mod board;
+mod known;
+mod outlook;
+mod structure;
+
+use super::http::{Shared, ask, problem};
+use super::{Reply, Request};
+use crate::bands::{BandsOf, Heard};
+use axum::Json;
+use axum::extract::{Query, State};
+use axum::http::{HeaderMap, StatusCode, Uri, header};
+use axum::response::sse::{Event, KeepAlive, Sse};
+use axum::response::{IntoResponse, Response};
+use board::Board;
+use known::Known;
+use serde::Deserialize;
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::Mutex;
+use tokio::task::spawn_blocking;
+use tokio::time::{Instant, sleep};
+use tokio_stream::StreamExt;
+
+/// How often a page gets news at most.
+const PACE: Duration = Duration::from_millis(100);
+/// A page takes no more than one part in so many of the thread that serves all of them.
+const SHARE: u32 = 10;
+
+/// What all pages see.
+#[derive(Clone, Default)]
+pub(super) struct Pages {
+    board: Arc<Mutex<Board>>,
+    known: Known,
+    /// Taken by who finds out what is left if more is lost.
+    turn: Arc<Mutex<()>>,
+}
+
+/// A file of the page; who has it already is told so.
+pub(super) async fn file(uri: Uri, headers: HeaderMap) -> Response {
+    let Some(file) = shsa_web::file(uri.path()) else {
+        return problem(StatusCode::NOT_FOUND, "there is no such page");
+    };
+    let tag = file.tag();
+    let is_known = headers.get(header::IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == tag.as_bytes());
+    let about = [
+        (header::ETAG, tag),
+        // The next version of the program has other files under the same names.
+        (header::CACHE_CONTROL, "no-cache".to_owned()),
+        (header::CONTENT_SECURITY_POLICY, shsa_web::POLICY.to_owned()),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff".to_owned()),
+        (header::REFERRER_POLICY, "no-referrer".to_owned()),
+    ];
+    match is_known {
+        true => (StatusCode::NOT_MODIFIED, about).into_response(),
+        false => (about, [(header::CONTENT_TYPE, file.kind)], file.bytes).into_response(),
+    }
+}
+
+/// All rows, then those that have changed, as server-sent events.
+pub(super) async fn changes(State(shared): State<Shared>) -> Response {
+    stream(shared, |shared| Reader { shared, seen: None, rest: Duration::ZERO })
+}
+
+/// Whose bands are asked for.
+#[derive(Deserialize)]
+pub(super) struct OfVariable {
+    model: String,
+    variable: String,
+}
+
+/// What the ways of knowing a variable say from now on, as server-sent events.
+pub(super) async fn bands(State(shared): State<Shared>, Query(asked): Query<OfVariable>) -> Response {
+    let OfVariable { model, variable } = asked;
+    let wanted = BandsOf { model, variable, heard: Heard::default() };
+    // Whether there is such a variable.
+    match ask(&shared, Request::Bands(wanted.clone())).await {
+        Ok(Reply::Refused(why)) => problem(StatusCode::NOT_FOUND, &why),
+        Err(response) => response,
+        Ok(_) => stream(shared, |shared| Listener { shared, wanted, is_first: true }),
+    }
+}
+
+/// Server-sent events of somebody who is told part by part, until the run ends.
+fn stream<T: Told>(shared: Shared, told: impl FnOnce(Shared) -> T) -> Response {
+    let Ok(place) = shared.streams.clone().try_acquire_owned() else {
+        return problem(StatusCode::SERVICE_UNAVAILABLE, "as many streams as may be are open already");
+    };
+    let told = Arc::new(Mutex::new(told(shared)));
+    let parts = tokio_stream::iter(std::iter::repeat(told));
+    let parts = parts.then(|told| async move { told.lock().await.next().await });
+    let parts = parts.map_while(move |part| {
+        // As long as the stream is there.
+        let _held = &place;
+        part.map(Ok::<_, Infallible>)
+    });
+    Sse::new(parts).keep_alive(KeepAlive::default()).into_response()
+}
+
+/// Somebody who is told part by part.
+trait Told: Send + 'static {
+    /// What is told next; `None` when the run is ending.
+    fn next(&mut self) -> impl Future<Output = Option<Event>> + Send;
+}
+
+/// Somebody who looks at the page.
+struct Reader {
+    shared: Shared,
+    /// The number of the last look that has gone out; `None` before the first.
+    seen: Option<u64>,
+    /// How long the next part has to wait.
+    rest: Duration,
+}
+
+impl Told for Reader {
+    async fn next(&mut self) -> Option<Event> {
+        sleep(self.rest).await;
+        let pages = self.shared.pages.clone();
+        let mut board = pages.board.lock().await;
+        refresh(&self.shared, &mut board).await?;
+        let began = Instant::now();
+        let part = board.part(self.seen);
+        let kind = if self.seen.is_none() { "state" } else { "change" };
+        let event = Event::default().event(kind).data(part.to_string());
+        self.seen = Some(board.number());
+        self.rest = PACE.max(began.elapsed() * SHARE);
+        Some(event)
+    }
+}
+
+/// Looks at the run, unless that was done just now; `None` when the run is ending.
+async fn refresh(shared: &Shared, board: &mut Board) -> Option<()> {
+    if board.is_older_than(PACE / 2) {
+        let Ok(Reply::Json(seen)) = ask(shared, Request::Look(board.look())).await else { return None };
+        if board.take(seen) {
+            outlook::look_ahead(shared, board);
+        }
+    }
+    Some(())
+}
+
+/// Somebody who looks at the bands of a variable.
+struct Listener {
+    shared: Shared,
+    wanted: BandsOf,
+    is_first: bool,
+}
+
+impl Told for Listener {
+    async fn next(&mut self) -> Option<Event> {
+        if !std::mem::take(&mut self.is_first) {
+            sleep(PACE).await;
+        }
+        let reply = ask(&self.shared, Request::Bands(self.wanted.clone())).await;
+        let Ok(Reply::Json(mut told)) = reply else { return None };
+        self.wanted.heard.follow(&mut told);
+        Some(Event::default().event("bands").data(told.to_string()))
+    }
+}
+
+/// Which model is asked about.
+#[derive(Deserialize)]
+pub(super) struct OfModel {
+    model: String,
+}
+
+/// What a model consists of.
+pub(super) async fn model(
+    State(shared): State<Shared>,
+    Query(OfModel { model }): Query<OfModel>,
+) -> Response {
+    match shared.pages.known.model(&shared, &model).await {
+        Some(model) => Json(structure::json(model.knowledge())).into_response(),
+        None => problem(StatusCode::NOT_FOUND, "there is no such model"),
+    }
+}
+
+/// What is asked about losses.
+#[derive(Deserialize)]
+pub(super) struct Losses {
+    model: String,
+    /// The lost signals, as a JSON array of names.
+    #[serde(default)]
+    lost: String,
+}
+
+/// What would serve each need of a model without some signals.
+pub(super) async fn what_if(
+    State(shared): State<Shared>,
+    Query(Losses { model, lost }): Query<Losses>,
+) -> Response {
+    let lost: Vec<String> = match serde_json::from_str(if lost.is_empty() { "[]" } else { &lost }) {
+        Ok(lost) => lost,
+        Err(error) => {
+            return problem(StatusCode::BAD_REQUEST, &format!("`lost` is a JSON array of names: {error}"));
+        }
+    };
+    let Some(model) = shared.pages.known.model(&shared, &model).await else {
+        return problem(StatusCode::NOT_FOUND, "there is no such model");
+    };
+    match spawn_blocking(move || outlook::what_if(&model, &lost)).await {
+        Ok(Ok(needs)) => Json(needs).into_response(),
+        Ok(Err(why)) => problem(StatusCode::UNPROCESSABLE_ENTITY, &why),
+        Err(_) => problem(StatusCode::SERVICE_UNAVAILABLE, "the run is ending"),
+    }
+}

@@ -1,0 +1,143 @@
+//! What is left if more is lost: how many losses each need survives now, and what would take over.
+
+use super::super::http::Shared;
+use super::board::Board;
+use serde_json::{Map, Value, json};
+use shsa_core::analysis::{self, Tolerance};
+use shsa_core::engine::WhatIf;
+use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, SignalSet};
+use shsa_core::substitution::Way;
+use std::collections::{BTreeMap, BTreeSet};
+use tokio::task::spawn_blocking;
+
+/// What may be spent on the needs of one model after a decision, in steps.
+const STEPS: u64 = 300_000;
+/// So many losses of one signal are told of each need.
+const MOST_LOSSES: usize = 200;
+
+/// Finds out how many losses the needs survive now, beside everything else; it is on the board when it is known.
+pub(super) fn look_ahead(shared: &Shared, board: &Board) {
+    // Who finds out already looks again when it is done.
+    let Ok(turn) = shared.pages.turn.clone().try_lock_owned() else { return };
+    let (shared, mut known) = (shared.clone(), situations(board));
+    tokio::spawn(async move {
+        loop {
+            for situation in &known {
+                let Some(rows) = tolerances(&shared, situation.clone()).await else { return };
+                shared.pages.board.lock().await.add(&situation.model, "tolerance", rows);
+            }
+            let board = shared.pages.board.lock().await;
+            let now = situations(&board);
+            if now == known {
+                // Before the board is let go: what is decided next finds the turn free.
+                drop(turn);
+                return;
+            }
+            known = now;
+        }
+    });
+}
+
+/// How a model stands.
+#[derive(Clone, PartialEq, Eq)]
+struct Situation {
+    model: String,
+    /// The signals that nothing may rest on.
+    lost: BTreeSet<String>,
+    /// Of each need, the signals that serve it.
+    serving: BTreeMap<String, Vec<String>>,
+}
+
+fn situations(board: &Board) -> Vec<Situation> {
+    let of_model = |model: &str| Situation {
+        model: model.to_owned(),
+        lost: board.rows(model, "lost").map(|(name, _)| name.to_owned()).collect(),
+        serving: board
+            .rows(model, "needs")
+            .map(|(name, need)| (name.to_owned(), serving(board, model, name, need)))
+            .collect(),
+    };
+    board.models().map(of_model).collect()
+}
+
+/// The signals of the way that serves a need.
+fn serving(board: &Board, model: &str, name: &str, need: &Value) -> Vec<String> {
+    let mut ahead = board.rows(model, "ahead").filter(|(need, _)| *need == name);
+    let ways = ahead.next().and_then(|(_, ways)| ways.as_array()).into_iter().flatten();
+    let signals = ways
+        .filter(|way| way.get("words") == need.get("way"))
+        .filter_map(|way| way.get("signals")?.as_array());
+    signals.flatten().filter_map(|signal| signal.as_str().map(str::to_owned)).collect()
+}
+
+/// How many more losses each need survives, and what would serve it if the signals that serve it now were lost.
+async fn tolerances(shared: &Shared, situation: Situation) -> Option<Value> {
+    let model = shared.pages.known.model(shared, &situation.model).await?;
+    spawn_blocking(move || {
+        let knowledge = model.knowledge();
+        let lost: SignalSet = situation.lost.iter().filter_map(|name| knowledge.signal(name)).collect();
+        let options = analysis::Options { only_runnable: true, steps: STEPS, ..analysis::Options::default() };
+        let needs = analysis::tolerances(knowledge, &lost, options);
+        let rows = needs.enumerate().map(|(need, tolerance)| {
+            let name = knowledge.need_name(need);
+            let serving = situation.serving.get(name).into_iter().flatten();
+            let all = lost.iter().chain(serving.filter_map(|name| knowledge.signal(name)));
+            let next = model.ways(need, &all.collect::<Vec<_>>()).into_iter().next();
+            (name.to_owned(), row(knowledge, tolerance, next.map(|(way, _)| way.describe(knowledge))))
+        });
+        Value::Object(rows.collect())
+    })
+    .await
+    .ok()
+}
+
+fn row(knowledge: &KnowledgeBase, tolerance: &Tolerance, next: Option<String>) -> Value {
+    json!({
+        "next": next,
+        "known": tolerance.known,
+        "survives": tolerance.survives,
+        "exact": tolerance.exact,
+        "cut": tolerance.cut.iter().map(|signal| &*knowledge.signals()[signal].name).collect::<Vec<_>>(),
+    })
+}
+
+/// What would serve each need without some signals, and what each further loss would bring.
+///
+/// # Errors
+/// The name of a signal that the model does not have.
+pub(super) fn what_if(model: &WhatIf, lost: &[String]) -> Result<Value, String> {
+    let knowledge = model.knowledge();
+    let find =
+        |name: &String| knowledge.signal(name).ok_or_else(|| format!("the model has no signal '{name}'"));
+    let lost: Vec<SignalId> = lost.iter().map(find).collect::<Result<_, _>>()?;
+    let needs = knowledge
+        .needs()
+        .ids()
+        .map(|need| (knowledge.need_name(need).to_owned(), of_need(model, need, &lost)));
+    Ok(Value::Object(needs.collect::<Map<_, _>>()))
+}
+
+fn of_need(model: &WhatIf, need: NeedId, lost: &[SignalId]) -> Value {
+    let knowledge = model.knowledge();
+    let best = |lost: &[SignalId]| model.ways(need, lost).into_iter().next();
+    let now = best(lost);
+    let further = model.matters(need).iter().filter(|signal| !lost.contains(signal)).take(MOST_LOSSES);
+    let further = further.map(|&signal| {
+        let then = best(&[lost, &[signal]].concat());
+        json!({
+            "signal": knowledge.signals()[signal].name,
+            "changes": then != now,
+            "then": then.map(|way| told(knowledge, &way)),
+        })
+    });
+    json!({
+        "variable": knowledge.variables()[knowledge.needs()[need].variable].name,
+        "whole": best(&[]).map(|way| told(knowledge, &way)),
+        "now": now.as_ref().map(|way| told(knowledge, way)),
+        "further": further.collect::<Vec<_>>(),
+    })
+}
+
+fn told(knowledge: &KnowledgeBase, (way, utility): &(Way, f64)) -> Value {
+    json!({ "words": way.describe(knowledge), "utility": utility })
+}

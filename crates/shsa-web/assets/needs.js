@@ -1,0 +1,156 @@
+// The needs: value, width, quality, source, age and what is left of each, and its last minute.
+
+import { age, arrange, drawn, made, number, quality, setText, signed } from "./words.js";
+
+/** So much of the past is drawn, nanoseconds. */
+const PAST = 60e9;
+/** So many needs are shown at most. */
+const MOST = 200;
+const FACTS = [
+  ["source", "source"], ["age", "age"], ["next", "next"], ["left", "survives"], ["published", "goes out as"], ["gap", "largest gap"],
+];
+
+/** The last minute of a need. */
+class Past {
+  constructor() {
+    this.points = [];
+    this.source = null;
+  }
+
+  /** Takes in how it stands now. */
+  keep(need, [lo, hi, last], now) {
+    const isSwitch = this.source !== null && need.source !== this.source;
+    this.source = need.source;
+    const before = this.points.at(-1);
+    const isServed = quality(need.quality) !== "unserved" && lo != null;
+    if (isServed && (!before || before.isGap || before.at < last)) this.points.push({ at: last, lo, hi, isSwitch });
+    else if (isSwitch || (!isServed && before && !before.isGap)) this.points.push({ at: now, isGap: !isServed, lo, hi, isSwitch });
+    while (this.points.length && now - this.points[0].at > PAST) this.points.shift();
+  }
+}
+
+/** A need on the page. */
+class Card {
+  constructor(name, show) {
+    this.variable = name;
+    const link = made("button", { className: "link", text: "its bands" });
+    link.type = "button";
+    link.setAttribute("aria-label", `its bands: ${name}`);
+    link.addEventListener("click", () => show(this.variable));
+    this.quality = made("span", { className: "quality" });
+    this.number = made("span", { className: "middle" });
+    this.width = made("small");
+    const value = made("p", { className: "value", children: [this.number, " ", this.width] });
+    this.band = drawn("path", { class: "band" });
+    this.line = drawn("path", { class: "line" });
+    this.switches = drawn("path", { class: "switch" });
+    this.spark = drawn("svg", { class: "spark", viewBox: "0 0 600 100", preserveAspectRatio: "none", role: "img" });
+    this.spark.append(this.band, this.switches, this.line);
+    [this.high, this.low] = [made("span"), made("span")];
+    const scale = made("div", { className: "scale", children: [this.high, this.low] });
+    scale.setAttribute("aria-hidden", "true");
+    this.facts = {};
+    const list = made("dl");
+    for (const [key, word] of FACTS) {
+      this.facts[key] = made("dd");
+      list.append(made("dt", { text: word }), this.facts[key]);
+    }
+    const top = made("div", { className: "top", children: [made("h3", { text: name }), this.quality] });
+    const chart = made("div", { className: "chart", children: [this.spark, scale] });
+    this.element = made("article", { className: "card", children: [top, value, chart, list, link] });
+    this.past = new Past();
+    this.isSeen = true;
+  }
+
+  show(need, value, tolerance, now) {
+    const served = quality(need.quality);
+    this.variable = need.variable;
+    this.element.className = `card ${served}`;
+    this.quality.className = `quality ${served}`;
+    setText(this.quality, signed(served));
+    const [lo, hi, last, published] = value;
+    const width = hi - lo;
+    const isServed = served !== "unserved" && lo != null;
+    const unit = need.unit ?? "";
+    setText(this.number, isServed ? number((lo + hi) / 2, width) : "–");
+    setText(this.width, isServed ? `± ${number(width / 2, width)} ${unit}` : published && lo == null ? "a list of values" : "no value");
+    setText(this.facts.source, served === "unserved" ? "✗ nothing" : need.source + (need.forced ? ", by order" : ""));
+    setText(this.facts.age, age(now, last));
+    setText(this.facts.next, tolerance ? tolerance.next ?? "✗ nothing" : "…");
+    setText(this.facts.left, left(tolerance));
+    setText(this.facts.published, need.signal);
+    setText(this.facts.gap, `${need.longest_gap_s.toFixed(2)} s`);
+    if (this.isSeen) this.draw(now, unit);
+  }
+
+  draw(now, unit) {
+    const { points } = this.past;
+    const known = points.filter((point) => !point.isGap && point.lo != null);
+    const low = Math.min(...known.map((point) => point.lo));
+    const high = Math.max(...known.map((point) => point.hi));
+    const x = (point) => (600 * (1 - (now - point.at) / PAST)).toFixed(1);
+    const y = (value) => (high > low ? 96 - (92 * (value - low)) / (high - low) : 50).toFixed(1);
+    const pieces = [[]];
+    for (const point of points) {
+      if (point.isGap || point.lo == null) pieces.push([]);
+      else pieces.at(-1).push(point);
+    }
+    const areas = pieces.filter((piece) => piece.length > 1);
+    const joined = (piece, of) => piece.map((point) => `${x(point)} ${y(of(point))}`).join("L");
+    const area = (piece) => `M${joined(piece, (it) => it.hi)}L${joined(piece.toReversed(), (it) => it.lo)}Z`;
+    this.band.setAttribute("d", areas.map(area).join(""));
+    this.line.setAttribute("d", areas.map((piece) => `M${joined(piece, (it) => (it.lo + it.hi) / 2)}`).join(""));
+    this.switches.setAttribute("d", points.filter((point) => point.isSwitch).map((point) => `M${x(point)} 0V100`).join(""));
+    setText(this.high, known.length ? number(high, high - low) : "");
+    setText(this.low, known.length ? number(low, high - low) : "");
+    const words = known.length ? `last minute: from ${number(low, high - low)} to ${number(high, high - low)} ${unit}` : "last minute: no value";
+    if (this.spark.getAttribute("aria-label") !== words) this.spark.setAttribute("aria-label", words);
+  }
+}
+
+/** How many losses a need survives, in words. */
+function left(tolerance) {
+  if (!tolerance) return "…";
+  if (!tolerance.known) return "✗ only by going on from the last value, if at all";
+  if (tolerance.survives === null) return "any loss";
+  const many = tolerance.survives === 1 ? "1 more loss" : `${tolerance.survives} more losses`;
+  const count = tolerance.survives === 0 ? "✗ no more loss" : `${tolerance.exact ? "" : "at least "}${many}`;
+  return tolerance.cut.length ? `${count}; not ${tolerance.cut.join(" with ")}` : count;
+}
+
+export class Needs {
+  /** `show` leads to the bands of a variable. */
+  constructor({ show }) {
+    this.showBands = show;
+    this.list = document.getElementById("needs-list");
+    this.more = document.getElementById("needs-more");
+    this.cards = new Map();
+    // What is not in sight is not drawn.
+    this.sight = new IntersectionObserver((entries) => {
+      for (const { target, isIntersecting } of entries) target.card.isSeen = isIntersecting;
+    }, { rootMargin: "200px" });
+  }
+
+  /** Another model: nothing of the one before is left. */
+  reset() {
+    this.cards.clear();
+    this.list.replaceChildren();
+  }
+
+  show({ needs = {}, values = {}, tolerance = {} }, now, isVisible) {
+    const names = Object.keys(needs);
+    if (names.length && this.cards.size === 0) this.list.replaceChildren();
+    arrange(this.list, this.cards, names.slice(0, MOST), (name) => {
+      const card = new Card(name, this.showBands);
+      card.element.card = card;
+      this.sight.observe(card.element);
+      return card;
+    });
+    for (const [name, card] of this.cards) {
+      const value = values[name] ?? [null, null, null, 0];
+      card.past.keep(needs[name], value, now);
+      if (isVisible) card.show(needs[name], value, tolerance[name], now);
+    }
+    setText(this.more, names.length > MOST ? `and ${names.length - MOST} more` : "");
+  }
+}

@@ -1,0 +1,91 @@
+// Starts the page: what the stream brings goes into the views, of which the address names the one that is shown.
+
+import { Stream } from "./stream.js";
+import { Needs } from "./needs.js";
+import { Signals } from "./signals.js";
+import { Timeline } from "./timeline.js";
+import { Orders } from "./orders.js";
+import { Bands } from "./bands.js";
+import { Graph } from "./graph.js";
+import { WhatIf } from "./whatif.js";
+import { setText } from "./words.js";
+
+const link = document.getElementById("link");
+const choice = document.getElementById("model");
+const orders = new Orders();
+const token = () => orders.token();
+const bands = new Bands({ token });
+const timeline = new Timeline({ show: showBands });
+const views = {
+  needs: new Needs({ show: showBands }),
+  signals: new Signals({ show: showBands }),
+  bands,
+  graph: new Graph({ token, show: showBands }),
+  "what-if": new WhatIf({ token }),
+  orders,
+};
+let model = null;
+let current = "needs";
+
+/** Shows the view that the address names, and beside it the timeline where there is room. */
+function turn(isAsked) {
+  const name = location.hash.slice(1);
+  const section = document.getElementById(name);
+  current = section?.localName === "section" ? name : "needs";
+  for (const other of document.querySelectorAll("main > section")) {
+    other.hidden = other.id !== current && other.id !== "timeline";
+  }
+  document.body.classList.toggle("only-timeline", current === "timeline");
+  for (const anchor of document.querySelectorAll("nav a")) {
+    if (anchor.hash === `#${current}`) anchor.setAttribute("aria-current", "page");
+    else anchor.removeAttribute("aria-current");
+  }
+  scrollTo(0, 0);
+  if (isAsked) document.getElementById(current).focus({ preventScroll: true });
+}
+
+/** Leads to the bands of a variable, or of that of a signal, at a moment. */
+function showBands(name, moment = null) {
+  location.hash = "bands";
+  bands.follow(stream.models[model]?.signals?.[name]?.variable ?? name, moment);
+}
+
+/** How the connection stands, in words; the page looks stale while it is not there. */
+function tell(words, isStale) {
+  setText(link, words);
+  link.classList.toggle("stale", isStale);
+  document.body.classList.toggle("stale-page", isStale);
+}
+
+/** Offers the models where there are several, and keeps to the one that is chosen. */
+function follow(models) {
+  const names = Object.keys(models);
+  if (names.join("\n") !== [...choice.options].map((option) => option.value).join("\n")) {
+    choice.replaceChildren(...names.map((name) => new Option(name, name)));
+    document.getElementById("model-choice").hidden = names.length < 2;
+    if (names.includes(model)) choice.value = model;
+  }
+  if (model === choice.value) return;
+  model = choice.value;
+  for (const view of Object.values(views)) view.reset(model);
+}
+
+const stream = new Stream({
+  token,
+  heard: ({ head, models, events, isNew }) => {
+    document.title = `${head.name} · shsa`;
+    setText(document.getElementById("name"), head.name);
+    tell(head.link === null ? `live · shsa ${head.version}` : `✗ the bus is not connected: ${head.link}`, head.link !== null);
+    follow(models);
+    timeline.take(events, isNew);
+    orders.take(events, isNew);
+    bands.take(events, isNew);
+    for (const [name, view] of Object.entries(views)) view.show(models[model] ?? {}, head.time_ns, name === current);
+  },
+  lost: (why, seconds) => tell(`✗ stale for ${seconds} s: ${why}`, true),
+});
+
+orders.tokenChanged = () => stream.again();
+addEventListener("hashchange", () => turn(true));
+turn(false);
+stream.run();

@@ -1,0 +1,114 @@
+// What if: lose these signals, and see what takes over at what utility, and what nothing heals.
+
+import { ask } from "./stream.js";
+import { arrange, made, setText } from "./words.js";
+
+/** So many signals are offered at most. */
+const MOST = 100;
+/** So many further losses are shown of each need. */
+const MOST_FURTHER = 50;
+
+const utility = (way) => way.utility.toPrecision(3);
+
+/** What a change of utility is, in percent. */
+function change(way, before) {
+  if (!before) return "";
+  const percent = Math.round((100 * (way.utility - before.utility)) / before.utility);
+  return percent ? ` (${percent > 0 ? "+" : "−"}${Math.abs(percent)} %)` : "";
+}
+
+function served(way, before) {
+  return way ? `${way.words}, utility ${utility(way)}${change(way, before)}` : "✗ nothing";
+}
+
+export class WhatIf {
+  constructor({ token }) {
+    const of = (name) => document.getElementById(name);
+    Object.assign(this, { token, model: null, lost: new Set(), boxes: new Map(), tables: {}, asked: null, isFirst: true });
+    this.text = of("what-if-text");
+    this.list = of("what-if-signals");
+    this.told = of("what-if-told");
+    this.answers = of("what-if-needs");
+    of("what-if-form").addEventListener("submit", (event) => event.preventDefault());
+    of("what-if-now").addEventListener("click", () => this.lose(Object.keys(this.tables.lost ?? {})));
+    of("what-if-none").addEventListener("click", () => this.lose([]));
+  }
+
+  reset(model) {
+    Object.assign(this, { model, lost: new Set(), asked: null, isFirst: true });
+    this.boxes.clear();
+    this.list.replaceChildren();
+    this.answers.replaceChildren();
+  }
+
+  show(tables, _now, isVisible) {
+    this.tables = tables;
+    if (!isVisible) return;
+    if (this.isFirst) {
+      this.lose(Object.keys(tables.lost ?? {}));
+    }
+    const words = this.text.value.toLowerCase();
+    const all = Object.keys(tables.signals ?? {});
+    const isOffered = (name) => this.lost.has(name) || name.toLowerCase().includes(words);
+    const offered = all.filter(isOffered).slice(0, MOST);
+    arrange(this.list, this.boxes, offered, (name) => this.box(name));
+    // Another version of the model may answer otherwise.
+    const asked = JSON.stringify([this.model, tables.about?.version, [...this.lost]]);
+    if (asked !== this.asked) {
+      this.asked = asked;
+      this.ask(asked);
+    }
+  }
+
+  box(name) {
+    const input = made("input");
+    input.type = "checkbox";
+    input.checked = this.lost.has(name);
+    input.addEventListener("change", () => {
+      if (input.checked) this.lost.add(name);
+      else this.lost.delete(name);
+    });
+    return { input, element: made("label", { className: "box", children: [input, name] }) };
+  }
+
+  lose(names) {
+    this.isFirst = false;
+    this.lost = new Set(names);
+    for (const [name, { input }] of this.boxes) input.checked = this.lost.has(name);
+  }
+
+  async ask(asked) {
+    const query = new URLSearchParams({ model: this.model, lost: JSON.stringify([...this.lost]) });
+    try {
+      const response = await ask(`/what-if?${query}`, this.token());
+      const needs = await response.json();
+      if (asked === this.asked) this.answer(needs);
+    } catch (error) {
+      setText(this.told, `✗ ${error.message}`);
+    }
+  }
+
+  answer(needs) {
+    const all = Object.entries(needs);
+    const unhealed = all.filter(([, { now }]) => !now).map(([name]) => name);
+    const without = { 0: "", 1: " without this signal" }[this.lost.size] ?? ` without these ${this.lost.size} signals`;
+    setText(this.told, unhealed.length ? `✗ Nothing serves ${unhealed.join(", ")}${without}.` : `✓ Every need is served${without}.`);
+    this.answers.replaceChildren(...all.map(([name, need]) => this.need(name, need)));
+  }
+
+  need(name, { whole, now, further }) {
+    const facts = [["with everything", served(whole)], ["without these", served(now, whole)]];
+    const list = made("dl", { children: facts.flatMap(([word, value]) => [made("dt", { text: word }), made("dd", { text: value })]) });
+    const telling = further.filter(({ changes }) => changes).sort((one, other) => (one.then?.utility ?? -1) - (other.then?.utility ?? -1));
+    const row = ({ signal, then }) => {
+      const head = made("th", { text: signal });
+      head.scope = "row";
+      return made("tr", { children: [head, made("td", { className: then ? "words" : "words failed", text: served(then, now) })] });
+    };
+    const head = made("tr", { children: ["if this is lost, too", "then"].map((text) => Object.assign(made("th", { text }), { scope: "col" })) });
+    const table = made("table", { children: [made("thead", { children: [head] }), made("tbody", { children: telling.slice(0, MOST_FURTHER).map(row) })] });
+    const rest = further.length - telling.length;
+    const end = made("p", { className: "soft", text: rest && now ? `${rest === 1 ? "One other signal is" : `${rest} other signals are`} not missed if lost alone.` : "" });
+    return made("article", { className: `card ${now ? "good" : "unserved"}`, children: [made("h3", { text: name }), list, ...(telling.length && now ? [table] : []), end] });
+  }
+}

@@ -1,0 +1,107 @@
+// Words, signs and numbers that all views share, and how elements are made.
+
+const SIGNS = {
+  good: "✓", healthy: "✓", restored: "✓",
+  substitute: "⇄", substituted: "⇄",
+  uncertain: "?", suspect: "?", suspected: "?",
+  old: "…",
+  unserved: "✗", failed: "✗", unhealable: "✗", refused: "✗",
+  silent: "○", absent: "○",
+  unknown: "·",
+};
+
+/** A word of a verdict, quality or kind with its sign: never told by colour alone. */
+export function signed(word) {
+  return SIGNS[word] ? `${SIGNS[word]} ${word}` : word;
+}
+
+/** How a need is served, by the name that its values carry on the bus. */
+const QUALITIES = {
+  Good: "good",
+  UncertainSubstituteValue: "substitute",
+  UncertainSubNormal: "uncertain",
+  UncertainLastUsableValue: "old",
+};
+
+export function quality(name) {
+  return QUALITIES[name] ?? "unserved";
+}
+
+/** An element with a class, a text and children. */
+export function made(name, { className = "", text = null, children = [] } = {}) {
+  const element = document.createElement(name);
+  if (className) element.className = className;
+  if (text !== null) element.textContent = text;
+  element.append(...children);
+  return element;
+}
+
+const SVG = "http://www.w3.org/2000/svg";
+
+/** An element of a drawing with its attributes and children. */
+export function drawn(name, attributes = {}, children = []) {
+  const element = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  element.append(...children);
+  return element;
+}
+
+/** Sets a text only where it has changed, so that nothing moves that has not. */
+export function setText(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+/** A number with as many decimals as its width allows to tell. */
+export function number(value, width) {
+  const size = width > 0 ? width : Math.abs(value) / 1000;
+  const decimals = size > 0 ? Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(size)))) : 3;
+  return value.toFixed(decimals);
+}
+
+/** Bounds with their unit, as a middle and what it may be off by. */
+export function enclosed(lo, hi, unit) {
+  if (lo == null || hi == null) return "–";
+  const width = hi - lo;
+  const shown = width > 0 ? `${number((lo + hi) / 2, width)} ± ${number(width / 2, width)}` : number(lo, 0);
+  return unit ? `${shown} ${unit}` : shown;
+}
+
+/** The least and the most of several values, with their unit. */
+export function spread(lo, hi, unit) {
+  if (lo == null || hi == null) return "–";
+  const shown = `${number(lo, hi - lo)} to ${number(hi, hi - lo)}`;
+  return unit ? `${shown} ${unit}` : shown;
+}
+
+/** How long something is past, in words that keep their width. */
+export function age(now, then) {
+  if (then == null) return "never";
+  const seconds = Math.max(0, (now - then) / 1e9);
+  if (seconds < 100) return `${seconds.toFixed(1)} s`;
+  if (seconds < 6000) return `${Math.floor(seconds / 60)} min`;
+  return `${Math.floor(seconds / 3600)} h`;
+}
+
+/** A time of nanoseconds since 1970, as this machine's clock shows it. */
+export function clock(nanoseconds) {
+  const date = new Date(nanoseconds / 1e6);
+  return `${date.toLocaleTimeString("en-GB")}.${String(date.getMilliseconds()).padStart(3, "0")}`;
+}
+
+/** Makes a list show exactly these entries: elements are kept by their key, made where they are new, and stand in order. */
+export function arrange(list, known, keys, make) {
+  const wanted = new Set(keys);
+  for (const [key, entry] of known) {
+    if (wanted.has(key)) continue;
+    entry.element.remove();
+    known.delete(key);
+  }
+  keys.forEach((key, at) => {
+    let entry = known.get(key);
+    if (!entry) {
+      entry = make(key);
+      known.set(key, entry);
+    }
+    if (list.children[at] !== entry.element) list.insertBefore(entry.element, list.children[at] ?? null);
+  });
+}
