@@ -1,8 +1,11 @@
 //! What is found out from recordings: numbers of a model by calibration, what a model is worth by campaigns of faults, and how small
 //! a fault may be so that it is seen.
 
+mod order;
+mod curve;
 pub mod calibration;
 pub mod campaign;
+pub mod learning;
 
 use thiserror::Error;
 

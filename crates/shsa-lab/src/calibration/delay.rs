@@ -1,7 +1,8 @@
 //! How much later one way tells the same as another: the shift with the least spread of their difference.
 
 use crate::calibration::comparison::Comparison;
-use crate::calibration::order::{median, spread};
+use crate::curve::Curve;
+use crate::order::spread;
 use shsa_core::time::Validity;
 
 /// Shifts that are tried to either side.
@@ -22,53 +23,9 @@ pub(crate) struct Delay {
     pub(crate) left: f64,
 }
 
-/// What the other way said, to be read at any time: straight lines between its values.
-pub(crate) struct Curve {
-    times: Vec<f64>,
-    values: Vec<f64>,
-    /// The integral up to each time.
-    sums: Vec<f64>,
-    /// The median time between two values.
-    period: f64,
-}
-
-impl Curve {
-    /// Of values at the ends of their validities, in the order of time.
-    pub(crate) fn new(outputs: &[(Validity, f64)]) -> Curve {
-        let mut points: Vec<(f64, f64)> =
-            outputs.iter().map(|(at, value)| (at.to.seconds(), *value)).collect();
-        points.sort_by(|one, other| one.0.total_cmp(&other.0));
-        points.dedup_by_key(|point| point.0);
-        let mut sum = 0.0;
-        let mut sums = vec![0.0];
-        for pair in points.windows(2) {
-            sum += 0.5 * (pair[0].1 + pair[1].1) * (pair[1].0 - pair[0].0);
-            sums.push(sum);
-        }
-        let period = median(points.windows(2).map(|pair| pair[1].0 - pair[0].0));
-        let (times, values) = points.into_iter().unzip();
-        Curve { times, values, sums, period }
-    }
-
-    /// The value, and the integral up to there.
-    fn read(&self, time: f64) -> Option<(f64, f64)> {
-        let after = self.times.partition_point(|it| *it < time);
-        let end = *self.times.get(after)?;
-        let before = if end == time { after } else { after.checked_sub(1)? };
-        let (start, value) = (self.times[before], self.values[before]);
-        let share = if end > start { (time - start) / (end - start) } else { 0.0 };
-        let here = value + share * (self.values[after] - value);
-        Some((here, self.sums[before] + 0.5 * (value + here) * (time - start)))
-    }
-
-    /// The value at a moment, or its mean where the moment is long.
-    fn at(&self, from: f64, to: f64) -> Option<f64> {
-        let (value, end) = self.read(to)?;
-        if to - from < 1e-9 {
-            return Some(value);
-        }
-        Some((end - self.read(from)?.1) / (to - from))
-    }
+/// What a way said, of values at the ends of their validities.
+pub(crate) fn curve(outputs: &[(Validity, f64)]) -> Curve {
+    Curve::new(outputs.iter().map(|(at, value)| (at.to.seconds(), *value)).collect())
 }
 
 /// The delay between the two ways of a pair, within `most_s` to either side; `None` when there is none worth
@@ -100,7 +57,7 @@ pub(crate) fn between(comparisons: &[Comparison], other: &Curve, most_s: f64) ->
 fn left(used: &[&Comparison], other: &Curve, shift: f64, most_s: f64) -> f64 {
     let difference = |it: &&Comparison| {
         let (from, to) = (it.validity.from.seconds(), it.validity.to.seconds());
-        let around = other.period;
+        let around = other.period_s();
         other.read(from - most_s - around).and(other.read(to + most_s + around))?;
         Some(it.value - other.at(from + shift - around, to + shift + around)?)
     };
@@ -138,8 +95,7 @@ mod tests {
             .map(|at| f64::from(at) * 0.01)
             .map(|time| (Validity::at(Time::from_seconds(time)), wave(time)))
             .collect();
-        let found =
-            between(&comparisons(late_s, window_s), &Curve::new(&fast), 1.0).map(|delay| delay.late_s);
+        let found = between(&comparisons(late_s, window_s), &curve(&fast), 1.0).map(|delay| delay.late_s);
         let is_right = match (found, expected) {
             (Some(found), Some(expected)) => (found - expected).abs() < 0.01,
             (found, expected) => found == expected,
@@ -169,7 +125,7 @@ mod tests {
             width: 0.0,
         };
         let compared: Vec<Comparison> = fast.iter().map(compared).collect();
-        assert_eq!(between(&compared, &Curve::new(&fast), 4.0), None);
+        assert_eq!(between(&compared, &curve(&fast), 4.0), None);
     }
 
     #[test]

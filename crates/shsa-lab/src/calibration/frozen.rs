@@ -3,7 +3,7 @@
 //! Only a signal with noise of its own in every reading may be told so early: what rests where nothing moves (an encoder, a
 //! valve that is closed) is the same for as long as that lasts, and the recording may not have seen it rest.
 
-use crate::calibration::order::median;
+use crate::order::median;
 
 /// Readings, fewer of which say nothing.
 const FEWEST: f64 = 300.0;

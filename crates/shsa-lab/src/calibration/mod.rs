@@ -3,7 +3,6 @@
 //! `sessions -> rhythm (each signal) -> comparison (each pair of ways) -> delay -> calibration (scales, tails, surrogate
 //! recordings through the engine; the changed model, tested on what it has not seen)`
 
-mod order;
 mod chance;
 mod poisson;
 mod session;

@@ -1,8 +1,8 @@
 //! How a signal comes: its rate, jitter and gaps, its range and how fast it changes.
 
 use crate::calibration::frozen::frozen_after;
-use crate::calibration::order::{quantile, sorted};
 use crate::calibration::session::Session;
+use crate::order::{quantile, sorted};
 use shsa_core::knowledge::{KnowledgeBase, Scaling, Signal, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 

@@ -2,9 +2,9 @@
 
 use super::{Promise, Stretch, Verdicts, scales};
 use crate::calibration::comparison::Comparison;
-use crate::calibration::order::{median, spread};
 use crate::calibration::poisson::fewest_expected;
 use crate::calibration::rhythm::Rhythm;
+use crate::order::{median, spread};
 use shsa_core::knowledge::{Draft, RelationId, SignalId, VariableId};
 use shsa_core::monitor::WatchedWay;
 use shsa_core::time::Span;

@@ -1,7 +1,7 @@
 //! Healthy sessions taken apart: what the witnesses of a variable agree on, what each is off by, and what is left of each value.
 
-use crate::calibration::order::{mean, median, variance};
 use crate::calibration::session::Session;
+use crate::order::{mean, median, variance};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, Scaling, SignalId, VariableId};
 use shsa_core::observation::{Observation, RawValue};
 

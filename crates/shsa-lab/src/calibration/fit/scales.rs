@@ -5,8 +5,8 @@ use super::parts::Parts;
 use super::surrogate::{period, quantum};
 use super::{Fit, Parameter};
 use crate::calibration::comparison::Comparison;
-use crate::calibration::order::{median, quantile, sorted, variance, winsorised};
 use crate::calibration::widening::{Demand, least_widening};
+use crate::order::{median, quantile, sorted, variance, winsorised};
 use shsa_core::knowledge::{Id, IdVec, SignalId};
 
 /// The quantile at which the width of a distribution is compared with that of a normal one, and the normal one's there.
@@ -142,7 +142,7 @@ impl Fit<'_> {
             let (least, most) =
                 (of.iter().fold(f64::INFINITY, |a, b| a.min(*b)), of.iter().fold(0.0, |a: f64, b| a.max(*b)));
             if kind.len() > 1 && most <= SAME * least {
-                let mean = crate::calibration::order::mean(&of);
+                let mean = crate::order::mean(&of);
                 kind.iter().for_each(|it| variances[*it] = mean);
             }
         }
@@ -257,7 +257,7 @@ fn normalised(demands: &[Demand], count: usize) -> Vec<Demand> {
 fn apart(compared: &[Vec<Comparison>]) -> Vec<f64> {
     let of = |session: &Vec<Comparison>| {
         let all: Vec<f64> = session.iter().map(|it| it.value - it.known).collect();
-        let middle = crate::calibration::order::mean(&all);
+        let middle = crate::order::mean(&all);
         all.into_iter().map(move |it| it - middle)
     };
     compared.iter().flat_map(of).collect()
@@ -273,8 +273,7 @@ pub(super) fn unexplained(compared: &[Vec<Comparison>]) -> f64 {
     let count: usize = compared.iter().map(Vec::len).sum();
     let size = TOGETHER.min(count / FEWEST_BLOCKS).max(1);
     let (apart, values) = (means(|it| it.value - it.known, size), means(|it| it.value, size));
-    let (apart, values) =
-        (crate::calibration::order::spread(&apart), crate::calibration::order::spread(&values));
+    let (apart, values) = (crate::order::spread(&apart), crate::order::spread(&values));
     if values > 0.0 {
         apart / values
     } else if apart > 0.0 {

@@ -3,7 +3,7 @@
 use super::parts::{Parts, Track};
 use super::tail::{Side, share_shapes};
 use crate::calibration::chance::Chance;
-use crate::calibration::order::quantile;
+use crate::order::quantile;
 use shsa_core::knowledge::{IdVec, KnowledgeBase, Scaling, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 
@@ -53,9 +53,7 @@ impl<'a> Source<'a> {
             let is_alone = knowledge.carriers(knowledge.signals()[signal].variable).len() == 1;
             match between[signal] {
                 None => -1.0,
-                Some(_) if is_alone => {
-                    JUMPS * crate::calibration::order::winsorised(&parts.rests(signal)).sqrt()
-                }
+                Some(_) if is_alone => JUMPS * crate::order::winsorised(&parts.rests(signal)).sqrt(),
                 Some(_) => f64::INFINITY,
             }
         });
@@ -207,7 +205,7 @@ fn move_by(reading: &mut RawValue, by: f64, quantum: f64, scaling: Option<Scalin
 /// What the readings of a signal are whole multiples of; 0 where nearly all of them differ.
 pub(super) fn quantum(parts: &Parts<'_>, signal: SignalId) -> f64 {
     let values = parts.pieces.iter().flat_map(|it| it.tracks[signal].values.iter().copied());
-    let mut sorted = crate::calibration::order::sorted(values);
+    let mut sorted = crate::order::sorted(values);
     let count = sorted.len();
     sorted.dedup();
     if 4 * sorted.len() > count {
@@ -220,7 +218,7 @@ pub(super) fn quantum(parts: &Parts<'_>, signal: SignalId) -> f64 {
 /// The usual time between two values of a signal, in seconds; 0 without two.
 pub(super) fn period(parts: &Parts<'_>, signal: SignalId) -> f64 {
     let gaps = parts.pieces.iter().flat_map(|it| it.tracks[signal].times.windows(2));
-    quantile(&crate::calibration::order::sorted(gaps.map(|pair| pair[1] - pair[0])), 0.5).unwrap_or(0.0)
+    quantile(&crate::order::sorted(gaps.map(|pair| pair[1] - pair[0])), 0.5).unwrap_or(0.0)
 }
 
 /// How many values it takes until what is left of one says nothing about the next.

@@ -30,12 +30,12 @@ pub(super) struct Side {
 impl Side {
     /// Of values whose sign has been turned so that the tail is above; `memory` in values.
     pub(super) fn of(values: &[f64], memory: f64) -> Side {
-        let sorted = crate::calibration::order::sorted(values.iter().copied());
-        let from = crate::calibration::order::quantile(&sorted, FROM).unwrap_or(0.0).max(0.0);
+        let sorted = crate::order::sorted(values.iter().copied());
+        let from = crate::order::quantile(&sorted, FROM).unwrap_or(0.0).max(0.0);
         let excesses: Vec<f64> = sorted.into_iter().map(|it| it - from).filter(|it| *it > 0.0).collect();
         let clusters = (excesses.len() as f64 / memory.max(1.0)).max(1.0);
         let (shape, error) = weighted_moments(&excesses, clusters);
-        let scale = crate::calibration::order::mean(&excesses);
+        let scale = crate::order::mean(&excesses);
         Side { from, scale, clusters, shape, error, excesses }
     }
 
@@ -56,7 +56,7 @@ impl Side {
                 scale * (1.0 - shape) * (shape * exponential).exp_m1() / shape
             }
         };
-        crate::calibration::order::sorted((0..self.excesses.len()).map(|_| excess(chance)))
+        crate::order::sorted((0..self.excesses.len()).map(|_| excess(chance)))
     }
 }
 
@@ -64,7 +64,7 @@ impl Side {
 /// standard error.
 fn weighted_moments(ascending: &[f64], clusters: f64) -> (f64, f64) {
     let count = ascending.len() as f64;
-    let first = crate::calibration::order::mean(ascending);
+    let first = crate::order::mean(ascending);
     let weighted = |(at, excess): (usize, &f64)| excess * (1.0 - (at as f64 + 0.65) / count);
     let second = ascending.iter().enumerate().map(weighted).sum::<f64>() / count.max(1.0);
     let shape = 2.0 - first / (first - 2.0 * second);
@@ -100,7 +100,7 @@ mod tests {
             let it = chance.exponential();
             if shape == 0.0 { it } else { (shape * it).exp_m1() / shape }
         };
-        let drawn = crate::calibration::order::sorted((0..20_000).map(|_| draw(&mut chance)));
+        let drawn = crate::order::sorted((0..20_000).map(|_| draw(&mut chance)));
         let (found, _) = weighted_moments(&drawn, 20_000.0);
         assert!((found - shape).abs() < 0.05, "{found} is not {shape}");
     }

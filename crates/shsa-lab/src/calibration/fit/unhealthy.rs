@@ -3,7 +3,7 @@
 use super::PairFit;
 use super::scales::Compared;
 use crate::calibration::comparison::Comparison;
-use crate::calibration::order::median;
+use crate::order::median;
 use shsa_core::knowledge::SignalId;
 use shsa_core::time::{Span, Time};
 

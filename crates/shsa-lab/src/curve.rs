@@ -1,0 +1,75 @@
+//! What was said at some moments, to be read at any.
+
+use crate::order::median;
+
+/// Straight lines between values.
+#[derive(Clone, Debug)]
+pub(crate) struct Curve {
+    times: Vec<f64>,
+    values: Vec<f64>,
+    /// The integral up to each time.
+    sums: Vec<f64>,
+    /// The median time between two values.
+    period_s: f64,
+}
+
+impl Curve {
+    /// Of times in seconds, in any order, and values.
+    pub(crate) fn new(mut points: Vec<(f64, f64)>) -> Curve {
+        points.sort_by(|one, other| one.0.total_cmp(&other.0));
+        points.dedup_by_key(|point| point.0);
+        let mut sum = 0.0;
+        let mut sums = vec![0.0];
+        for pair in points.windows(2) {
+            sum += 0.5 * (pair[0].1 + pair[1].1) * (pair[1].0 - pair[0].0);
+            sums.push(sum);
+        }
+        let period_s = median(points.windows(2).map(|pair| pair[1].0 - pair[0].0));
+        let (times, values) = points.into_iter().unzip();
+        Curve { times, values, sums, period_s }
+    }
+
+    /// The median time between two values, in seconds.
+    pub(crate) fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    /// When values are known, in the order of time.
+    pub(crate) fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// The values at these times.
+    pub(crate) fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// The value, and the integral up to there; `None` outside of what is known. Time: O(log n).
+    pub(crate) fn read(&self, time: f64) -> Option<(f64, f64)> {
+        let after = self.times.partition_point(|it| *it < time);
+        let end = *self.times.get(after)?;
+        let before = if end == time { after } else { after.checked_sub(1)? };
+        let (start, value) = (self.times[before], self.values[before]);
+        let share = if end > start { (time - start) / (end - start) } else { 0.0 };
+        let here = value + share * (self.values[after] - value);
+        Some((here, self.sums[before] + 0.5 * (value + here) * (time - start)))
+    }
+
+    /// The value of the nearest moment, for what takes steps.
+    pub(crate) fn nearest(&self, time: f64) -> Option<f64> {
+        let after = self.times.partition_point(|it| *it < time);
+        let end = *self.times.get(after)?;
+        let before = if end == time { after } else { after.checked_sub(1)? };
+        let is_after = end - time < time - self.times[before];
+        Some(self.values[if is_after { after } else { before }])
+    }
+
+    /// The value at a moment, or its mean where the moment is long.
+    pub(crate) fn at(&self, from: f64, to: f64) -> Option<f64> {
+        let (value, end) = self.read(to)?;
+        if to - from < 1e-9 {
+            return Some(value);
+        }
+        Some((end - self.read(from)?.1) / (to - from))
+    }
+}

@@ -1,0 +1,86 @@
+//! Few relations of many: none that follows from others, none with signals that do not belong.
+
+use crate::learning::form::{Relation, Shape};
+
+/// A relation with more signals has to leave so much less than one among them.
+const MUCH_LESS: f64 = 0.4;
+
+/// What was chosen so far.
+pub(crate) struct Choice {
+    relations: Vec<Relation>,
+    /// Of each signal one that says the same, perhaps later.
+    same_as: Vec<usize>,
+}
+
+impl Choice {
+    pub(crate) fn new(signals: usize) -> Choice {
+        Choice { relations: Vec::new(), same_as: (0..signals).collect() }
+    }
+
+    fn root(&self, signal: usize) -> usize {
+        let mut at = signal;
+        while self.same_as[at] != at {
+            at = self.same_as[at];
+        }
+        at
+    }
+
+    /// Whether two signals are known to say the same.
+    pub(crate) fn is_same(&self, one: usize, other: usize) -> bool {
+        self.root(one) == self.root(other)
+    }
+
+    /// Relations of two, the best first: those that say the same join what they belong to, each once.
+    pub(crate) fn take_pairs(&mut self, mut pairs: Vec<Relation>) {
+        pairs.sort_by(|one, other| one.score.all().total_cmp(&other.score.all()));
+        let (same, other): (Vec<Relation>, Vec<Relation>) =
+            pairs.into_iter().partition(|it| matches!(it.shape, Shape::Equal { .. }));
+        for relation in same {
+            let (one, other) = (self.root(relation.target), self.root(relation.inputs[0]));
+            if one != other {
+                self.same_as[one.max(other)] = one.min(other);
+                self.relations.push(relation);
+            }
+        }
+        self.take(other);
+    }
+
+    /// Relations of three and more.
+    pub(crate) fn take_larger(&mut self, mut relations: Vec<Relation>) {
+        relations.sort_by(|one, other| {
+            one.inputs.len().cmp(&other.inputs.len()).then(one.score.all().total_cmp(&other.score.all()))
+        });
+        self.take(relations);
+    }
+
+    fn take(&mut self, relations: Vec<Relation>) {
+        for relation in relations {
+            let members = self.members(&relation);
+            let is_whole = members.len() == relation.inputs.len() + 1;
+            let is_known = |known: &Relation| {
+                let known_members = self.members(known);
+                let is_part = known_members.iter().all(|it| members.contains(it));
+                is_part
+                    && (known_members.len() == members.len()
+                        || relation.score.all() > MUCH_LESS * known.score.all())
+            };
+            let is_new =
+                !self.relations.iter().filter(|it| !matches!(it.shape, Shape::Equal { .. })).any(is_known);
+            if is_whole && is_new {
+                self.relations.push(relation);
+            }
+        }
+    }
+
+    /// What a relation is about: one of each that say the same.
+    fn members(&self, relation: &Relation) -> Vec<usize> {
+        let mut members: Vec<usize> = relation.signals().into_iter().map(|it| self.root(it)).collect();
+        members.sort_unstable();
+        members.dedup();
+        members
+    }
+
+    pub(crate) fn relations(self) -> Vec<Relation> {
+        self.relations
+    }
+}

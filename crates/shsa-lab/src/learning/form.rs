@@ -1,0 +1,388 @@
+//! The forms that a relation may have, and how each is fitted and judged.
+
+use crate::learning::least_squares::solve;
+use crate::learning::signal::{Part, Seen};
+
+/// Of relations with steps so many samples may be wrong: those around each step.
+const TRIMMED: f64 = 0.05;
+
+/// A part in which the target moves by less than this share of what it does in all is judged by the latter.
+const STILL: f64 = 0.5;
+
+/// The window of an integral's rate, as a share of the recording.
+const INTEGRAL_WINDOW: f64 = 0.05;
+
+/// By how much what is left may grow for numbers that a person would write, and what counts as nothing.
+const PLAIN: f64 = 1.02;
+const LEAST_LEFT: f64 = 1e-4;
+
+/// Rounds in which the ends of a saturation are found.
+const ROUNDS: usize = 12;
+
+/// How the target follows from the inputs; the numbers stand in [`Relation::numbers`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// `x(t - lag) + n0`.
+    Equal {
+        /// How much later the target says it, in seconds.
+        lag_s: f64,
+    },
+    /// `n0 x(t - lag) + n1`.
+    Line {
+        /// How much later the target says it, in seconds.
+        lag_s: f64,
+    },
+    /// `n0 + n1 x + n2 x^2 ..`, of this degree.
+    Polynomial(usize),
+    /// `n0 x + n1`, and never below `n2` nor above `n3`.
+    Saturated,
+    /// `n0` times the mean of x over a window, `+ n1`.
+    Mean {
+        /// The window in seconds.
+        window_s: f64,
+    },
+    /// The mean of the target over a window is `n0` times the mean rate of x over it.
+    Rate {
+        /// The window in seconds.
+        window_s: f64,
+    },
+    /// `n0` times the integral of x since the first moment, `+ n1`.
+    Integral,
+    /// `n0` times the product of the inputs with these powers.
+    Product(Vec<i8>),
+    /// `n0 x0 + n1 x1 .. + c`.
+    Sum,
+    /// `n_i x0` while x1 is the i-th of these.
+    Gears(Vec<f64>),
+}
+
+/// A relation that was fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Relation {
+    /// The signal that is told, by its place.
+    pub target: usize,
+    /// The signals that tell it.
+    pub inputs: Vec<usize>,
+    /// How.
+    pub shape: Shape,
+    /// The numbers of the shape, in SI units from the zeros of the signals' own.
+    pub numbers: Vec<f64>,
+    /// Of an integral: the window in seconds over which its rate is compared.
+    pub window_s: Option<f64>,
+    /// How wrong it is.
+    pub score: Score,
+}
+
+/// What of the target a relation leaves unexplained, as shares of its standard deviation, with the numbers of the fitted part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Score {
+    /// Where the numbers were fitted.
+    pub fitted: f64,
+    /// Where the form was chosen.
+    pub chosen: f64,
+    /// On the rest.
+    pub unseen: f64,
+}
+
+impl Score {
+    /// The largest share.
+    #[must_use]
+    pub fn worst(&self) -> f64 {
+        self.fitted.max(self.chosen).max(self.unseen)
+    }
+
+    /// The root of the mean square of all parts.
+    pub(crate) fn all(&self) -> f64 {
+        (0.5 * self.fitted.powi(2) + 0.2 * self.chosen.powi(2) + 0.3 * self.unseen.powi(2)).sqrt()
+    }
+}
+
+impl Relation {
+    /// All signals, in order.
+    #[must_use]
+    pub fn signals(&self) -> Vec<usize> {
+        let mut all: Vec<usize> = self.inputs.iter().copied().chain([self.target]).collect();
+        all.sort_unstable();
+        all
+    }
+}
+
+/// A form with its data: the target, what is added with a factor of 1, and the columns whose factors are fitted.
+pub(crate) struct Design {
+    parts: Vec<Part>,
+    target: Vec<f64>,
+    fixed: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+}
+
+impl Design {
+    /// The rows at which all that is needed has a value.
+    pub(crate) fn new(seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shape) -> Design {
+        let clock = seen.slowest(inputs.iter().copied().chain([target]));
+        let mut design = Design { parts: vec![], target: vec![], fixed: vec![], columns: vec![] };
+        for (row, &time) in clock.times.iter().enumerate() {
+            let value = |signal: usize| clock.values[signal].get(row).copied();
+            let told = match shape {
+                Shape::Rate { window_s } => seen.curves[target].at(time - window_s, time),
+                _ => value(target),
+            };
+            let (Some(told), Some((fixed, regressors))) =
+                (told, regressors(seen, inputs, shape, time, value))
+            else {
+                continue;
+            };
+            if !(told.is_finite() && fixed.is_finite() && regressors.iter().all(|it| it.is_finite())) {
+                continue;
+            }
+            design.parts.push(clock.parts[row]);
+            design.target.push(told);
+            design.fixed.push(fixed);
+            design.columns.resize_with(regressors.len(), Vec::new);
+            design.columns.iter_mut().zip(regressors).for_each(|(column, it)| column.push(it));
+        }
+        if matches!(shape, Shape::Gears(_)) {
+            design.part_each_gear();
+        }
+        design
+    }
+
+    /// The numbers that fit best over some parts.
+    fn fit(&self, shape: &Shape, is_used: impl Fn(Part) -> bool) -> Option<Vec<f64>> {
+        let rest: Vec<f64> =
+            self.target.iter().zip(&self.fixed).map(|(target, fixed)| target - fixed).collect();
+        let is_used = |row: usize| is_used(self.parts[row]);
+        match shape {
+            Shape::Saturated => saturated(&self.columns, &rest, is_used),
+            Shape::Gears(_) => self.fit_gears(shape, &rest, &is_used),
+            _ => solve(&self.columns, &rest, is_used),
+        }
+    }
+
+    /// The numbers, where it costs next to nothing those that a person would write: no offset, a factor of 1 or -1. The others
+    /// are fitted again.
+    fn plain(&self, shape: &Shape, numbers: Vec<f64>) -> Vec<f64> {
+        let offset = match shape {
+            Shape::Polynomial(_) | Shape::Saturated | Shape::Gears(_) => return numbers,
+            Shape::Rate { .. } | Shape::Product(_) => None,
+            _ => numbers.len().checked_sub(1),
+        };
+        let most = PLAIN * self.left(shape, &numbers) + LEAST_LEFT;
+        let mut held: Vec<Option<f64>> = vec![None; numbers.len()];
+        let mut numbers = numbers;
+        for place in 0..numbers.len() {
+            held[place] = Some(if Some(place) == offset { 0.0 } else { numbers[place].signum() });
+            match self.fit_others(&held).filter(|it| self.left(shape, it) <= most) {
+                Some(plain) => numbers = plain,
+                None => held[place] = None,
+            }
+        }
+        numbers
+    }
+
+    /// The numbers that fit best when some are given.
+    fn fit_others(&self, held: &[Option<f64>]) -> Option<Vec<f64>> {
+        let given = |row: usize| {
+            self.columns
+                .iter()
+                .zip(held)
+                .map(|(column, it)| it.map_or(0.0, |it| it * column[row]))
+                .sum::<f64>()
+        };
+        let rest: Vec<f64> =
+            (0..self.target.len()).map(|row| self.target[row] - self.fixed[row] - given(row)).collect();
+        let free = self.columns.iter().zip(held).filter(|(_, held)| held.is_none());
+        let free: Vec<Vec<f64>> = free.map(|(column, _)| column.clone()).collect();
+        let mut fitted = if free.is_empty() { vec![] } else { solve(&free, &rest, |_| true)? }.into_iter();
+        held.iter().map(|it| it.or_else(|| fitted.next())).collect()
+    }
+
+    /// Each gear's own time is parted: some are used late only.
+    fn part_each_gear(&mut self) {
+        for column in &self.columns {
+            let rows: Vec<usize> = (0..column.len()).filter(|row| column[*row] != 0.0).collect();
+            for (rank, row) in rows.iter().enumerate() {
+                self.parts[*row] = Part::at(rank as f64 / rows.len() as f64);
+            }
+        }
+    }
+
+    /// The factors of the gears, without the samples around each change.
+    fn fit_gears(&self, shape: &Shape, rest: &[f64], is_used: &impl Fn(usize) -> bool) -> Option<Vec<f64>> {
+        let first = solve(&self.columns, rest, is_used)?;
+        let errors = self.errors(shape, &first);
+        let most =
+            most_of(errors.iter().enumerate().filter(|(row, _)| is_used(*row)).map(|(_, it)| it.abs()));
+        solve(&self.columns, rest, |row| is_used(row) && errors[row].abs() <= most)
+    }
+
+    /// By how much the target differs from what the numbers make of the inputs.
+    fn errors(&self, shape: &Shape, numbers: &[f64]) -> Vec<f64> {
+        let row = |row: usize| {
+            let told =
+                self.columns.iter().zip(numbers).map(|(column, number)| column[row] * number).sum::<f64>();
+            let told = match (shape, numbers) {
+                (Shape::Saturated, [_, _, low, high]) => told.clamp(*low, *high),
+                _ => told,
+            };
+            self.target[row] - self.fixed[row] - told
+        };
+        (0..self.target.len()).map(row).collect()
+    }
+
+    fn score(&self, shape: &Shape, numbers: &[f64]) -> Option<Score> {
+        let errors = self.errors(shape, numbers);
+        let all = deviation(self.target.iter().copied());
+        let share = |part: Part| {
+            let of_part = |values: &[f64]| -> Vec<f64> {
+                values
+                    .iter()
+                    .zip(&self.parts)
+                    .filter(|(_, it)| **it == part)
+                    .map(|(value, _)| *value)
+                    .collect()
+            };
+            let mut own = of_part(&errors);
+            if matches!(shape, Shape::Gears(_)) {
+                let most = most_of(own.iter().map(|it| it.abs()));
+                own.retain(|it| it.abs() <= most);
+            }
+            let moves = deviation(of_part(&self.target).into_iter()).max(STILL * all);
+            (own.len() >= 10 && moves > 0.0).then(|| root_mean_square(&own) / moves)
+        };
+        let [fitted, chosen, unseen] = Part::ALL.map(share);
+        Some(Score { fitted: fitted?, chosen: chosen?, unseen: unseen? })
+    }
+
+    /// What numbers leave of the target, as a share.
+    pub(crate) fn left(&self, shape: &Shape, numbers: &[f64]) -> f64 {
+        root_mean_square(&self.errors(shape, numbers)) / deviation(self.target.iter().copied())
+    }
+
+    /// What is left of it when a parabola of time is all that is known.
+    pub(crate) fn left_by_time(&self) -> f64 {
+        let columns = self.time();
+        let Some(numbers) = solve(&columns, &self.target, |_| true) else { return 1.0 };
+        let told = |row: usize| {
+            columns.iter().zip(&numbers).map(|(column, number)| column[row] * number).sum::<f64>()
+        };
+        let left: Vec<f64> = (0..self.target.len()).map(|row| self.target[row] - told(row)).collect();
+        root_mean_square(&left) / deviation(self.target.iter().copied())
+    }
+
+    /// The factor of the first column beside a parabola of time, in either half.
+    pub(crate) fn factors_beside_time(&self) -> Option<[f64; 2]> {
+        let columns: Vec<Vec<f64>> = self.columns.first().cloned().into_iter().chain(self.time()).collect();
+        let half = self.target.len() / 2;
+        let early = solve(&columns, &self.target, |row| row < half)?;
+        let late = solve(&columns, &self.target, |row| row >= half)?;
+        Some([early[0], late[0]])
+    }
+
+    fn time(&self) -> [Vec<f64>; 3] {
+        let at = |row: usize| row as f64 / self.target.len() as f64;
+        [0, 1, 2].map(|power| (0..self.target.len()).map(|row| at(row).powi(power)).collect())
+    }
+}
+
+/// Fits the first part, judges on the others, and then fits all of it.
+pub(crate) fn fit(seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shape) -> Option<Relation> {
+    let design = Design::new(seen, target, inputs, shape);
+    let early = design.fit(shape, |part| part == Part::Fitted)?;
+    let score = design.score(shape, &early)?;
+    let numbers = design.plain(shape, design.fit(shape, |_| true)?);
+    let window_s = (*shape == Shape::Integral).then_some(INTEGRAL_WINDOW * seen.duration_s);
+    Some(Relation { target, inputs: inputs.to_vec(), shape: shape.clone(), numbers, window_s, score })
+}
+
+/// What a relation leaves unexplained of other data of the same signals, offset freed: the share of the target's standard
+/// deviation; `None` where they say nothing about it.
+pub(crate) fn share_elsewhere(seen: &Seen<'_>, relation: &Relation) -> Option<f64> {
+    let design = Design::new(seen, relation.target, &relation.inputs, &relation.shape);
+    let errors = design.errors(&relation.shape, &relation.numbers);
+    let moves = deviation(design.target.iter().copied());
+    (errors.len() >= 10 && moves > 0.0).then(|| deviation(errors.iter().copied()) / moves)
+}
+
+/// What is added with a factor of 1, and what factors belong to.
+fn regressors(
+    seen: &Seen<'_>,
+    inputs: &[usize],
+    shape: &Shape,
+    time: f64,
+    value: impl Fn(usize) -> Option<f64>,
+) -> Option<(f64, Vec<f64>)> {
+    let first = *inputs.first()?;
+    let curve = &seen.curves[first];
+    let lagged = |lag_s: f64| if lag_s == 0.0 { value(first) } else { Some(curve.read(time - lag_s)?.0) };
+    let columns = match shape {
+        Shape::Equal { lag_s } => return Some((lagged(*lag_s)?, vec![1.0])),
+        Shape::Line { lag_s } => vec![lagged(*lag_s)?, 1.0],
+        Shape::Polynomial(degree) => {
+            let x = value(first)?;
+            (0..=*degree as i32).map(|power| x.powi(power)).collect()
+        }
+        Shape::Saturated => vec![value(first)?, 1.0],
+        Shape::Mean { window_s } => vec![curve.at(time - window_s, time)?, 1.0],
+        Shape::Rate { window_s } => {
+            vec![(curve.read(time)?.0 - curve.read(time - window_s)?.0) / window_s]
+        }
+        Shape::Integral => vec![curve.read(time)?.1, 1.0],
+        Shape::Product(powers) => {
+            let values =
+                inputs.iter().zip(powers).map(|(input, power)| Some(value(*input)?.powi(i32::from(*power))));
+            vec![values.product::<Option<f64>>()?]
+        }
+        Shape::Sum => {
+            let values = inputs.iter().map(|input| value(*input));
+            values.chain([Some(1.0)]).collect::<Option<_>>()?
+        }
+        Shape::Gears(levels) => {
+            let x = value(first)?;
+            let level = seen.curves[*inputs.get(1)?].nearest(time)?;
+            let is_known = levels.contains(&level);
+            is_known
+                .then(|| levels.iter().map(|it| if *it == level { x } else { 0.0 }).collect::<Vec<f64>>())?
+        }
+    };
+    Some((0.0, columns))
+}
+
+/// Slope, offset, lowest and highest of a line that is cut off: the line through what lies between, and the means of what
+/// lies beyond, in turns.
+fn saturated(columns: &[Vec<f64>], target: &[f64], is_used: impl Fn(usize) -> bool) -> Option<Vec<f64>> {
+    let rows: Vec<usize> = (0..target.len()).filter(|row| is_used(*row)).collect();
+    let ends = rows
+        .iter()
+        .map(|row| target[*row])
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| (low.min(it), high.max(it)));
+    let margin = 0.08 * (ends.1 - ends.0);
+    let (mut low, mut high) = (ends.0 + margin, ends.1 - margin);
+    let mut line = solve(columns, target, |row| is_used(row) && low < target[row] && target[row] < high)?;
+    for _ in 0..ROUNDS {
+        let on_line = |row: usize| columns[0][row] * line[0] + line[1];
+        let mean_beyond = |is_beyond: &dyn Fn(f64) -> bool| {
+            let own: Vec<f64> =
+                rows.iter().filter(|row| is_beyond(on_line(**row))).map(|row| target[*row]).collect();
+            (own.len() >= 5).then(|| crate::order::mean(&own))
+        };
+        low = mean_beyond(&|it| it < low).unwrap_or(ends.0);
+        high = mean_beyond(&|it| it > high).unwrap_or(ends.1);
+        let is_between: Vec<bool> =
+            (0..target.len()).map(|row| low < on_line(row) && on_line(row) < high).collect();
+        line = solve(columns, target, |row| is_used(row) && is_between[row])?;
+    }
+    Some(vec![line[0], line[1], low, high])
+}
+
+/// The largest size but for the share that is trimmed.
+fn most_of(sizes: impl Iterator<Item = f64>) -> f64 {
+    crate::order::quantile(&crate::order::sorted(sizes), 1.0 - TRIMMED).unwrap_or(f64::INFINITY)
+}
+
+pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|it| it * it).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+pub(crate) fn deviation(values: impl Iterator<Item = f64>) -> f64 {
+    crate::order::variance(&values.collect::<Vec<f64>>()).sqrt()
+}

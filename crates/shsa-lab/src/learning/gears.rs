@@ -1,0 +1,42 @@
+//! Factors that another signal chooses: gears, ranges, modes.
+
+use crate::learning::MOST_UNEXPLAINED;
+use crate::learning::form::{Relation, Shape, fit};
+use crate::learning::signal::Seen;
+
+/// How many different levels a signal may have that chooses, and the share of the samples that each needs.
+const MOST_LEVELS: usize = 8;
+const LEAST_SHARE: f64 = 0.03;
+
+/// All relations `y = k_i x` in which a signal with few levels says which k.
+pub(crate) fn all(seen: &Seen<'_>, signals: &[usize]) -> Vec<Relation> {
+    let mut found = Vec::new();
+    for &chooser in signals {
+        let Some(levels) = levels(seen, chooser) else { continue };
+        let others = || signals.iter().copied().filter(|it| *it != chooser);
+        for target in others() {
+            for input in others().filter(|it| *it != target && seen.is_addable(*it, target)) {
+                let shape = Shape::Gears(levels.clone());
+                let fitted = fit(seen, target, &[input, chooser], &shape);
+                found.extend(fitted.filter(|it| it.score.worst() <= MOST_UNEXPLAINED));
+            }
+        }
+    }
+    found
+}
+
+/// The levels of a signal that has a few whole ones.
+fn levels(seen: &Seen<'_>, signal: usize) -> Option<Vec<f64>> {
+    let values = seen.curves[signal].values();
+    let mut levels: Vec<(f64, usize)> = Vec::new();
+    for value in values {
+        match levels.iter().position(|(level, _)| level == value) {
+            Some(place) => levels[place].1 += 1,
+            None if value.fract() == 0.0 && levels.len() < 2 * MOST_LEVELS => levels.push((*value, 1)),
+            None => return None,
+        }
+    }
+    levels.retain(|(_, count)| *count as f64 >= LEAST_SHARE * values.len() as f64);
+    levels.sort_by(|one, other| one.0.total_cmp(&other.0));
+    (2..=MOST_LEVELS).contains(&levels.len()).then(|| levels.into_iter().map(|(level, _)| level).collect())
+}

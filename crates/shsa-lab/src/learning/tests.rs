@@ -1,0 +1,122 @@
+//! What is found in signals that are made of known relations, and what is not.
+
+use super::{Signal, formula, learn};
+use crate::calibration::Chance;
+use shsa_core::unit::Unit;
+use std::f64::consts::TAU;
+
+const DURATION_S: f64 = 300.0;
+const RATE_HZ: f64 = 10.0;
+
+/// A slow wave of several periods that have nothing to do with those of another number.
+fn wave(number: u32, time: f64) -> f64 {
+    let of = |part: u32| {
+        let hz = (3.0 + 2.3 * f64::from(part * part) + 0.37 * f64::from(number * (part + 2))) / DURATION_S;
+        (TAU * hz * time + f64::from(number * 7 + part * 3)).sin() / f64::from(part + 1)
+    };
+    (0..5).map(of).sum()
+}
+
+fn signal(name: &str, unit: &str, noise: f64, value: impl Fn(f64) -> f64) -> Signal {
+    let mut chance = Chance::new(name.bytes().map(u64::from).sum());
+    let times = (0..(DURATION_S * RATE_HZ) as usize).map(|at| at as f64 / RATE_HZ);
+    let points = times.map(|time| (time, value(time) + noise * chance.normal())).collect();
+    Signal { name: name.to_owned(), unit: Some(Unit::parse(unit).unwrap()), points }
+}
+
+#[track_caller]
+fn check(signals: &[Signal], expected: &[&str]) {
+    let learned = learn(signals);
+    let name = |signal: usize| signals[signal].name.clone();
+    let copies = learned.copies.iter().map(|it| format!("{} is a copy of {}", name(it.signal), name(it.of)));
+    let relations = learned.relations.iter().map(|it| formula(signals, it, &name));
+    assert_eq!(copies.chain(relations).collect::<Vec<_>>(), expected);
+}
+
+#[test]
+fn two_that_say_the_same_with_an_offset_and_later() {
+    let speed = |time: f64| 12.0 + 4.0 * wave(1, time);
+    let other = signal("other", "km/h", 0.0, move |time| 3.6 * speed(time - 0.7));
+    check(&[signal("speed", "m/s", 0.0, speed), other], &["other = delay(speed, 0.7 s)"]);
+}
+
+#[test]
+fn what_only_drifts_or_swings_alike_is_not_related() {
+    let drift = |number: u32| move |time: f64| 20.0 + 9.0 * time / DURATION_S + 0.3 * wave(number, time);
+    check(&[signal("one", "degC", 0.02, drift(1)), signal("two", "V", 0.02, drift(2))], &[]);
+    let swing = |number: u32| move |time: f64| 5.0 * (TAU * time / 40.0).sin() + 0.8 * wave(number, time);
+    check(&[signal("one", "degC", 0.02, swing(3)), signal("two", "V", 0.02, swing(4))], &[]);
+    let until = |time: f64| if time < 0.55 * DURATION_S { wave(5, time) } else { wave(6, time) };
+    check(&[signal("one", "m", 0.01, |time| wave(5, time)), signal("two", "m", 0.01, until)], &[]);
+}
+
+#[test]
+fn products_and_sums_have_to_come_out_in_units() {
+    let (volts, amps) = (|time: f64| 24.0 + 3.0 * wave(1, time), |time: f64| 15.0 + 3.0 * wave(2, time));
+    let signals = |unit: &str| {
+        let product = signal("power", unit, 0.5, move |time| volts(time) * amps(time));
+        [signal("volts", "V", 0.01, volts), signal("amps", "A", 0.01, amps), product]
+    };
+    check(&signals("W"), &["power = volts * amps"]);
+    check(&signals("N"), &[]);
+}
+
+#[test]
+fn a_sum_has_the_terms_that_it_is_made_of() {
+    let signals = [
+        signal("total", "A", 0.01, |time| wave(1, time) - 0.5 * wave(2, time) + 2.0 * wave(3, time) + 5.0),
+        signal("one", "A", 0.01, |time| wave(1, time)),
+        signal("two", "A", 0.01, |time| wave(2, time)),
+        signal("three", "A", 0.01, |time| wave(3, time)),
+        signal("four", "A", 0.01, |time| wave(4, time)),
+    ];
+    let learned = learn(&signals);
+    let found: Vec<Vec<usize>> = learned.relations.iter().map(super::Relation::signals).collect();
+    assert_eq!(found, [[0, 1, 2, 3]]);
+}
+
+#[test]
+fn rates_saturations_and_gears() {
+    let way = |time: f64| 50.0 + 20.0 * wave(1, time);
+    let speed = move |time: f64| (way(time + 1e-3) - way(time - 1e-3)) / 2e-3;
+    let found =
+        learn(&[signal("way", "m", 0.01, way), signal("speed", "km/h", 0.01, move |time| 3.6 * speed(time))]);
+    assert!(
+        matches!(found.relations[..], [super::Relation { shape: super::Shape::Rate { .. }, .. }]),
+        "{found:?}"
+    );
+
+    let open = |time: f64| 50.0 + 20.0 * wave(2, time);
+    let flow = move |time: f64| (1.2 * open(time) - 5.0).clamp(15.0, 70.0);
+    check(
+        &[signal("open", "%", 0.0, open), signal("flow", "%", 0.0, flow)],
+        &["flow = min(max(1.2 * open - 5 %, 15 %), 70 %)"],
+    );
+
+    let gear = |time: f64| (time / 11.0 * 1.7).floor() % 3.0 + 1.0;
+    let engine = |time: f64| 1500.0 + 300.0 * wave(3, time);
+    let wheel = move |time: f64| [3.0, 2.0, 1.25][gear(time) as usize - 1] * engine(time);
+    check(
+        &[
+            signal("engine", "rpm", 0.0, engine),
+            signal("gear", "1", 0.0, gear),
+            signal("wheel", "rpm", 0.0, wheel),
+        ],
+        &["wheel = if(gear < 1.5, 3, if(gear < 2.5, 2, 1.25)) * engine"],
+    );
+}
+
+#[test]
+fn a_copy_is_told_and_is_no_witness() {
+    let one = signal("one", "m", 0.1, |time| 3.0 * wave(1, time));
+    let points = one.points.iter().map(|(time, value)| (*time, 2.0 * value + 1.0)).collect();
+    let copy = Signal { name: "copy".to_owned(), points, ..one.clone() };
+    check(&[one, copy], &["copy is a copy of one"]);
+}
+
+#[test]
+fn nothing_is_learned_of_nothing() {
+    check(&[], &[]);
+    check(&[Signal { name: "one".to_owned(), unit: None, points: Vec::new() }], &[]);
+    check(&[signal("one", "m", 0.0, |_| 1.0), signal("two", "m", 0.0, |_| 1.0)], &[]);
+}
