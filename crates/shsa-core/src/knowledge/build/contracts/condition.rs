@@ -12,10 +12,10 @@ const MAX_TEXT: usize = 4_096;
 /// The deepest nesting of parentheses.
 const MAX_DEPTH: usize = 16;
 
-/// Words of conditions, which are no names.
+/// Words of conditions, which cannot be names.
 pub(super) const WORDS: [&str; 3] = ["and", "or", "of"];
 
-/// Reads a condition; `leaf` finds what a name means.
+/// Reads a condition; `leaf` resolves a name.
 pub(super) fn read(text: &str, leaf: &dyn Fn(&str) -> Option<Condition>) -> Result<Condition, Problem> {
     if text.len() > MAX_TEXT {
         let problem = Problem::error(0..text.len(), format!("a condition has at most {MAX_TEXT} bytes"));
