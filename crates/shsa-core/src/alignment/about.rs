@@ -42,8 +42,8 @@ impl Known {
 impl History {
     /// The value at a moment; see the head of this file.
     ///
-    /// Between two samples the value may turn: the hull is grown by the curvature that these and the sample before them show.
-    /// Complexity: O(samples newer than the moment, and those that overlap it).
+    /// The value may turn between two samples: the hull is grown by the curvature of these two samples and the one before.
+    /// Complexity: O(samples that are newer than the moment or overlap it).
     #[inline]
     #[must_use]
     pub fn about(&self, moment: Validity, reach: Reach) -> Known {

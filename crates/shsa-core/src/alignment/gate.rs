@@ -24,7 +24,7 @@ use crate::time::Span;
 
 /// Measures the readings of one signal. O(1) a reading, without allocation.
 ///
-/// All readings of one moment of reception are measured by those of earlier moments, so their order does not matter.
+/// Readings of one moment of reception are measured against readings of earlier moments, so their order does not matter.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Gate {
     pace: Option<Pace>,
@@ -32,7 +32,7 @@ pub(super) struct Gate {
     wraps: Option<f64>,
     /// How long a value may be held.
     max_hold: Span,
-    /// The reading that those of this moment are measured by.
+    /// The earlier reading against which readings of this moment are measured.
     anchor: Option<Sample>,
     /// The newest accepted reading of this moment; any reading while the gate is open.
     next: Option<Sample>,

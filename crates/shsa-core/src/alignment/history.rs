@@ -172,7 +172,7 @@ impl History {
 
     /// The value at `moment`: the hull of all samples that overlap it, else the nearest one within reach.
     ///
-    /// Complexity: O(samples newer than the moment, and those that overlap it).
+    /// Complexity: O(samples that are newer than the moment or overlap it).
     #[must_use]
     pub fn at(&self, moment: Validity, reach: Reach) -> Option<Reading> {
         if let Some(value) = self.alone_at(moment) {

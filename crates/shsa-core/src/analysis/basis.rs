@@ -1,4 +1,4 @@
-//! The relations that an analysis uses, and the ways that these admit.
+//! The relations that an analysis uses, and the ways through these relations.
 
 use super::Options;
 use crate::computation::Computation;

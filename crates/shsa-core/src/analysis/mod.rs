@@ -54,7 +54,7 @@ impl Default for Options {
     }
 }
 
-/// A limit that was reached, and what it left out.
+/// A limit that the analysis reached, and the number of elements beyond the limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limited {
     /// The monitor compares only a choice of ways of some variables, as there are more than it watches.

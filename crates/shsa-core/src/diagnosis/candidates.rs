@@ -75,7 +75,7 @@ pub const CLEAR_RATIO: f64 = 50.0;
 
 /// Probability that a comparison agrees although one of its ways is faulty.
 pub const ONE_SIDED: f64 = 0.5;
-/// At most this many of these agreements count.
+/// At most this many such agreements count.
 pub const MOST_ONE_SIDED: u32 = 4;
 /// Probability that a comparison agrees although both ways are faulty, independently.
 pub const BOTH_SIDED: f64 = 0.01;
@@ -277,7 +277,7 @@ struct Sides {
 }
 
 impl Sides {
-    /// Whether one of these components is in one of the ways.
+    /// Whether one of the ways contains one of the given components.
     fn meet(&self, places: &PlaceSet) -> bool {
         places.meets(&self.one) || places.meets(&self.other)
     }

@@ -87,7 +87,7 @@ pub struct Side {
     pub index: WayIndex,
     /// The way.
     pub way: Way,
-    /// Its signals with those that they are derived from.
+    /// The signals of the way, and the origins of these signals.
     pub rests_on: SignalSet,
     /// Its newest value, SI, and when it was true.
     pub newest: Option<(Time, Interval)>,

@@ -33,7 +33,7 @@ pub struct Snapshot {
 pub struct Remembered {
     /// The component.
     pub subject: Subject,
-    /// The verdict with what decides how it ends.
+    /// The verdict, and the facts that decide how the verdict ends.
     pub record: Record,
     /// The accusation as it was told, while the component is accused.
     pub accusation: Option<Accusation>,

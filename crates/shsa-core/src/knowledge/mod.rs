@@ -63,7 +63,7 @@ use alloc::vec::Vec;
 pub struct Relation {
     /// Unique in the model.
     pub name: String,
-    /// The variables that may be read, ascending. One output needs all of them but itself.
+    /// The variables that may be read, ascending. An output is computed from all of them except itself.
     pub inputs: Vec<VariableId>,
     /// The variables that may be produced, ascending.
     pub outputs: Vec<VariableId>,

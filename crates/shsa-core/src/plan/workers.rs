@@ -68,8 +68,8 @@ impl Round {
         self.scale.join(without, self.least(position, new))
     }
 
-    /// Orders the positions by the additional weight of their second choice; among equals, those with a second choice earlier in
-    /// the file come first. So each combination comes after the one that it is made from.
+    /// Orders the positions by the additional weight of the second choice. Among equals, a position comes first if its second
+    /// choice is earlier in the file than its first. So each combination follows the combination that it is made from.
     fn find_turns(&mut self) {
         let mut turns: Vec<Position> =
             self.positions().filter(|&position| self.choice(position, 1).is_some()).collect();

@@ -162,7 +162,7 @@ pub enum ServedBy {
 }
 
 impl ServedBy {
-    /// The way, if it is a trusted one.
+    /// The way, if the need is served by a trusted way.
     #[must_use]
     pub fn way(&self) -> Option<&str> {
         match self {

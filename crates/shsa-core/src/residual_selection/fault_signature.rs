@@ -67,7 +67,7 @@ impl FaultSignature {
         signals
     }
 
-    /// The signals whose faults a comparison shows: those on which its two ways depend differently.
+    /// The signals whose faults a comparison shows: its two ways depend on such a signal differently.
     ///
     /// A comparison shows a signal that only one way is computed from, and not one that only conditions read. It shows a signal
     /// of both ways if that reaches their outputs through different relations; otherwise the signal moves both alike (`s + a` and

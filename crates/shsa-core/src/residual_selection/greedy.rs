@@ -201,7 +201,7 @@ impl<'e> Greedy<'e> {
             Some(common) => common.count_outside(rests_on),
             None => 1 + self.signals - rests_on.len(),
         };
-        // Whichever signal is faulty, isolating it from another one needs the ways without that one.
+        // Isolating a faulty signal from another signal needs the ways without the other one.
         self.signals * done_without + self.round.suspects.gained_by(&candidate.told)
     }
 }

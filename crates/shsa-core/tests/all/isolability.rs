@@ -139,8 +139,7 @@ fn random(seed: u64, all_directions: bool) -> (usize, Vec<Row>) {
     (variables, rows)
 }
 
-/// Checks that the comparisons isolate as the definition says, except for the gaps; returns the number of isolable pairs, and the
-/// analysis.
+/// Checks isolation against its definition, except for the gaps. Returns the number of isolable pairs, and the analysis.
 #[track_caller]
 fn check(variables: usize, rows: &[Row], case: &str) -> (usize, Analysis) {
     let knowledge = knowledge(variables, rows);

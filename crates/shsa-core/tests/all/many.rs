@@ -1,5 +1,4 @@
-//! Many sensors of one variable: each is compared with some others, and faulty ones are isolated as if all were compared with
-//! all.
+//! Many sensors of one variable: comparing each with some others isolates faulty sensors as well as comparing all pairs.
 
 use proptest::prelude::*;
 use shsa_core::diagnosis::Verdict;

@@ -32,8 +32,7 @@ fn engine() -> Engine {
     Engine::new(build(&draft).0, Options::default())
 }
 
-/// All outputs while the signals give these values: `said` has the signal's number, the time in milliseconds, and the right
-/// value.
+/// All outputs for the given values: `said` gets the number of the signal, the time in ms, and the right value.
 fn run(said: impl Fn(i64, i64, f64) -> Option<f64>) -> Vec<Output> {
     let (mut engine, mut outputs) = (engine(), Vec::new());
     for ms in 0..8_000 {

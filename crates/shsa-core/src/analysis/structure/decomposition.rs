@@ -104,7 +104,7 @@ impl<'i> Blocks<'i> {
         Blocks { incidence, matching, equations, met, low, waiting: Vec::new(), blocks: Vec::new() }
     }
 
-    /// The blocks, each after those that it rests on.
+    /// The blocks in order of dependence: a block follows the blocks that it rests on.
     pub(super) fn find(mut self) -> Vec<Part> {
         let mut clock = 0;
         for root in self.incidence.rows.ids() {

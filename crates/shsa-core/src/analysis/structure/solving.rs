@@ -92,7 +92,7 @@ fn without(
         |variable: VariableId| names.iter().position(|&name| name == variable).map(VariableId::from_index);
     let read: Vec<(VariableId, VariableId)> =
         incidence.rows[residual].iter().filter_map(|&variable| Some((variable, local(variable)?))).collect();
-    // The residual gives one of its variables from others that do not rest on that variable.
+    // The residual gives a variable from other variables that do not rest on the first one.
     let is_last = |(_, own): &&(VariableId, VariableId)| {
         read.iter().all(|&(_, other)| other == *own || !under[other].contains(*own))
     };

@@ -1,4 +1,4 @@
-//! Notes relations that compute a variable that does not wrap from one that does.
+//! Notes relations that compute a variable without `wraps` from a variable with `wraps`.
 
 use super::problems::Problems;
 use super::scope::{Names, variable};

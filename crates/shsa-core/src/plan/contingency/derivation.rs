@@ -25,8 +25,8 @@ impl Derivations {
         all
     }
 
-    /// Of `signals` many signals, those whose derivations have changed, and those with such an origin; ascending. Complexity: O(n
-    /// log d) for d derived signals, O(1) without any.
+    /// The signals with changed derivations, and the signals with such an origin, ascending, out of `signals` many. Complexity:
+    /// O(n log d) for d derived signals, O(1) without any.
     pub(super) fn changed(&self, new: &Derivations, lineage: &Lineage, signals: usize) -> Vec<SignalId> {
         if self.origins.is_empty() && new.origins.is_empty() {
             return Vec::new();

@@ -320,7 +320,7 @@ impl Subproblem {
         }
     }
 
-    /// The places that only one variable can need. Such a place comes after that variable's.
+    /// The places that only one variable can need. Such a place follows the place of that variable.
     fn private(&self) -> IdVec<Place, bool> {
         let mut private = IdVec::filled(self.len(), |_| true);
         let mut above: IdVec<Place, Option<Place>> = IdVec::filled(self.len(), |_| None);
