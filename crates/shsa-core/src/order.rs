@@ -15,7 +15,7 @@ pub enum Subject {
     Cause(String),
 }
 
-/// An order of an operator. [`Engine::order`](crate::engine::Engine::order) obeys, or tells why it cannot.
+/// An order of an operator. [`Engine::order`](crate::engine::Engine::order) obeys, or returns why it cannot.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Order {
     /// A signal or a relation serves no need, and is no evidence about others, until it is allowed again. A forbidden signal
@@ -28,7 +28,7 @@ pub enum Order {
     Force {
         /// The name under which the need is published, or its variable.
         need: String,
-        /// A signal of the need's variable, or a way as events tell it: `/a, /b by r1`.
+        /// A signal of the need's variable, or a way as events name it: `/a, /b by r1`.
         source: String,
     },
     /// Takes back [`Order::Force`] and [`Order::Override`] for a need, named as there.

@@ -19,7 +19,7 @@ use alloc::vec::Vec;
 #[derive(Debug)]
 pub(super) struct Contracts {
     pub(super) assurance: Assurance,
-    /// Signals that have spoken since evidence was last read, and whether each has.
+    /// Signals with an observation since evidence was last read, and whether each signal has one.
     spoken: Vec<SignalId>,
     has_spoken: IdVec<SignalId, bool>,
     /// Evidence that operators have told.
@@ -39,7 +39,7 @@ impl Contracts {
         }))
     }
 
-    /// Notes that a signal has spoken.
+    /// Notes an observation of a signal.
     pub(super) fn hear(&mut self, signal: SignalId) {
         if !core::mem::replace(&mut self.has_spoken[signal], true) {
             self.spoken.push(signal);
@@ -74,7 +74,7 @@ impl Engine {
         }
     }
 
-    /// Overrides the contract of a need for a time, and tells the override with the operator's reason.
+    /// Overrides the contract of a need for a time, and reports the override with the operator's reason.
     pub(super) fn override_contract(
         &mut self,
         order: &Order,

@@ -120,7 +120,7 @@ fn shown(knowledge: &KnowledgeBase, signal: SignalId, evidence: Evidence) -> Rea
     }
 }
 
-/// A signal that speaks again and has done so for its probation.
+/// A signal that gives values again and has done so for its probation.
 pub(super) fn returned(knowledge: &KnowledgeBase, signal: SignalId, probation: Span, now: Time) -> Event {
     let because = Reason::SpokenAgain { lasted: probation };
     event(knowledge, EventKind::Restored, Component::Signal(signal), because, now)
@@ -232,7 +232,7 @@ fn accused(scene: &Scene<'_>, kind: EventKind, blame: &Blame, why: Reasons) -> E
     Event { symptom, cause: blame.cause, probability: blame.probability, ..about }
 }
 
-/// Probabilities below this are not told.
+/// Probabilities below this are not reported.
 const LEAST_TOLD: f64 = 0.0005;
 
 fn probability(knowledge: &KnowledgeBase, blame: &Blame) -> Reason {
@@ -284,7 +284,7 @@ pub(super) fn cleared_by_operator(
     Event { cause, ..event(knowledge, EventKind::Restored, component, because, now) }
 }
 
-/// An accusation, as an event has told it.
+/// An accusation, as an event has reported it.
 pub(super) fn accusation(knowledge: &KnowledgeBase, event: &Event) -> Accusation {
     Accusation {
         since: event.time,

@@ -45,7 +45,7 @@ impl Refusal {
         Refusal::new(reason, help)
     }
 
-    /// Reason and help, as an event tells them.
+    /// Reason and help, as an event reports them.
     pub(super) fn reasons(self) -> Reasons {
         self.reason.then(Joint::Next, self.help)
     }

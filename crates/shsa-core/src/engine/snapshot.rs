@@ -35,14 +35,14 @@ pub struct Remembered {
     pub subject: Subject,
     /// The verdict, and the facts that decide how the verdict ends.
     pub record: Record,
-    /// The accusation as it was told, while the component is accused.
+    /// The accusation as it was reported, while the component is accused.
     pub accusation: Option<Accusation>,
 }
 
 /// An accusation that stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accusation {
-    /// When the accusation was told.
+    /// When the accusation was reported.
     pub since: Time,
     /// How the signal misbehaves, as far as that is known.
     pub symptom: Option<Symptom>,
@@ -59,7 +59,7 @@ pub struct Accusation {
 pub struct Missing {
     /// The signal's name.
     pub signal: String,
-    /// What is wrong; `None` when the signal speaks again and is not trusted yet.
+    /// What is wrong; `None` when the signal gives values again and is not trusted yet.
     pub absence: Option<Absence>,
 }
 
@@ -81,11 +81,11 @@ pub struct Trending {
 pub struct Served {
     /// The name under which the need is published.
     pub need: String,
-    /// The source in words, as events tell it; `None` while nothing serves the need.
+    /// The source in words, as events report it; `None` while nothing serves the need.
     pub source: Option<String>,
     /// When the last switch happened.
     pub switched: Option<Time>,
-    /// Whether an event has told that nothing serves the need.
+    /// Whether an event has reported that nothing serves the need.
     pub unserved: bool,
     /// The last published number; `None` for a vector.
     pub last: Option<Published>,

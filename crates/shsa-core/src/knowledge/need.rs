@@ -27,7 +27,7 @@ pub struct Need {
     pub is_isolated: bool,
 }
 
-/// What is published for a need while every source is suspect: one of them is faulty, and nothing tells which.
+/// What is published for a need while every source is suspect: one source is faulty, and the faulty one is unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WhenUnsure {
     /// The interval of what enough of the candidates hold possible, which holds the truth. The default where a largest width is

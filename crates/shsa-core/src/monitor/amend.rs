@@ -40,7 +40,8 @@ impl Monitor {
         self.ports[signal].come_home();
     }
 
-    /// Sets a signal absent from before the start: it stays absent until it speaks, and this absence is not reported.
+    /// Sets a signal absent from before the start: the signal stays absent until its first value, and this absence is not
+    /// reported.
     pub fn expect_absent(&mut self, signal: SignalId, absence: Absence) {
         self.timeouts.expect_absent(signal, absence);
     }

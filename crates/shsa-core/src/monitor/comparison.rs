@@ -58,7 +58,7 @@ impl Round<'_> {
             };
             self.consensus.hear(number as usize, &known);
             if !is_of_moment {
-                // Means are expensive, and the consensus needs them again when all ways have spoken.
+                // Means are expensive, and the consensus needs them again when all ways have a value.
                 pair.known = Some((validity, known));
             }
             let guessed = guessed(pair, other, known, validity);
@@ -127,7 +127,7 @@ impl Round<'_> {
         true
     }
 
-    /// Rates an output in the consensus once all ways that it is compared with have spoken.
+    /// Rates an output in the consensus once all ways that it is compared with have a value.
     fn rate_late(&mut self, way: WayIndex, watched: &WatchedWay, measured: &Measured, sample: &Sample) {
         let pairs = &*self.pairs;
         let of_way =

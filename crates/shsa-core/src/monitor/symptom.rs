@@ -15,7 +15,7 @@ pub enum Symptom {
     OutOfRange,
     /// Values change faster than the variable can.
     TooFast,
-    /// Time stamps do not tell when values were taken: they are far off, or stand still.
+    /// Time stamps do not show when values were taken: the stamps are far off, or stand still.
     WrongClock,
     /// Values stay the same for longer than they may, or although related signals move.
     Frozen,
@@ -25,7 +25,7 @@ pub enum Symptom {
     Drifting,
     /// Values scatter more than the declared error.
     Noisy,
-    /// Values belong to other moments than their time stamps say.
+    /// Values belong to moments other than their time stamps.
     Skewed,
 }
 

@@ -206,7 +206,7 @@ impl Requirements {
         shares.then_some(Shortfall::Shared(source, signal))
     }
 
-    /// The exceeded limits; infinite costs of a source without a signal are left out, as another shortfall tells them.
+    /// The exceeded limits; infinite costs of a source without a signal are left out, as another shortfall reports them.
     fn beyond(&self, cost: Cost) -> impl Iterator<Item = Shortfall> {
         let Cost { latency, width, period } = cost;
         let late = self.max_latency.filter(|most| latency > *most && latency < Span::MAX);

@@ -63,7 +63,7 @@ pub struct Clause {
     pub reason: Reason,
 }
 
-/// The reasons of a decision, in the order in which they are told.
+/// The reasons of a decision, in the order in which they are reported.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reasons(Vec<Clause>);
 

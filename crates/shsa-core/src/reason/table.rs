@@ -104,7 +104,7 @@ reasons! {
     "stamp-stands" StampStands { lasted: Span = "For how long." };
     /// The number of recent values that show the fault.
     "readings" Readings { bad: u64 = "How many do.", of: u64 = "Of how many." };
-    /// A signal that was absent has spoken for its probation.
+    /// A signal that was absent has given values for its probation.
     "spoken-again" SpokenAgain { lasted: Span = "The probation." };
     // Evidence of comparisons.
     /// Two ways of knowing a variable give values that contradict each other.
@@ -124,7 +124,7 @@ reasons! {
     "other-times" OtherTimes { one: String = "The one way.", other: String = "The other way." };
     /// Two ways disagreed, and no longer do.
     "disagreed" Disagreed { one: String = "The one way.", other: String = "The other way." };
-    /// The number of disagreements that are not told.
+    /// The number of disagreements that are not reported.
     "more-disagreements" MoreDisagreements { count: u64 = "How many more." };
     /// No comparison of the accused itself disagrees.
     "no-disagreement" NoDisagreement;
@@ -294,7 +294,7 @@ reasons! {
     "demands-more" DemandsMore;
     /// A source that falls short.
     "short-source" ShortSource { source: String = "The source." };
-    /// The number of sources that fall short and are not told.
+    /// The number of sources that fall short and are not reported.
     "more-sources" MoreSources { count: u64 = "How many more." };
     /// No signal of a variable may be used.
     "no-signal-of" NoSignalOf { variable: String = "The variable." };
@@ -423,7 +423,7 @@ reasons! {
     "nothing-to-do" NothingToDo;
     /// The need must be changed, or another source named.
     "change-the-need" ChangeTheNeed;
-    /// The signal can be cleared when it speaks again.
+    /// The signal can be cleared when it gives values again.
     "clear-later" ClearLater;
     /// There is nothing to clear.
     "nothing-to-clear" NothingToClear;

@@ -171,7 +171,7 @@ fn first_fault(readings: &[Reading]) -> Option<(Time, Symptom)> {
     None
 }
 
-/// Whether the event tells a fault of a signal's own readings.
+/// Whether the event reports a fault of a signal's own readings.
 fn shows_readings(event: &Event) -> bool {
     event.because.iter().any(|reason| matches!(reason, Reason::Readings { .. }))
 }
@@ -265,8 +265,8 @@ proptest! {
         prop_assert!(run.published().len() > gaps.iter().sum::<usize>() - 2);
     }
 
-    /// A lasting new level is told once, and published after the probation, as no other source is left: whether the plant or the
-    /// sensor jumped is unknown.
+    /// A lasting new level is reported once, and published after the probation, as no other source is left: whether the plant or
+    /// the sensor jumped is unknown.
     #[test]
     fn a_new_level_is_not_locked_out(before in 4..40_usize, height in 5.0..49.0_f64, is_up in any::<bool>()) {
         let level = if is_up { height } else { -height };

@@ -263,7 +263,7 @@ fn run(sensors: &[Sensor], demands: &[Demand]) {
         }
         // Once for each source that falls silent: before that is sure, values may become too old.
         assert!(stage.count(number, EventKind::Unhealable) <= sensors.len(), "{:#?}", stage.events);
-        // A refusal is told once: no reason repeats.
+        // A refusal is reported once: no reason repeats.
         let refused = stage.events.iter().filter(|event| event.kind == EventKind::Refused);
         let mut reasons: Vec<_> = refused.map(|it| (it.need, format!("{:?}", it.because))).collect();
         let all = reasons.len();

@@ -77,7 +77,7 @@ fn check(wrong: Option<f64>, at: Span) {
     assert!(publications(&outputs).all(is_right));
 }
 
-/// The signal last spoke at 4.950 s, and is silent when it has said nothing for longer than 120 ms.
+/// The last value of the signal is from 4.950 s. The signal is silent when no value comes for longer than 120 ms.
 #[test]
 fn a_silent_source_is_replaced_at_its_deadline() {
     check(None, Span::from_millis(4_950 + 120) + Span(1));
@@ -89,7 +89,7 @@ fn a_wrong_value_is_replaced_at_once() {
     check(Some(9.0), Span::from_millis(5_049));
 }
 
-/// All signals are silent for two seconds; then the source speaks first, and the others from `others` on.
+/// All signals are silent for two seconds; then the source gives values first, and the others from `others` on.
 fn after_a_silence(source: Option<f64>, others: i64) -> Vec<(i64, Quality)> {
     let outputs = run(|signal, ms, right| match ms {
         ..2_000 => Some(right),
@@ -108,7 +108,7 @@ fn after_a_silence(source: Option<f64>, others: i64) -> Vec<(i64, Quality)> {
 #[test]
 fn who_speaks_first_after_a_silence_of_all_is_good_when_another_one_agrees() {
     let good = |told: &[(i64, Quality)]| told.iter().find(|told| told.1 == Quality::Good).map(|told| told.0);
-    // The source speaks at 4.059 s, the next signal at 4.488 s.
+    // The source gives a value at 4.059 s, the next signal at 4.488 s.
     let told = after_a_silence(None, 4_480);
     assert_eq!(told.first().map(|told| told.1), Some(Quality::Uncertain), "{told:?}");
     let first = good(&told).unwrap();

@@ -1,5 +1,5 @@
-//! Events are true when they are told: no silent signal is restored, no need goes back to a silent source, and no event claims an
-//! order that nobody gave.
+//! Events are true when they are reported: no silent signal is restored, no need goes back to a silent source, and no event
+//! claims an order that nobody gave.
 
 use crate::models::System;
 use proptest::prelude::*;
@@ -176,7 +176,7 @@ proptest! {
     }
 }
 
-/// An operator may tie a need to a silent signal: the need is not served, and this is told.
+/// An operator may tie a need to a silent signal: the need is not served, and this is reported.
 #[test]
 fn a_need_that_is_tied_to_a_silent_signal_is_not_restored() {
     let system = crate::models::car();

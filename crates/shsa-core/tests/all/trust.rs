@@ -275,7 +275,7 @@ fn clocks_that_are_all_off_alike_are_right() {
     assert!(run.accused().is_empty(), "{:?}", run.accused());
 }
 
-/// Values from the future cannot be used, so the reason for that must be told.
+/// Values from the future cannot be used, so the reason for that must be reported.
 #[test]
 fn clocks_that_are_all_ahead_are_wrong_although_they_are_alike() {
     let run = clock(|now| now + 3600 * SECOND, 3600 * SECOND);

@@ -492,7 +492,7 @@ fn evidence_that_fails_is_acted_on_within_one_input() {
     };
     assert_eq!(speak(&mut run, 1, 20.0).0, 0);
     assert_eq!(speak(&mut run, 0, 1.0), (1, vec![]));
-    // The temperature comes, and with the same input the need is no longer served, which is told.
+    // The temperature comes, and with the same input the need is no longer served, which is reported.
     let (published, kinds) = speak(&mut run, 1, 60.0);
     assert_eq!((published, kinds), (0, vec![EventKind::Unhealable, EventKind::Refused]));
     assert_eq!(speak(&mut run, 0, 1.0).0, 0);

@@ -80,7 +80,7 @@ const CONTRADICTS: f64 = 9.0;
 const LONGEST: Span = Span::from_millis(10_000);
 
 impl Prediction {
-    /// Whether the input speaks again after longer than a reckoning bears witness about it.
+    /// Whether the input returns after a gap that is too long for a reckoning to bear witness.
     fn is_back(&mut self, at: Time) -> bool {
         let before = self.heard.replace(at);
         self.is_anchored && before.is_some_and(|before| at - before > self.reckoned)

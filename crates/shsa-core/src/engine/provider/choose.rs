@@ -34,7 +34,7 @@ impl Provider {
         self.start(knowledge, best, ports)
     }
 
-    /// Starts the best source whose signals have all spoken, else the best one; returns whether there is one.
+    /// Starts the best source whose signals have all given values, else the best one; returns whether there is one.
     pub(super) fn start_heard(&mut self, situation: &Situation<'_>) -> bool {
         let Situation { knowledge, monitor, .. } = *situation;
         let spoken = |way: &&Way| way.inputs().all(|signal| monitor.timeouts().has_spoken(signal));
@@ -118,7 +118,7 @@ impl Provider {
             return self.do_without(situation, because);
         }
         self.switched = Some(now);
-        // After an unserved time, the first value tells that the need is served again.
+        // After an unserved time, the first value causes the event that the need is served again.
         let why = match order {
             Some(order) => by_order(order, lost?),
             None => {
@@ -242,7 +242,7 @@ impl Provider {
         self.state.end_unsure();
     }
 
-    /// Serves the need from one source from now on. Tells the switch, when it is one.
+    /// Serves the need from one source from now on. Reports a switch, if the source is another one.
     pub(in super::super) fn force(&mut self, way: Way, situation: &Situation<'_>) -> Option<Event> {
         self.tie(way);
         self.stay_forced(situation)
@@ -259,7 +259,7 @@ impl Provider {
         event
     }
 
-    /// Checks whether the source that the need is tied to can serve it, and tells a change of that.
+    /// Checks whether the source that the need is tied to can serve it, and reports a change of that.
     pub(super) fn stay_forced(&mut self, situation: &Situation<'_>) -> Option<Event> {
         let Situation { knowledge, monitor, judge, now, .. } = *situation;
         let forced = self.forced.as_mut()?;
@@ -289,7 +289,7 @@ impl Provider {
                 let kind = if is_back { EventKind::Restored } else { EventKind::Substituted };
                 return Some(self.event(knowledge, kind, because, now));
             };
-            // The switch is told even where an event has told before that nothing serves the need.
+            // The switch is reported even after an event that nothing serves the need.
             self.told.lose(self.settings.switching.probation, now);
             return Some(self.event(knowledge, EventKind::Unhealable, because.then(Joint::And, absent), now));
         }
@@ -305,7 +305,7 @@ impl Provider {
         (!signals.is_empty()).then_some(Reason::InputsAbsent { signals })
     }
 
-    /// No trusted source can serve the need: goes on with the candidates, or tells that the need is not served.
+    /// No trusted source can serve the need: goes on with the candidates, or reports that the need is not served.
     pub(super) fn do_without(
         &mut self,
         situation: &Situation<'_>,
@@ -330,7 +330,7 @@ impl Provider {
         let Situation { knowledge, graph, ready_sources, .. } = *situation;
         let least = match self.settings.when_unsure {
             WhenUnsure::Withhold => return None,
-            // No certificate covers a value that nobody observes now.
+            // No certificate covers a value without an observation now.
             WhenUnsure::Last if self.contracts.is_demanding() => return None,
             WhenUnsure::Last => 1,
             WhenUnsure::Hull => 2,
@@ -372,7 +372,7 @@ impl Provider {
         now: Time,
     ) -> Unsure {
         let kind = self.settings.when_unsure;
-        // A change of the model tells nothing twice: values may have been uncertain before it.
+        // A change of the model repeats no event: values may have been uncertain before the change.
         let is_told = self.told.is_uncertain();
         let last = self.last.map(|(_, sample)| sample);
         let unsure = Unsure::new(knowledge, ports, &self.contracts, kind, ways, because, now);

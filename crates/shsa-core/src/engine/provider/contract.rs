@@ -1,4 +1,4 @@
-//! Asks contracts which sources may serve a need, and tells their refusals.
+//! Asks contracts which sources may serve a need, and reports their refusals.
 
 use super::super::instruments::{Attested, Instruments};
 use super::super::message::{Event, EventKind};
@@ -16,7 +16,7 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// How many sets of lacking evidence an event tells of one source.
+/// The largest number of sets of lacking evidence that an event lists for one source.
 const MOST_SETS: usize = 3;
 
 /// What the contract of a need says of its source.
@@ -60,8 +60,8 @@ impl Provider {
         self.contracts.go_on(knowledge, assurance, &old.contracts, before.zip(way.as_ref()));
     }
 
-    /// Reads the evidence that may have changed. Returns whether the admission of a source has changed; tells an override that is
-    /// over.
+    /// Reads the evidence that may have changed. Returns whether the admission of a source has changed; reports an override that
+    /// is over.
     pub(in super::super) fn follow_evidence(
         &mut self,
         has_spoken: &dyn Fn(SignalId) -> bool,
@@ -167,8 +167,8 @@ impl Provider {
         (self.contracts.is_demanding() && !is_served).then(|| Reason::NoneAdmitted.into())
     }
 
-    /// Tells which preferred sources contracts refuse, once each time; where evidence is unknown, only after the longest age of a
-    /// value.
+    /// Reports which preferred sources contracts refuse, once each time; where evidence is unknown, only after the longest age of
+    /// a value.
     pub(super) fn tell_not_admitted(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let calm = self.settings.switching.probation;
         let untold = self.contracts.untold(calm, now);

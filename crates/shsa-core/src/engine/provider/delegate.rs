@@ -96,7 +96,7 @@ impl Delegate {
         }
     }
 
-    /// The next value of a source: computed here, or answered by the delegate, to whom the next task is handed out.
+    /// The next value of a source: computed here, or answered by the delegate, which gets the next task.
     pub(super) fn next(
         &mut self,
         service: &mut Service,

@@ -1,8 +1,8 @@
-//! Tells when another way has stood in for the source for a while, and when the source gives values again.
+//! Reports when another way has stood in for the source for a while, and when the source gives values again.
 //!
-//! A source that jitters misses one moment and delivers at the next; no event tells that. An episode begins with the first value
-//! of a stand-in and ends when the source has given all values for a while. An event tells an episode that has lasted longer than
-//! a value may be old: without the stand-in, the need would not have been served.
+//! A source that jitters misses one moment and delivers at the next; no event reports that. An episode begins with the first
+//! value of a stand-in and ends when the source has given all values for a while. An event reports an episode that has lasted
+//! longer than a value may be old: without the stand-in, the need would not have been served.
 
 use super::settings::Settings;
 use crate::monitor::{Inheritance, WayIndex};
@@ -17,7 +17,7 @@ pub(super) struct Episode {
     since: Time,
     /// Since when the source gives all values again.
     own_since: Option<Time>,
-    /// The stand-in that an event has told.
+    /// The stand-in that an event has reported.
     told: Option<WayIndex>,
 }
 
@@ -56,7 +56,7 @@ impl Episode {
         now - own_since >= calm
     }
 
-    /// The stand-in that an event has told.
+    /// The stand-in that an event has reported.
     pub(super) fn told(&self) -> Option<WayIndex> {
         self.told
     }

@@ -1,4 +1,4 @@
-//! Keeps one need served: chooses its source, gates every value, and tells when the source changes.
+//! Keeps one need served: chooses its source, gates every value, and reports when the source changes.
 //!
 //! A lost source is replaced at once; a better one is taken after the hold time only. A value that more ways contradict than
 //! support is held back even before there is a verdict, and a trusted way that is not contradicted fills in.
@@ -217,7 +217,7 @@ impl Provider {
         Event { substitution, need: Some(self.settings.need), ..about }
     }
 
-    /// Tells that the need is not served, once.
+    /// Reports that the need is not served, once.
     fn tell_unserved(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -239,7 +239,7 @@ impl Provider {
         self.switched
     }
 
-    /// Whether an event has told that nothing serves the need.
+    /// Whether an event has reported that nothing serves the need.
     pub(super) fn is_unserved(&self) -> bool {
         self.told.is_unserved()
     }
@@ -275,7 +275,7 @@ impl Provider {
         }
     }
 
-    /// Goes on from the provider of the same need before a change of the model. Tells when the source had to be left.
+    /// Goes on from the provider of the same need before a change of the model. Reports when the source had to be left.
     pub(super) fn inherit(&mut self, old: Provider, change: &Succession<'_>) -> Option<Event> {
         self.started = old.started;
         self.last = old.last;
@@ -342,7 +342,7 @@ impl Provider {
         self.start_heard(&change.situation);
     }
 
-    /// Goes on from before a restart: from the source that served the need, where that source may still be used. Tells when the
+    /// Goes on from before a restart: from the source that served the need, where that source may still be used. Reports when the
     /// source had to be left.
     pub(super) fn resume(&mut self, before: &Resumption<'_>, situation: &Situation<'_>) -> Option<Event> {
         let Situation { knowledge, monitor, now, .. } = *situation;

@@ -35,7 +35,7 @@ impl Ranked {
         by_utility.then(self.standing.cmp(&other.standing)).then(self.at.cmp(&other.at))
     }
 
-    /// The source's record, as events tell it.
+    /// The source's record, as events report it.
     pub(super) fn proof(&self, knowledge: &KnowledgeBase, variable: VariableId) -> Proof {
         let Figures { agreement, error, availability, .. } = self.figures;
         Proof { agreement, error: error.map(|error| Amount::of(knowledge, variable, error)), availability }

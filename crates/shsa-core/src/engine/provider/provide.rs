@@ -1,4 +1,4 @@
-//! Publishes the value of a need at a moment: of its source, of a stand-in, or of the candidates; and tells changes.
+//! Publishes the value of a need at a moment: of its source, of a stand-in, or of the candidates; and reports changes.
 
 use super::super::message::{Event, EventKind, Output, Publication, PublishedValue, Quality};
 use super::episode::{Episode, Fault};
@@ -15,7 +15,7 @@ use crate::reason::{Joint, Reason, Reasons, ServedBy};
 use crate::time::Time;
 use alloc::collections::VecDeque;
 
-/// Tells an event where there is one. Most often there is none, and extending a list by nothing costs more.
+/// Reports an event where there is one. Most often there is none, and extending a list by nothing costs more.
 #[inline]
 fn tell(outputs: &mut VecDeque<Output>, event: Option<Event>) {
     if let Some(event) = event {
@@ -201,7 +201,7 @@ impl Provider {
         fresh.map(|(_, sample)| sample).or_else(|| newest().copied())
     }
 
-    /// Notes a value of a stand-in, and tells when the way has stood in for a while.
+    /// Notes a value of a stand-in, and reports when the way has stood in for a while.
     fn note_stand_in(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -221,7 +221,7 @@ impl Provider {
         Some(Event { substitution: Some(ServedBy::Way(stands_in)), ..event })
     }
 
-    /// Notes a value of the source itself, and tells when the source gives values again.
+    /// Notes a value of the source itself, and reports when the source gives values again.
     fn note_own(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> Option<Event> {
         let serving = self.state.serving_mut()?;
         let episode = serving.episode.as_mut()?;
@@ -322,7 +322,7 @@ impl Provider {
         unconfirmed && is_weighed && self.sources.are_returning(now)
     }
 
-    /// Tells that the need is served again, or by a trusted source again.
+    /// Reports that the need is served again, or by a trusted source again.
     fn tell_served(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let is_certain = self.blend.server() != Some(Server::Unsure) && !self.sources.is_unproven();
         let is_break = self.last.is_none_or(|(last, _)| now - last > self.settings.max_age);
@@ -334,7 +334,7 @@ impl Provider {
         Some(self.event(knowledge, EventKind::Restored, because, now))
     }
 
-    /// Publishes an uncertain value where nothing is trusted; else tells when the need has become unserved.
+    /// Publishes an uncertain value where nothing is trusted; else reports when the need has become unserved.
     fn provide_uncertain(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -355,29 +355,29 @@ impl Provider {
         tell(outputs, self.check_age(knowledge, now));
     }
 
-    /// Tells once that values are uncertain from now on.
+    /// Reports once that values are uncertain from now on.
     fn tell_uncertain(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let is_decided = matches!(self.state, State::Unsure(_));
         let unsure = self.state.unsure_mut()?;
         let (served_by, reason) = unsure.tell(knowledge, is_decided, self.settings.max_age, now)?;
         self.told.doubt();
         if self.told.is_unserved() {
-            // The event that the need is served again tells the uncertainty, too.
+            // The event that the need is served again reports the uncertainty, too.
             return None;
         }
         let because = reason.unwrap_or_default().then(Joint::Next, Reason::Uncertain { served_by });
         Some(self.event(knowledge, EventKind::Substituted, because, now))
     }
 
-    /// Tells when no uncertain value is fit from the beginning, or the last trusted value has become too old.
+    /// Reports when no uncertain value is fit from the beginning, or the last trusted value has become too old.
     fn tell_nothing_certain(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
-        // While there still is a source, `check_age` tells.
+        // While there is a source, `check_age` reports.
         let State::Unsure(unsure) = &mut self.state else { return None };
         let because = unsure.tell_nothing(knowledge, &self.settings, now)?;
         self.tell_unserved(knowledge, Some(because), now)
     }
 
-    /// Tells when the need has not been served for longer than a value may be old.
+    /// Reports when the need has not been served for longer than a value may be old.
     fn check_age(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let age = now - self.last_served()?;
         if age <= self.settings.max_age || self.told.is_unserved() {

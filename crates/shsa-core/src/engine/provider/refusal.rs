@@ -13,7 +13,7 @@ use crate::substitution::Way;
 use crate::time::{Span, Time};
 use alloc::vec::Vec;
 
-/// At most this many refusals are remembered, so that each is told once.
+/// At most this many refusals are remembered, so that each is reported once.
 const MOST_TOLD: usize = 256;
 
 /// The wait before a source that fell short is used again doubles at most this often.
@@ -52,15 +52,15 @@ impl Short {
 }
 
 impl Refusals {
-    /// Goes on after a change of the model: an unchanged refusal is not told again, and sources that fell short are still left
-    /// aside.
+    /// Goes on after a change of the model: an unchanged refusal is not reported again, and sources that fell short are still
+    /// left aside.
     pub(super) fn inherit(&mut self, old: &Refusals, change: &Succession<'_>) {
         let same = |(way, reasons): &Refused| Some((way.succeeded(change.lineage)?, reasons.clone()));
         self.told = old.told.iter().filter_map(same).collect();
         self.short = old.short.iter().filter_map(|short| short.inherit(change)).collect();
     }
 
-    /// Marks the open refusals as told: after a restart they are no news.
+    /// Marks the open refusals as reported: after a restart they are no news.
     pub(super) fn take_as_told(&mut self) {
         self.told.append(&mut self.open);
     }
@@ -84,13 +84,13 @@ impl Refusals {
         }
     }
 
-    /// Whether there are refusals that no event has told.
+    /// Whether there are refusals that no event has reported.
     #[inline]
     pub(super) fn is_open(&self) -> bool {
         !self.open.is_empty()
     }
 
-    /// The reasons for the refusals that no event has told.
+    /// The reasons for the refusals that no event has reported.
     pub(super) fn tell(&mut self, knowledge: &KnowledgeBase) -> Reasons {
         let open = core::mem::take(&mut self.open);
         let mut because = Reasons::from(Reason::DemandsMore);

@@ -153,7 +153,7 @@ pub(in super::super) struct Resumption<'a> {
     pub(in super::super) source: Option<&'a str>,
     /// When the last switch happened.
     pub(in super::super) switched: Option<Time>,
-    /// Whether an event has told that nothing serves the need.
+    /// Whether an event has reported that nothing serves the need.
     pub(in super::super) unserved: bool,
     /// The last published value, and when it was published.
     pub(in super::super) last: Option<(Time, Sample)>,

@@ -19,7 +19,7 @@ use alloc::vec::Vec;
 /// How many alternatives an event names.
 pub(super) const MOST_NAMED: usize = 3;
 
-/// After a silence of all sources, the first that speaks is doubtful for this time until another one agrees.
+/// After a silence of all sources, the first source that gives values is doubtful for this time until another one agrees.
 const CONFIRMATION: Span = Span::from_millis(1_000);
 
 /// The sources of a need.
@@ -35,7 +35,7 @@ pub(super) struct Sources {
     pub(super) preferred: Option<Way>,
     /// Whether the sources are uncertain: allowed only because none is trusted.
     is_unproven: bool,
-    /// Since when all sources have just spoken again after a silence, where others could confirm them.
+    /// Since when all sources give values again after a silence, where others could confirm them.
     returning_since: Option<Time>,
     /// Whether the need has more than one source.
     has_others: bool,
@@ -114,7 +114,7 @@ impl Sources {
         self.found = kept.iter().filter_map(|&at| self.found.get(at)).cloned().collect();
     }
 
-    /// Whether all sources have just spoken again after a silence, and sources that could confirm them may not have yet.
+    /// Whether all sources give values again after a recent silence, and sources that could confirm them may not yet.
     pub(super) fn are_returning(&self, now: Time) -> bool {
         self.returning_since.is_some_and(|since| now - since < CONFIRMATION)
     }
@@ -206,7 +206,7 @@ impl Sources {
         variable: VariableId,
         active: Option<&Way>,
     ) -> Reasons {
-        // Records are told where they have made the choice.
+        // Records are reported where they decide the choice.
         let in_order = self.ranked.iter().map(|ranked| ranked.at).is_sorted();
         let is_proven = !in_order || knowledge.utility().rates_ways();
         let candidate = |(source, ranked): (&Source, &Ranked)| Candidate {

@@ -1,20 +1,20 @@
-//! What events have last told about a need, so that each change is told once.
+//! What events have last reported about a need, so that each change is reported once.
 
 use crate::time::{Span, Time};
 
-/// The last told state.
+/// The last reported state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Standing {
     /// The need is served; this is the initial state.
     Served,
     /// The need is not served.
     Unserved {
-        /// The last service was shorter than the probation: the next one is told when it has lasted that long.
+        /// The last service was shorter than the probation: the next one is reported when it has lasted that long.
         is_wary: bool,
     },
 }
 
-/// A change to tell with a published value.
+/// A change to report with a published value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum News {
     /// The need was not served, and is served now.
@@ -23,19 +23,19 @@ pub(super) enum News {
     TrustedAgain,
 }
 
-/// What events have told about a need, and since when it is served.
+/// What events have reported about a need, and since when it is served.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Told {
     standing: Standing,
-    /// Whether an event has told that values are uncertain.
+    /// Whether an event has reported that values are uncertain.
     is_uncertain: bool,
-    /// When an event last told that the need is served again, and since when it is served without a break.
+    /// When an event last reported that the need is served again, and since when it is served without a break.
     served_again: Option<Time>,
     steady_since: Option<Time>,
 }
 
 impl Told {
-    /// Nothing has been told.
+    /// Nothing has been reported.
     pub(super) const NOTHING: Told =
         Told { standing: Standing::Served, is_uncertain: false, served_again: None, steady_since: None };
 
@@ -47,25 +47,25 @@ impl Told {
         self.is_uncertain
     }
 
-    /// Sets what was told before a restart.
+    /// Sets what was reported before a restart.
     pub(super) fn recall(&mut self, unserved: bool) {
         self.standing = if unserved { Standing::Unserved { is_wary: false } } else { Standing::Served };
     }
 
-    /// Notes that an event tells that the need is not served. A need that is served for moments only is told to be served after
-    /// the probation.
+    /// Notes an event that the need is not served. If the need is then served for moments only, the service is reported after the
+    /// probation.
     pub(super) fn lose(&mut self, probation: Span, now: Time) {
         let is_wary = self.served_again.is_some_and(|at| now - at < probation);
         self.standing = Standing::Unserved { is_wary };
         self.is_uncertain = false;
     }
 
-    /// Notes that an event tells that values are uncertain.
+    /// Notes an event that values are uncertain.
     pub(super) fn doubt(&mut self) {
         self.is_uncertain = true;
     }
 
-    /// Notes a published value: whether it is trusted, and whether it is the first after a break. Returns the change to tell.
+    /// Notes a published value: whether it is trusted, and whether it is the first after a break. Returns the change to report.
     pub(super) fn serve(
         &mut self,
         is_certain: bool,

@@ -18,7 +18,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-/// At most this many reasons why an equation cannot be solved are told.
+/// At most this many reasons why an equation cannot be solved are reported.
 const MAX_REASONS: usize = 3;
 
 /// An equation is solved for at most this many variables: each gives a formula of the equation's size.

@@ -19,7 +19,7 @@ use alloc::format;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 
-/// At most this many elements with a rating out of range are told.
+/// At most this many elements with a rating out of range are reported.
 const MAX_TOLD: usize = 10;
 
 /// The utility, as far as it is valid and proven not to rise with additional relations.

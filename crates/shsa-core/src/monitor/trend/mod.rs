@@ -54,7 +54,7 @@ impl Tendency {
     }
 }
 
-/// A trend within the declared bounds: it accuses nobody.
+/// A trend within the declared bounds: the trend accuses no component.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Note {
     /// The mean difference lasts.

@@ -403,7 +403,7 @@ fn orders_outlast_a_change_as_long_as_what_they_name_does() {
     let (soon, later): (Vec<Row>, Vec<Row>) = after.into_iter().partition(|row| row.1 < 7.0);
     stage.run(&soon);
     assert_ne!(stage.source(0).as_deref(), Some("gnss"));
-    // The named elements are gone: this is told, and the need chooses by itself.
+    // The named elements are gone: this is reported, and the need chooses by itself.
     stage.change(7.0, &[remove(Section::Signals, "gnss"), remove(Section::Signals, "barometer")]);
     stage.run(&later);
     assert_eq!(stage.engine.standing_orders(), []);

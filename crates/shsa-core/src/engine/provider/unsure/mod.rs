@@ -1,4 +1,4 @@
-//! Serves a need while all its sources are suspect: one of the candidates is faulty, and nothing tells which.
+//! Serves a need while all its sources are suspect: one candidate is faulty, and the faulty one is unknown.
 //!
 //! The published value is the [fault-tolerant interval](crate::interval::tolerant) of all candidates. The number of faulty
 //! candidates is the size of the smallest explanation: the fewest candidates to leave out so that the others overlap, and at
@@ -33,13 +33,13 @@ pub(super) struct Unsure {
     faults: usize,
     /// The last value that was trusted, for [`WhenUnsure::Last`].
     trusted: Option<Sample>,
-    /// Whether a candidate has spoken since the last value.
+    /// Whether a candidate has given a value since the last published one.
     is_heard: bool,
-    /// Why no trusted source is left; taken when an event tells it.
+    /// Why no trusted source is left; taken when an event reports it.
     reason: Option<Reasons>,
     /// Since when the candidates serve; without a suspect while there still is a source.
     since: Time,
-    /// Whether an event has told that values are uncertain.
+    /// Whether an event has reported that values are uncertain.
     is_told: bool,
     /// The width of the last value, if that was not fit to publish.
     too_wide: Option<f64>,
@@ -81,7 +81,7 @@ impl Unsure {
         }
     }
 
-    /// Goes on from the last published value; `is_told` tells whether that was told to be uncertain.
+    /// Goes on from the last published value; `is_told` shows whether an event reported this value as uncertain.
     pub(super) fn following(self, last: Option<Sample>, is_told: bool) -> Unsure {
         let trusted = last.filter(|sample| !sample.value.is_empty());
         Unsure { trusted, is_told, ..self }
@@ -118,7 +118,7 @@ impl Unsure {
         self.trusted.filter(|_| self.kind == WhenUnsure::Last).map(|last| last.validity.to + max_age)
     }
 
-    /// Whether an event has told that values are uncertain.
+    /// Whether an event has reported that values are uncertain.
     pub(super) fn is_told(&self) -> bool {
         self.is_told
     }
@@ -131,7 +131,7 @@ impl Unsure {
         all.try_fold(first, |weakest, next| next.map(|next| weakest.weaker(next)))
     }
 
-    /// The candidates, as events tell them.
+    /// The candidates, as events report them.
     pub(super) fn served_by(&self, knowledge: &KnowledgeBase) -> ServedBy {
         let name = |it: &Candidate| it.service.way().describe(knowledge);
         let ways = || -> Vec<String> { self.candidates.iter().map(name).collect() };
@@ -144,7 +144,7 @@ impl Unsure {
         }
     }
 
-    /// The uncertain value of this moment, where a candidate has spoken and the value is fit.
+    /// The uncertain value of this moment, where a candidate has given a value and the value is fit.
     pub(super) fn value(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -179,8 +179,8 @@ impl Unsure {
         is_fit.then_some(sample)
     }
 
-    /// What serves and why, when the uncertainty is to be told: once; at once where nothing is trusted (`is_decided`), else after
-    /// `max_age`.
+    /// What serves and why, when the uncertainty is to be reported: once; at once where nothing is trusted (`is_decided`), else
+    /// after `max_age`.
     pub(super) fn tell(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -195,8 +195,8 @@ impl Unsure {
         Some((self.served_by(knowledge), self.reason.take()))
     }
 
-    /// Why nothing can be published, when that is to be told: no value has been fit yet, or the last trusted value has become too
-    /// old.
+    /// Why nothing can be published, when that is to be reported: no value has been fit yet, or the last trusted value has become
+    /// too old.
     pub(super) fn tell_nothing(
         &mut self,
         knowledge: &KnowledgeBase,
