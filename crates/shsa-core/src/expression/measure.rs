@@ -140,7 +140,7 @@ fn radians(what: &str, own: Dimension, other: Dimension, difference: i16) -> Mis
     }
 }
 
-/// The misfit of a measure that is not the one that `what` takes.
+/// The misfit of a measure when `what` takes another measure.
 pub(super) fn expect(what: &str, measure: Measure, wanted: Dimension, expression: &Expr) -> Option<Misfit> {
     let Measure::Known(dimension) = measure else { return None };
     if dimension == wanted {

@@ -113,7 +113,7 @@ pub struct Signal {
     pub timeout: Option<Span>,
     /// The limits of the readings.
     pub limits: ReadingLimits,
-    /// Signals that this one is computed from: it is no independent witness about them.
+    /// The signals that this signal is computed from: it is no independent witness about them.
     pub derived_from: Vec<SignalId>,
     /// Named numbers for the utility; `prior` is the probability of a fault.
     pub properties: Properties,

@@ -1,6 +1,6 @@
 //! Checks a draft and builds the knowledge base, with every problem reported at once.
 //!
-//! Later checks skip what earlier ones reported, so that one mistake gives one error.
+//! A check skips elements with an earlier error, so that one mistake gives one error.
 
 mod problems;
 mod quantity;
