@@ -1,7 +1,7 @@
 //! The unscented Kalman filter: 2n + 1 points represent the distribution, and go through the formulas unchanged.
 //!
-//! With `L = alpha^2 (n + kappa) - n` the points are the mean, and the mean plus and minus the columns of the lower factor of `(n
-//! + L) P`; the weights are `L / (n + L)` for the mean (for covariances `+ 1 - alpha^2 + beta`) and `1 / (2 (n + L))` for the
+//! With `L = alpha^2 (n + kappa) - n` the points are the mean, and the mean plus and minus the columns of the lower factor of
+//! `(n + L) P`; the weights are `L / (n + L)` for the mean (for covariances `+ 1 - alpha^2 + beta`) and `1 / (2 (n + L))` for the
 //! others. The points are drawn again after adding the process noise. Zero pivots give columns of zeros. The mean of an angle is
 //! the first point's value plus the weighted differences to it, each within half a turn. Where a sensor's formula is linear,
 //! differences are not wrapped, as points further apart than half a turn would be confused.
